@@ -1,0 +1,43 @@
+"""Every error the package raises on purpose.
+
+    AutobalancerError                 catch this one to catch them all
+    ├── MachineError                  the description of a machine is wrong (also a ValueError)
+    │   └── MachineFileError          ... and it came from a file: names file and key
+    ├── UnitError                     a quantity has no unit, the wrong one, or is not a number
+    ├── CatalogError                  a name that no catalog knows
+    ├── QuestionError                 the machine is fine, the question asked of it is not
+    └── ResultError                   a result file is damaged or not one of ours
+
+A message says what was given, what is allowed, where, and what to do.
+How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
+"""
+
+from __future__ import annotations
+
+
+class AutobalancerError(Exception):
+    """Base of all errors raised on purpose."""
+
+
+class MachineError(AutobalancerError, ValueError):
+    """The description of a machine is not possible."""
+
+
+class MachineFileError(MachineError):
+    """A machine file was refused; the message names the file and every key at fault."""
+
+
+class UnitError(AutobalancerError, ValueError):
+    """A quantity could not be read."""
+
+
+class CatalogError(AutobalancerError, LookupError):
+    """No catalog has this entry."""
+
+
+class QuestionError(AutobalancerError, ValueError):
+    """What was asked makes no sense for this machine or result."""
+
+
+class ResultError(AutobalancerError):
+    """A result file is damaged or was not written by this package."""

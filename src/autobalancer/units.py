@@ -1,0 +1,130 @@
+"""The door for quantities: ``"4.4 g"``, ``"1200 rpm"``, ``"20 mm^2/s"`` to SI and back.
+
+Inside the package every number is SI: a plain float. At the door a quantity may be a number (already SI) or a
+string with a unit. :class:`Given` is the float that remembers how it was written, so that a machine that is read
+and saved again keeps its author's units.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import Any
+
+from autobalancer.errors import UnitError
+
+_NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
+
+
+class Given(float):
+    """A float in SI that remembers how it was written.
+
+    ``Given("4.4 g", 0.0044)`` equals ``0.0044`` in every calculation; ``.text`` is ``"4.4 g"``.
+    """
+
+    text: str
+
+    def __new__(cls, text: str, value: float) -> Given:
+        self = super().__new__(cls, value)
+        self.text = text
+        return self
+
+    def __getnewargs__(self) -> tuple[str, float]:  # type: ignore[override]
+        return self.text, float(self)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Given:
+        return self
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry(cache_folder=None)
+    registry.define("hertz = 2 * pi * radian / second = Hz")  # a speed in Hz counts revolutions
+    registry.define("cSt = 1e-6 * m**2 / s = centistokes")
+    registry.define("gmm = 1e-6 * kg * m = g_mm")
+    return registry
+
+
+def _unit(text: str) -> Any:
+    try:
+        return _registry().Unit(text if text else "dimensionless")
+    except Exception as reason:
+        raise UnitError(f"{text!r} is not a unit: {reason}") from None
+
+
+def to_si(value: float | int | str, unit: str) -> float:
+    """Read one quantity.
+
+    Parameters
+    ----------
+    value
+        A number in the SI unit ``unit``, or a string such as ``"1200 rpm"``.
+    unit
+        The SI unit the caller wants, e.g. ``"kg"`` or ``"rad/s"``. It fixes the dimension.
+
+    Returns
+    -------
+    float
+        The value in ``unit``; a :class:`Given` if it was a string.
+
+    Raises
+    ------
+    UnitError
+        If it is not a finite number, has no unit, or has one of another dimension.
+    """
+    if isinstance(value, Given):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise UnitError(f"given {value!r}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}")
+    if not isinstance(value, str):
+        number = float(value)
+        if not math.isfinite(number):
+            raise UnitError(f"given {value!r}, which is not a finite number")
+        return number
+    match = _NUMBER.match(value)
+    if match is None:
+        raise UnitError(f"given {value!r}, which does not start with a finite number; write for example {_sample(unit)}")
+    number, written = float(match[1]), match[2].strip()
+    if not written and unit not in ("", "rad"):
+        raise UnitError(f"given {value!r} without a unit; write it with one, such as {_sample(unit)}, or as a plain number in {unit}")
+    source = _unit(written) if written else _unit(unit)
+    target = _unit(unit)
+    if source.dimensionality != target.dimensionality:
+        raise UnitError(f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {_sample(unit)}")
+    quantity = _registry().Quantity(number, source).to(target)
+    si = float(f"{float(quantity.magnitude):.15g}")  # no 1.9999999999999998e-05 from the conversion
+    if not math.isfinite(si):
+        raise UnitError(f"given {value!r}, which is not a finite number")
+    return Given(value, si)
+
+
+def from_si(value: float, si_unit: str, unit: str) -> float:
+    """Convert a number from ``si_unit`` to ``unit``: ``from_si(125.66, "rad/s", "rpm")`` is 1200."""
+    return float(_registry().Quantity(value, _unit(si_unit)).to(_unit(unit)).magnitude)
+
+
+_SAMPLES = {
+    "kg": "4.4 g",
+    "m": "77 mm",
+    "rad": "30 deg",
+    "rad/s": "1200 rpm",
+    "rad/s^2": "0.8 rad/s^2",
+    "s": "10 s",
+    "N/m": "44.7 kN/m",
+    "N*s/m": "68 N*s/m",
+    "N*m*s": "1e-4 N*m*s",
+    "N*m": "1.5 N*m",
+    "kg*m": "594 g*mm",
+    "kg*m^2": "50 g*m^2",
+    "kg/m^3": "7.8 g/cm^3",
+    "m^2/s": "20 mm^2/s",
+    "K": "25 degC",
+    "m/s": "1 mm/s",
+}
+
+
+def _sample(unit: str) -> str:
+    return f'"{_SAMPLES[unit]}"' if unit in _SAMPLES else f'"1 {unit}"'
