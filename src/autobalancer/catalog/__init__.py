@@ -1,1 +1,4 @@
-"""..."""
+"""Catalogs: bearings, ball materials and fluids, each entry with its source and its doubts.
+
+The tables are files in ``catalog/data``; they are read when first asked for and kept. What is handed out is SI.
+"""

@@ -1,1 +1,44 @@
-"""..."""
+"""The nouns: frozen, validated descriptions in SI, and no algorithms."""
+
+from autobalancer.machine.balancer import (
+    AnnulusDrag,
+    Balancer,
+    Balls,
+    CoefficientDrag,
+    DragTorque,
+    Fluid,
+    PlaneDrag,
+    Race,
+)
+from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine.machine import Machine, RunPlan, Start
+from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
+from autobalancer.machine.rotors.planar import PlanarRotor
+from autobalancer.machine.unbalance import Schedule, Unbalance
+
+__all__ = [
+    "AnnulusDrag",
+    "Balancer",
+    "Balls",
+    "CoefficientDrag",
+    "Constant",
+    "ConstantTorque",
+    "DragTorque",
+    "Dwell",
+    "Fluid",
+    "Hill",
+    "Machine",
+    "PlanarRotor",
+    "PlaneDrag",
+    "PrescribedSpeed",
+    "Race",
+    "Ramp",
+    "Reduction",
+    "RunPlan",
+    "Schedule",
+    "Start",
+    "Table",
+    "TargetTorque",
+    "TorqueTable",
+    "Unbalance",
+]

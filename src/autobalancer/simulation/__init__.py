@@ -1,1 +1,1 @@
-"""..."""
+"""Run a machine in time."""

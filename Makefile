@@ -1,0 +1,65 @@
+# Everything a newcomer needs; python3 (3.11 or later) with pip and make are enough.
+
+PYTHON  ?= python3
+WORKERS ?= 2
+MACHINE ?= examples/machines/discoidal.toml
+NAME    := $(basename $(notdir $(MACHINE)))
+DEMO    := out/demo
+BIN     := .venv/bin
+PIP     := $(BIN)/python -m pip --quiet --disable-pip-version-check install
+export MPLBACKEND := Agg
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test bench reproduce docs lint clean
+
+help:  ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+
+demo: .venv/.core  ## run a machine from its file to pictures and a film
+	@mkdir -p $(DEMO)
+	$(BIN)/autobalancer check $(MACHINE)
+	$(BIN)/autobalancer run $(MACHINE) --out $(DEMO)/$(NAME).nc
+	$(BIN)/autobalancer plot $(DEMO)/$(NAME).nc --out $(DEMO)
+	$(BIN)/autobalancer animate $(DEMO)/$(NAME).nc --out $(DEMO)/$(NAME).mp4
+	$(BIN)/autobalancer animate $(DEMO)/$(NAME).nc --out $(DEMO)/$(NAME).gif
+	@echo
+	@echo "The result, the pictures and the film are in $(DEMO):"
+	@ls $(DEMO) | sed 's/^/  /'
+
+test: .venv/.dev  ## run all tests
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+bench: .venv/.dev  ## measure against other software; writes build/benchmarks.json
+	$(BIN)/python -m benchmarks
+
+reproduce: .venv/.core  ## redo published results; writes build/reproductions.json
+	$(BIN)/python -m reproductions
+
+docs: .venv/.dev  ## build the documentation in docs/_build
+	$(BIN)/python -m sphinx -b html -W --keep-going --quiet docs docs/_build
+	@echo "open docs/_build/index.html"
+
+lint: .venv/.dev  ## style, types and the order of the layers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+clean:  ## remove what was built; .venv stays
+	rm -rf build out docs/_build docs/gallery docs/reference/generated docs/sg_execution_times.rst
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .numba_cache
+	find . -name .venv -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The environment: the package alone for users (.core), and with all tools for developers (.dev).
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed; try make PYTHON=python3.12")'
+	$(PYTHON) -m venv --clear .venv
+
+.venv/.core: pyproject.toml | $(BIN)/python
+	$(PIP) --editable .
+	@touch $@
+
+.venv/.dev: pyproject.toml | $(BIN)/python
+	$(PIP) --editable '.[dev]'
+	@touch .venv/.core $@

@@ -1,0 +1,32 @@
+"""Ratios against other software, measured in the same run.
+
+A module ``benchmarks/<name>.py`` has a function ``bench() -> list[dict]`` with rows best made by :func:`compared`,
+or :func:`measured` where there is no peer. A ratio is the peer's time over ours at equal accuracy: larger is better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+
+def seconds(call: Callable[[], Any], repeats: int = 5) -> float:
+    """Least time of ``repeats`` calls; one call before them is not counted, because it may load or compile."""
+    call()
+    times = []
+    for _ in range(repeats):
+        start = perf_counter()
+        call()
+        times.append(perf_counter() - start)
+    return min(times)
+
+
+def compared(name: str, ours: float, peer: str, theirs: float, *, note: str = "") -> dict[str, Any]:
+    """One row from two times in seconds, taken at equal accuracy."""
+    return {"name": name, "value": ours, "unit": "s", "peer": peer, "ratio": theirs / ours, "note": note}
+
+
+def measured(name: str, value: float, unit: str, *, note: str = "") -> dict[str, Any]:
+    """One row without a peer."""
+    return {"name": name, "value": value, "unit": unit, "peer": None, "ratio": None, "note": note}

@@ -1,0 +1,112 @@
+"""Sphinx configuration; what can be generated from the code or from measured rows is generated here."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from importlib import import_module
+from pathlib import Path
+
+from sphinx.util import logging
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path.insert(0, str(ROOT))
+
+import autobalancer  # noqa: E402
+from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown  # noqa: E402
+
+project = "autobalancer"
+author = "the autobalancer authors"
+copyright = "2026, the autobalancer authors"
+version = release = autobalancer.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+    "sphinx_gallery.gen_gallery",
+    "sphinxcontrib.bibtex",
+]
+templates_path = ["_templates"]
+exclude_patterns = ["_build", "reference/generated/tables", "**/GALLERY_HEADER.rst", "gallery/**/*.ipynb"]
+# a page that does not exist yet is simply not in the list of contents
+suppress_warnings = ["toc.empty_glob", "config.cache"]
+
+html_theme = "furo"
+html_title = f"autobalancer {version}"
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+
+autosummary_generate = True
+autosummary_ignore_module_all = False
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+napoleon_numpy_docstring = True
+
+bibtex_bibfiles = ["references.bib"]
+bibtex_default_style = "plain"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"plot_",
+    "download_all_examples": False,
+    "remove_config_comments": True,
+    "show_memory": False,
+}
+
+# --- generated pages ------------------------------------------------------------------------------------------
+
+GENERATED = HERE / "reference" / "generated"
+TABLES = GENERATED / "tables"
+
+
+def public_names() -> str:
+    """The public interface, grouped by the package each name lives in; the text is that package's own first line."""
+    groups: dict[str, list[str]] = {}
+    for name in autobalancer.__all__:
+        try:
+            value = getattr(autobalancer, name)
+        except (ImportError, AttributeError) as reason:
+            logging.getLogger(__name__).warning("public name %s cannot be imported: %s", name, reason)
+            continue
+        home = getattr(value, "__module__", None) or value.__name__
+        groups.setdefault(home.split(".")[1], []).append(name)
+    text = "Public names\n============\n\n.. currentmodule:: autobalancer\n"
+    for group, names in sorted(groups.items()):
+        doc = (import_module(f"autobalancer.{group}").__doc__ or "").strip().splitlines()
+        listed = "".join(f"   {name}\n" for name in names)
+        text += f"\n{group}\n{'-' * len(group)}\n\n{doc[0] if doc else ''}\n\n"
+        text += f".. autosummary::\n   :toctree: .\n\n{listed}"
+    return text
+
+
+def table(ledger: Ledger, command: str) -> str:
+    """The rows of the last run and its pictures, or how to make them."""
+    rows = ledger.rows()
+    if not rows:
+        return f"Nothing was measured for this copy of the pages; run `{command}` and build them again.\n"
+    text = markdown(ledger, rows)
+    pictures = sorted((ledger.file.parent / ledger.name).glob("*/*.png"))
+    for picture in pictures:
+        copy = TABLES / f"{picture.parent.name}_{picture.name}"
+        shutil.copyfile(picture, copy)
+        text += f"\n![{picture.stem.replace('_', ' ')}](/{copy.relative_to(HERE).as_posix()})\n"
+    return text
+
+
+def write(path: Path, text: str) -> None:
+    """Touch a page only when it changed, so that an incremental build stays one."""
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+TABLES.mkdir(parents=True, exist_ok=True)
+write(GENERATED / "public.rst", public_names())
+write(TABLES / "reproductions.md", table(REPRODUCTIONS, "make reproduce"))
+write(TABLES / "benchmarks.md", table(BENCHMARKS, "make bench"))

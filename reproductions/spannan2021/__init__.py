@@ -1,0 +1,1 @@
+"""L. Spannan, On the dynamic modelling of automatic ball balancers applied to laboratory centrifuges, 2021."""

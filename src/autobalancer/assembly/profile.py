@@ -1,0 +1,97 @@
+"""Profiles over time as pieces that the kernels can evaluate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from autobalancer.errors import MachineError
+from autobalancer.kernels.system import HILL, LINEAR
+from autobalancer.machine import Constant, Dwell, Hill, Ramp, Reduction, Table
+from autobalancer.machine.unbalance import Unbalance
+
+SpeedProfile = Constant | Ramp | Table | Dwell | Hill | Reduction
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One piece from ``start`` on: linear (value, rate, 0, 0) or Hill (end, half time, exponent, begin)."""
+
+    start: float
+    kind: int
+    numbers: tuple[float, float, float, float]
+
+    def at(self, time: float) -> tuple[float, float, float, float]:
+        """The numbers of the same curve if the piece began at ``time``."""
+        if self.kind == HILL:
+            return self.numbers
+        return (self.numbers[0] + self.numbers[1] * (time - self.start), self.numbers[1], 0.0, 0.0)
+
+
+def profile_pieces(profile: SpeedProfile) -> list[Piece]:
+    """The pieces of a profile, the first one starting at time 0."""
+    if isinstance(profile, Hill):
+        numbers = (float(profile.end), float(profile.half_time), float(profile.exponent), float(profile.start))
+        return [Piece(0.0, HILL, numbers)]
+    return _straight(corners(profile))
+
+
+def corners(profile: SpeedProfile) -> list[tuple[float, float]]:
+    """(time, speed) of the corners of a piecewise straight profile."""
+    if isinstance(profile, Constant):
+        return [(0.0, float(profile.speed))]
+    if isinstance(profile, Ramp):
+        first, last = float(profile.delay), float(profile.delay + profile.duration)
+        return [(first, float(profile.start)), (last, float(profile.end))]
+    if isinstance(profile, Table):
+        return [(float(t), float(w)) for t, w in zip(profile.time, profile.speed, strict=True)]
+    if isinstance(profile, Dwell):
+        stops = [(float(speed), float(profile.hold)) for speed in profile.speeds]
+        return _staircase(stops, float(profile.acceleration))
+    if isinstance(profile, Reduction):
+        stops = [
+            (float(profile.start), 0.0),
+            (float(profile.peak), float(profile.hold_peak)),
+            (float(profile.reduced), float(profile.hold_reduced)),
+            (float(profile.end), 0.0),
+        ]
+        return _staircase(stops, float(profile.acceleration))
+    raise MachineError(f"no corners in a profile of kind {profile.kind!r}")
+
+
+def _staircase(stops: list[tuple[float, float]], acceleration: float) -> list[tuple[float, float]]:
+    time, speed = 0.0, stops[0][0]
+    points = [(time, speed)]
+    for target, hold in stops:
+        if target != speed:
+            time += abs(target - speed) / acceleration
+            points.append((time, target))
+        if hold > 0.0:
+            time += hold
+            points.append((time, target))
+        speed = target
+    return points
+
+
+def _straight(points: list[tuple[float, float]]) -> list[Piece]:
+    pieces = [Piece(0.0, LINEAR, (points[0][1], 0.0, 0.0, 0.0))] if points[0][0] > 0.0 or len(points) == 1 else []
+    for (t0, w0), (t1, w1) in zip(points, points[1:], strict=False):
+        pieces.append(Piece(t0, LINEAR, (w0, (w1 - w0) / (t1 - t0), 0.0, 0.0)))
+    if len(points) > 1:
+        pieces.append(Piece(points[-1][0], LINEAR, (points[-1][1], 0.0, 0.0, 0.0)))
+    return pieces
+
+
+def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False) -> float:
+    """The schedule's factor just after ``time``, or just before it."""
+    schedule = unbalance.schedule
+    if schedule is None:
+        return 1.0
+    times = [float(t) for t in schedule.time]
+    factors = [float(f) for f in schedule.factor]
+    left = [i for i, t in enumerate(times) if (t < time if before else t <= time)]
+    if not left:
+        return factors[0]
+    i = left[-1]
+    if i + 1 == len(times):
+        return factors[-1]
+    return factors[i] + (time - times[i]) / (times[i + 1] - times[i]) * (factors[i + 1] - factors[i])

@@ -1,0 +1,222 @@
+"""From a machine to the numbers of its equations of motion."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.kernels.system import (
+    BALL_COLUMNS,
+    BALLS,
+    DRAG,
+    DRIVE,
+    INERTIA,
+    KIND,
+    LINEAR,
+    MASS,
+    MOMENT,
+    OFFSET_X,
+    OFFSET_Y,
+    PRESCRIBED,
+    SEGMENT_COLUMNS,
+    SPEED,
+    SPIN,
+    START,
+    THETA,
+    TORQUE,
+    UNBALANCE,
+    VX,
+    VY,
+    Floats,
+    Matrix,
+    System,
+    X,
+    Y,
+)
+from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A machine ready to integrate: its system, its state at time 0, the size of its motions."""
+
+    system: System
+    state: Floats  # (6 + 2 n,)
+    scale: Floats  # (6 + 2 n,) size of each component, for absolute tolerances
+    growing: Floats  # (6 + 2 n,) 1 where the tolerance grows with the component, 0 for angles and speeds
+    balls: tuple[Ball, ...]
+
+
+def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None) -> Assembly:
+    """Numbers of a machine.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    seed
+        For the start positions of balls that have none.
+    rotating
+        Whether the frame turns with the rotor; by default where the machine is then autonomous: isotropic supports
+        and no gravity in the plane.
+
+    Raises
+    ------
+    MachineError
+        If a name is unknown to the catalogs or the balls do not fit.
+    """
+    balls = resolve(machine)
+    pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
+    isotropic = machine.rotor.isotropic
+    turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
+    (kx, ky), (bx, by) = machine.rotor.stiffness_xy, machine.rotor.damping_xy
+    drive = machine.drive
+    table = np.zeros((0, 2))
+    if isinstance(drive, TorqueTable):
+        table = np.column_stack([[float(w) for w in drive.speed], [float(q) for q in drive.torque]])
+    system = System(
+        rotating=1.0 if turns else 0.0,
+        mass=total_mass(machine, balls),
+        stiffness_x=kx,
+        stiffness_y=ky,
+        damping_x=bx,
+        damping_y=by,
+        gravity_x=0.0,
+        gravity_y=-pull,
+        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(_polar(ball) for ball in balls),
+        drive=PRESCRIBED if isinstance(drive, PrescribedSpeed) else TORQUE,
+        torque_damping=0.0 if isinstance(drive, PrescribedSpeed) else float(drive.damping),
+        balls=_ball_matrix(balls),
+        torque_table=np.ascontiguousarray(table, np.float64),
+        segments=_segments(machine),
+        now=np.zeros(1, np.int64),
+    )
+    state = _start(machine, balls, system, seed)
+    scale, growing = _scales(machine, balls, system)
+    return Assembly(system, state, scale, growing, balls)
+
+
+def total_mass(machine: Machine, balls: tuple[Ball, ...]) -> float:
+    """Mass of rotor and balls (effective), kg."""
+    return float(machine.rotor.mass) + sum(ball.effective_mass for ball in balls)
+
+
+def unbalance_at(system: System, time: float) -> complex:
+    """Resultant unbalance in the rotor at a time (just after a jump), kg m."""
+    rows = system.segments
+    row = rows[max(0, int(np.searchsorted(rows[:, START], time, side="right")) - 1)]
+    u = row[UNBALANCE : UNBALANCE + 2] + (time - row[START]) * row[UNBALANCE + 2 : UNBALANCE + 4]
+    return complex(u[0], u[1])
+
+
+def _polar(ball: Ball) -> float:
+    spin = ball.spin_ratio * ball.mass * ball.radius**2
+    return spin + ball.effective_mass * (abs(ball.eccentricity) ** 2 + ball.orbit_radius**2)
+
+
+def _ball_matrix(balls: tuple[Ball, ...]) -> Matrix:
+    matrix = np.zeros((len(balls), BALL_COLUMNS))
+    for row, ball in zip(matrix, balls, strict=True):
+        row[MASS] = ball.effective_mass
+        row[MOMENT] = ball.moment
+        row[INERTIA] = ball.inertia
+        row[SPIN] = ball.moment * ball.orbit_radius - ball.spin_ratio * ball.mass * ball.radius * ball.orbit_radius
+        row[DRAG] = ball.drag
+        row[OFFSET_X], row[OFFSET_Y] = ball.eccentricity.real, ball.eccentricity.imag
+    return matrix
+
+
+def _drive_pieces(machine: Machine) -> list[Piece]:
+    drive = machine.drive
+    if isinstance(drive, PrescribedSpeed):
+        return profile_pieces(drive.profile)
+    if isinstance(drive, ConstantTorque):
+        return [Piece(0.0, LINEAR, (float(drive.torque), 0.0, 0.0, 0.0))]
+    if isinstance(drive, TargetTorque):
+        gain = float(drive.gain)
+        pieces = profile_pieces(drive.profile)
+        scaled = []
+        for piece in pieces:
+            a, b, c, d = piece.numbers
+            linear = piece.kind == LINEAR
+            scaled.append(Piece(piece.start, piece.kind, (gain * a, gain * b if linear else b, c, d if linear else gain * d)))
+        return scaled
+    return [Piece(0.0, LINEAR, (0.0, 0.0, 0.0, 0.0))]
+
+
+def _segments(machine: Machine) -> Matrix:
+    """The common grid of all times at which drive or unbalance take another course."""
+    pieces = _drive_pieces(machine)
+    times = {0.0, *(piece.start for piece in pieces)}
+    for unbalance in machine.unbalances:
+        if unbalance.schedule is not None:
+            times |= {float(t) for t in unbalance.schedule.time}
+    grid = sorted(times)
+    rows = np.zeros((len(grid), SEGMENT_COLUMNS))
+    for number, (row, time) in enumerate(zip(rows, grid, strict=True)):
+        piece = [p for p in pieces if p.start <= time][-1]
+        row[START], row[KIND] = time, piece.kind
+        row[DRIVE : DRIVE + 4] = piece.at(time)
+        after, change = 0j, 0j
+        for unbalance in machine.unbalances:
+            vector = cmath.rect(unbalance.size, float(unbalance.angle))
+            factor = unbalance_factor(unbalance, time)
+            after += vector * factor
+            if number + 1 < len(grid):
+                late = unbalance_factor(unbalance, grid[number + 1], before=True)
+                change += vector * (late - factor) / (grid[number + 1] - time)
+        row[UNBALANCE : UNBALANCE + 4] = after.real, after.imag, change.real, change.imag
+    return rows
+
+
+def _start(machine: Machine, balls: tuple[Ball, ...], system: System, seed: int) -> Floats:
+    n = len(balls)
+    state = np.zeros(BALLS + 2 * n)
+    first = system.segments[0]
+    speed = float(machine.start.speed)
+    if system.drive == PRESCRIBED:
+        speed = float(first[DRIVE]) if first[KIND] == LINEAR else float(first[DRIVE + 3])
+    angle = float(machine.start.rotor_angle)
+    back = cmath.exp(-1j * angle) if system.rotating else 1.0
+    place = complex(*machine.start.deflection) * back
+    velocity = complex(*machine.start.velocity) * back
+    state[[X, Y, VX, VY, THETA, SPEED]] = place.real, place.imag, velocity.real, velocity.imag, angle, speed
+    state[BALLS : BALLS + n] = _start_angles(balls, np.random.default_rng(seed))
+    state[BALLS + n :] = [ball.start_speed for ball in balls]
+    return state
+
+
+def _start_angles(balls: tuple[Ball, ...], random: np.random.Generator) -> list[float]:
+    """Given angles, or random ones at which the balls of a race do not overlap."""
+    angles: list[float] = []
+    places = sorted({(ball.balancer, ball.race) for ball in balls})
+    for place in places:
+        race = [ball for ball in balls if (ball.balancer, ball.race) == place]
+        if race[0].start_angle is not None:
+            angles += [float(ball.start_angle or 0.0) for ball in race]
+            continue
+        gaps = random.dirichlet(np.ones(len(race))) * (2.0 * math.pi - occupied_angle(race))
+        angle = random.uniform(0.0, 2.0 * math.pi)
+        for number, ball in enumerate(race):
+            angles.append(angle)
+            angle += gaps[number] + 0.5 * occupied_angle([ball, race[(number + 1) % len(race)]])
+    return angles
+
+
+def _scales(machine: Machine, balls: tuple[Ball, ...], system: System) -> tuple[Floats, Floats]:
+    frequency = math.sqrt(max(system.stiffness_x, system.stiffness_y) / system.mass)
+    drives = sum(unbalance.size for unbalance in machine.unbalances) + sum(ball.moment for ball in balls)
+    length = drives / system.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
+    length = max(length, abs(complex(*machine.start.deflection)), 1e-9)
+    scale, growing = np.ones(BALLS + 2 * len(balls)), np.zeros(BALLS + 2 * len(balls))
+    scale[[X, Y]] = length
+    scale[[VX, VY]] = length * frequency
+    scale[SPEED] = frequency
+    scale[BALLS + len(balls) :] = frequency
+    growing[[X, Y, VX, VY]] = 1.0
+    return scale, growing

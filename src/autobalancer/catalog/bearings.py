@@ -1,0 +1,163 @@
+"""Ball bearings whose outer ring and balls may serve as a balancer.
+
+Dimensions and printed capabilities: Spannan (2021), Tables C.1 (SKF, deep groove) and C.2 (Schaeffler, thin
+section), 412 rows recovered from a machine-read text. 315 rows are verified; 97 carry at least one value that had
+to be reconstructed, and say so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from autobalancer.catalog.tables import rows, unknown
+from autobalancer.errors import QuestionError
+from autobalancer.laws.capability import ball_mass, capability, largest_useful_count, needed_count
+
+TABLE_DENSITY = 7860.0
+"""Density of the steel balls in the printed capabilities [kg/m^3]: Spannan (2021), footnote of Table C.1."""
+
+_REMARKS = {
+    "CSCC": "printed orbit radius is 1/32 in above that of a symmetric section; if it is one, the capability "
+    "is 1.0 to 2.8 % high",
+    "CSCG 250": "bore contradicts the designation (365 mm printed, 635 mm by the size code); outer diameter "
+    "and orbit radius follow the printed bore",
+}
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """One ball bearing. Lengths in m, ``capability_printed`` in kg m (steel balls of 7860 kg/m^3).
+
+    ``verified`` is False if a value of the row was reconstructed from a damaged text; ``remark`` tells doubts.
+    """
+
+    designation: str
+    family: str
+    bore: float
+    outer: float
+    width: float
+    orbit_radius: float
+    ball_diameter: float
+    capability_printed: float
+    verified: bool
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class SuitableBearing:
+    """A bearing for a given unbalance: how many balls it needs and what they can do.
+
+    ``count`` is the smallest number of balls that compensates the unbalance, ``capability`` [kg m] what they
+    compensate and ``ball_mass`` [kg] the mass of all of them. ``largest_useful_count`` and
+    ``largest_capability`` [kg m] belong to the number with the greatest capability.
+    """
+
+    bearing: Bearing
+    count: int
+    capability: float
+    largest_useful_count: int
+    largest_capability: float
+    ball_mass: float
+
+
+@cache
+def bearings() -> tuple[Bearing, ...]:
+    """All 412 bearings, in the order of the source. Source: Spannan (2021), Tables C.1 and C.2."""
+    return tuple(_bearing(row) for row in rows("bearings.csv"))
+
+
+def bearing(designation: str) -> Bearing:
+    """One bearing by its designation, such as ``"6203"``. Raises ``CatalogError`` with similar ones."""
+    found = [entry for entry in bearings() if entry.designation.lower() == designation.strip().lower()]
+    if not found:
+        names = [entry.designation for entry in bearings()]
+        unknown("bearing", designation, names, "`autobalancer catalog bearings` lists them")
+    return found[0]
+
+
+def suitable_bearings(
+    unbalance: float,
+    *,
+    max_outer: float | None = None,
+    min_bore: float | None = None,
+    max_width: float | None = None,
+    ball_density: float = TABLE_DENSITY,
+    fluid_density: float = 0.0,
+) -> tuple[SuitableBearing, ...]:
+    """Bearings whose outer ring and balls can compensate an unbalance in a given space.
+
+    Parameters
+    ----------
+    unbalance
+        Unbalance to be compensated by one race [kg m].
+    max_outer, max_width, min_bore
+        Space [m]; None does not limit. The inner ring is left out, so the free bore of a balancer is
+        larger than the catalog bore that is compared here: the choice is on the safe side.
+    ball_density
+        Density of the balls [kg/m^3]; by default that of the bearing's own steel balls in the source.
+    fluid_density
+        Density of the fluid around the balls [kg/m^3]; zero neglects the buoyancy.
+
+    Returns
+    -------
+    tuple of SuitableBearing
+        Sorted by outer diameter, then by mass of the balls; empty if nothing fits.
+
+    Raises
+    ------
+    QuestionError
+        If a value is not positive or the balls float.
+    """
+    limits = {"unbalance": unbalance, "max_outer": max_outer, "min_bore": min_bore, "max_width": max_width}
+    for name, value in limits.items():
+        if value is not None and not value > 0.0:
+            raise QuestionError(f"given {name} = {value!r}; write a number greater than zero, in SI units")
+    found = []
+    for entry in bearings():
+        if max_outer is not None and entry.outer > max_outer * (1.0 + 1e-9):
+            continue
+        if min_bore is not None and entry.bore < min_bore * (1.0 - 1e-9):
+            continue
+        if max_width is not None and entry.width > max_width * (1.0 + 1e-9):
+            continue
+        race = (entry.orbit_radius, entry.ball_diameter, ball_density)
+        greatest = capability(*race, fluid_density=fluid_density)
+        if greatest < unbalance:
+            continue
+        count = needed_count(unbalance, *race, fluid_density=fluid_density)
+        found.append(
+            SuitableBearing(
+                bearing=entry,
+                count=count,
+                capability=capability(*race, count, fluid_density=fluid_density),
+                largest_useful_count=largest_useful_count(entry.orbit_radius, entry.ball_diameter),
+                largest_capability=greatest,
+                ball_mass=count * ball_mass(entry.ball_diameter, ball_density),
+            )
+        )
+    return tuple(sorted(found, key=lambda choice: (choice.bearing.outer, choice.ball_mass)))
+
+
+def _bearing(row: dict[str, str]) -> Bearing:
+    designation = row["designation"]
+    remark = _REMARKS.get(designation) or _REMARKS.get(designation.split()[0], "")
+    verified = row["verified"] == "yes"
+    if not verified:
+        remark = "; ".join(filter(None, ("reconstructed from a damaged text", remark)))
+
+    def si(column: str, unit: float) -> float:
+        return float(f"{float(row[column]) * unit:.12g}")
+
+    return Bearing(
+        designation=designation,
+        family=row["family"],
+        bore=si("bore_mm", 1e-3),
+        outer=si("outer_mm", 1e-3),
+        width=si("width_mm", 1e-3),
+        orbit_radius=si("orbit_radius_mm", 1e-3),
+        ball_diameter=si("ball_diameter_mm", 1e-3),
+        capability_printed=si("max_compensation_gmm", 1e-6),
+        verified=verified,
+        remark=remark,
+    )

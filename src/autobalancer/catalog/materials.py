@@ -1,0 +1,40 @@
+"""Materials of balls: what counts is their density."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from autobalancer.catalog.tables import key, rows, unknown
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material of balls: ``density`` in kg/m^3, where it comes from and how far it may be off."""
+
+    name: str
+    density: float
+    source: str
+    remark: str = ""
+
+
+@cache
+def materials() -> tuple[Material, ...]:
+    """All materials of the catalog. Each entry names the source of its density."""
+    return tuple(
+        Material(row["name"], float(row["density_kg_m3"]), row["source"], row["remark"])
+        for row in rows("materials.csv")
+    )
+
+
+def material(name: str) -> Material:
+    """One material by its name, upper or lower case. Raises ``CatalogError`` with similar names."""
+    by_key = {key(entry.name): entry for entry in materials()}
+    if key(name) not in by_key:
+        unknown(
+            "material",
+            name,
+            [entry.name for entry in materials()],
+            "`autobalancer catalog materials` lists them",
+        )
+    return by_key[key(name)]

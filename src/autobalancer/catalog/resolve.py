@@ -1,0 +1,234 @@
+"""From words to numbers: materials and fluids looked up, sizes and masses worked out, fit checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from autobalancer.catalog.fluids import fluid
+from autobalancer.catalog.materials import material
+from autobalancer.errors import CatalogError
+from autobalancer.laws.drag import annulus_cd_re, linear_drag
+from autobalancer.machine import (
+    AnnulusDrag,
+    Balls,
+    CoefficientDrag,
+    DragTorque,
+    Fluid,
+    Machine,
+    PlaneDrag,
+    Race,
+)
+from autobalancer.machine.part import ImpossiblePart, Problem
+
+
+@dataclass(frozen=True)
+class Ball:
+    """One ball in its race, SI. ``diameter`` and ``volume`` are 0 for a point ball of unknown size."""
+
+    balancer: int
+    race: int
+    mass: float
+    diameter: float
+    volume: float
+    displaced: float  # mass of the fluid displaced
+    orbit_radius: float
+    spin_ratio: float  # J / (m r^2): 2/5 rolling, 0 point
+    virtual_mass: float  # coefficient
+    drag: float  # beta, N m s
+    eccentricity: complex  # race center in the rotor, m
+    start_angle: float | None
+    start_speed: float
+
+    @property
+    def effective_mass(self) -> float:
+        """Mass less the fluid displaced: what drives and balances."""
+        return self.mass - self.displaced
+
+    @property
+    def radius(self) -> float:
+        """Ball radius, m."""
+        return 0.5 * self.diameter
+
+    @property
+    def inertia(self) -> float:
+        """Inertia of the ball angle: mass, virtual mass and rolling, kg m^2 (1 + j) m eps^2 without fluid."""
+        return (
+            (1.0 + self.spin_ratio) * self.mass + self.virtual_mass * self.displaced
+        ) * self.orbit_radius**2
+
+    @property
+    def moment(self) -> float:
+        """Effective mass times orbit radius: the unbalance this ball can balance, kg m."""
+        return self.effective_mass * self.orbit_radius
+
+
+def resolve(machine: Machine) -> tuple[Ball, ...]:
+    """All balls of a machine, race by race, in the order in which they stand in the file.
+
+    Raises
+    ------
+    ImpossiblePart
+        If a name is unknown, a ball does not fit, floats, or there are more balls than fit.
+    """
+    balls: list[Ball] = []
+    problems: list[Problem] = []
+    for b, balancer in enumerate(machine.balancers):
+        for r, race in enumerate(balancer.races):
+            found: list[Problem] = []
+            balls += _race(race, b, r, found)
+            problems += [(("balancers", b, "races", r, *keys), message) for keys, message in found]
+    if problems:
+        raise ImpossiblePart("Machine", problems)
+    return tuple(balls)
+
+
+def fluid_numbers(part: Fluid) -> tuple[float, float]:
+    """Density (kg/m^3) and kinematic viscosity (m^2/s) of a fluid, looked up if it has a name."""
+    if part.name is not None:
+        state = fluid(part.name) if part.temperature is None else fluid(part.name, float(part.temperature))
+        return state.density, state.viscosity
+    return float(part.density or 0.0), float(part.viscosity or 0.0)
+
+
+def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> list[Ball]:
+    density, viscosity = 0.0, 0.0
+    if race.fluid is not None:
+        try:
+            density, viscosity = fluid_numbers(race.fluid)
+        except CatalogError as error:
+            problems.append((("fluid",), str(error)))
+            return []
+    balls: list[Ball] = []
+    for g, group in enumerate(race.balls):
+        keys = ("balls", g)
+        try:
+            mass, diameter = _size(group)
+        except CatalogError as error:
+            problems.append(((*keys, "material"), str(error)))
+            return []
+        radius, volume = 0.5 * diameter, math.pi / 6.0 * diameter**3
+        if race.race_radius is not None and diameter == 0.0:
+            problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
+            return []
+        orbit = (
+            float(race.orbit_radius)
+            if race.orbit_radius is not None
+            else float(race.race_radius or 0.0) - radius
+        )
+        if orbit <= radius:
+            problems.append(
+                (
+                    keys,
+                    f"a ball of {_mm(diameter)} is larger than an orbit of {_mm(max(orbit, 0.0))} radius allows",
+                )
+            )
+            return []
+        for key, room in (("width", race.width), ("height", race.height)):
+            if room is not None and diameter > room:
+                problems.append(
+                    (keys, f"a ball of {_mm(diameter)} does not fit into a chamber of {key} {_mm(room)}")
+                )
+        displaced = density * volume
+        if displaced >= mass:
+            problems.append(
+                (keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
+            )
+        if not isinstance(race.drag, DragTorque) and diameter == 0.0:
+            problems.append(
+                (keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'")
+            )
+        for i in range(group.count):
+            balls.append(
+                Ball(
+                    balancer=balancer,
+                    race=number,
+                    mass=mass,
+                    diameter=diameter,
+                    volume=volume,
+                    displaced=displaced,
+                    orbit_radius=orbit,
+                    spin_ratio=0.4 if group.motion == "rolling" else 0.0,
+                    virtual_mass=float(race.fluid.virtual_mass) if race.fluid is not None else 0.0,
+                    drag=_drag(race, radius, orbit, density, viscosity),
+                    eccentricity=race.eccentricity
+                    * complex(math.cos(race.eccentricity_angle), math.sin(race.eccentricity_angle)),
+                    start_angle=float(group.start_angles[i]) if group.start_angles is not None else None,
+                    start_speed=float(group.start_speeds[i]) if group.start_speeds is not None else 0.0,
+                )
+            )
+    if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
+        problems.append(
+            (("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead")
+        )
+    elif not problems:
+        occupied = occupied_angle(balls)
+        if occupied > 2.0 * math.pi * (1.0 + 1e-12):
+            problems.append(
+                (
+                    ("balls",),
+                    f"{len(balls)} balls take {math.degrees(occupied):.1f} deg of 360 deg; take fewer or smaller ones",
+                )
+            )
+    given = [ball for ball in balls if ball.start_angle is not None]
+    if given and len(given) < len(balls):
+        problems.append(
+            (("balls",), "start_angles are given for some balls of this race; give them for all or for none")
+        )
+    for i, one in enumerate(given):
+        for other in given[i + 1 :]:
+            apart = abs(
+                math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi)
+            )
+            needed = 0.5 * occupied_angle([one, other])
+            if apart < needed * (1.0 - 1e-9):
+                problems.append(
+                    (
+                        ("balls",),
+                        f"start_angles put two balls {math.degrees(apart):.2f} deg apart; they need {math.degrees(needed):.2f} deg",
+                    )
+                )
+    return balls
+
+
+def occupied_angle(balls: list[Ball]) -> float:
+    """Angle that the balls of one race take when they touch, in their order around the race, rad."""
+    if len(balls) < 2:
+        return 0.0
+    total = 0.0
+    for one, other in zip(balls, balls[1:] + balls[:1], strict=True):
+        reach = (one.radius + other.radius) / (one.orbit_radius + other.orbit_radius)
+        total += 2.0 * math.asin(min(reach, 1.0))
+    return total
+
+
+def _size(group: Balls) -> tuple[float, float]:
+    """Mass and diameter; diameter 0 if nobody knows it."""
+    stuff = float(group.density) if group.density is not None else None
+    if group.material is not None:
+        stuff = float(material(group.material).density)
+    if group.diameter is not None:
+        diameter = float(group.diameter)
+        mass = float(group.mass) if group.mass is not None else (stuff or 0.0) * math.pi / 6.0 * diameter**3
+        return mass, diameter
+    mass = float(group.mass or 0.0)
+    return mass, (6.0 * mass / (math.pi * stuff)) ** (1.0 / 3.0) if stuff else 0.0
+
+
+def _drag(race: Race, radius: float, orbit: float, density: float, viscosity: float) -> float:
+    """beta of Spannan 2021, (5.26), with c_d Re from (5.21), (5.22) or given."""
+    law = race.drag
+    if isinstance(law, DragTorque):
+        return float(law.beta)
+    if isinstance(law, CoefficientDrag):
+        cd_re = float(law.cd_re)
+    elif isinstance(law, PlaneDrag):
+        cd_re = 322.0
+    else:
+        assert isinstance(law, AnnulusDrag)
+        cd_re = annulus_cd_re(float(law.clear_width) / radius, radius / orbit) if radius else 0.0
+    return linear_drag(cd_re, density, viscosity, radius, orbit)
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"

@@ -1,0 +1,241 @@
+"""``autobalancer catalog``: bearings, ball materials, fluids, and what a race of balls can compensate."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from autobalancer.catalog.fluids import FluidState
+
+app = typer.Typer(
+    help="Look up bearings, ball materials and fluids.", no_args_is_help=True, rich_markup_mode="rich"
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
+Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
+FluidName = Annotated[
+    str | None, typer.Option(help="Fluid around the balls, at 25 degC; without it no buoyancy.")
+]
+
+
+@app.command()
+def bearings(
+    unbalance: Annotated[
+        str | None, typer.Option(help='Unbalance to compensate, such as "594 g*mm".')
+    ] = None,
+    max_outer: Annotated[str | None, typer.Option(help='Largest outer diameter, such as "80 mm".')] = None,
+    min_bore: Annotated[str | None, typer.Option(help="Smallest catalog bore.")] = None,
+    max_width: Annotated[str | None, typer.Option(help="Largest width.")] = None,
+    material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
+    fluid: FluidName = None,
+    limit: Annotated[int, typer.Option(min=0, help="Rows to print; 0 prints all.")] = 20,
+    as_json: Json = False,
+) -> None:
+    """List bearings whose outer ring and balls compensate an unbalance in a given space.
+
+    [dim]Example:[/dim] autobalancer catalog bearings --unbalance "594 g*mm" --max-outer "80 mm"
+    """
+    from autobalancer.catalog.bearings import suitable_bearings
+    from autobalancer.catalog.materials import material as find_material
+
+    found = suitable_bearings(
+        1e-12 if unbalance is None else _si(unbalance, "kg*m"),  # any bearing does, so all are listed
+        max_outer=None if max_outer is None else _si(max_outer, "m"),
+        min_bore=None if min_bore is None else _si(min_bore, "m"),
+        max_width=None if max_width is None else _si(max_width, "m"),
+        ball_density=find_material(material).density,
+        fluid_density=_fluid_density(fluid),
+    )
+    shown = found[: limit or None]
+    if as_json:
+        needs = ("count", "capability", "ball_mass") if unbalance is None else ()
+        rows = [{k: v for k, v in asdict(entry).items() if k not in needs} for entry in shown]
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    lengths = ("bore", "outer", "width", "orbit radius", "ball")
+    columns = ["bearing", *(f"{name}\nmm" for name in lengths), "greatest\ng mm", "with\nballs"]
+    if unbalance is not None:
+        columns += ["balls\nneeded", "they give\ng mm", "their mass\ng"]
+    table = []
+    for entry in shown:
+        b = entry.bearing
+        sizes = (b.bore, b.outer, b.width, b.orbit_radius, b.ball_diameter)
+        row = [b.designation, *(f"{size * 1e3:.5g}" for size in sizes)]
+        row += [f"{entry.largest_capability * 1e6:.4g}", str(entry.largest_useful_count)]
+        if unbalance is not None:
+            row += [str(entry.count), f"{entry.capability * 1e6:.4g}", f"{entry.ball_mass * 1e3:.4g}"]
+        table.append([*row, b.remark])
+    _table(f"{len(found)} bearings, {len(shown)} shown", [*columns, "remark"], table, left=1)
+    typer.echo("Source: Spannan (2021), Tables C.1 and C.2. Balls of the given material; see the remarks.")
+
+
+@app.command()
+def fluids(temperature: Temperature = "25 degC", as_json: Json = False) -> None:
+    """List the fluids with their density and viscosity at a temperature.
+
+    [dim]Example:[/dim] autobalancer catalog fluids --temperature "40 degC"
+    """
+    from autobalancer.catalog.fluids import fluid as find_fluid
+    from autobalancer.catalog.fluids import fluids as all_fluids
+    from autobalancer.errors import CatalogError
+
+    kelvin = _si(temperature, "K")
+    rows: list[dict[str, Any]] = []
+    for entry in all_fluids():
+        try:
+            rows.append(asdict(find_fluid(entry.name, kelvin)))
+        except CatalogError as reason:
+            nothing = {"density": None, "viscosity": None, "temperature": kelvin}
+            rows.append({"name": entry.name, **nothing, "source": entry.source, "remark": str(reason)})
+    if as_json:
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    table = [
+        [row["name"], "-", "-", "not known at this temperature"]
+        if row["density"] is None
+        else [row["name"], f"{row['density']:.4g}", f"{row['viscosity'] * 1e6:.4g}", row["remark"]]
+        for row in rows
+    ]
+    title = f"Fluids at {kelvin - 273.15:.5g} degC"
+    _table(title, ["fluid", "density\nkg/m^3", "viscosity\nmm^2/s", "remark"], table, left=1)
+    typer.echo(
+        "Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME"
+    )
+
+
+@app.command()
+def fluid(
+    name: Annotated[str, typer.Argument(help='Such as "silicone oil 20" or "glycerol 50 wt%".')],
+    temperature: Temperature = "25 degC",
+    as_json: Json = False,
+) -> None:
+    """Show one fluid with its source.
+
+    [dim]Example:[/dim] autobalancer catalog fluid "silicone oil 20" --temperature "40 degC"
+    """
+    from autobalancer.catalog.fluids import fluid as find_fluid
+
+    state = find_fluid(name, _si(temperature, "K"))
+    if as_json:
+        typer.echo(json.dumps(asdict(state), indent=2))
+    else:
+        _show(state)
+
+
+@app.command()
+def blend(
+    first: Annotated[str, typer.Argument(help="Name of the first oil.")],
+    second: Annotated[str, typer.Argument(help="Name of the second oil.")],
+    viscosity: Annotated[str, typer.Option(help='Wanted viscosity, such as "5 mm^2/s".')],
+    temperature: Temperature = "25 degC",
+    basis: Annotated[str, typer.Option(help="What the fraction counts: mass or volume.")] = "mass",
+    as_json: Json = False,
+) -> None:
+    """Mix two oils to a wanted viscosity.
+
+    [dim]Example:[/dim] autobalancer catalog blend "silicone oil 1" "silicone oil 50" --viscosity "5 mm^2/s"
+    """
+    from autobalancer.catalog.fluids import blend as mix
+
+    result = mix(first, second, _si(viscosity, "m^2/s"), _si(temperature, "K"), basis=basis)  # type: ignore[arg-type]
+    if as_json:
+        typer.echo(json.dumps(asdict(result), indent=2))
+        return
+    typer.echo(
+        f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}"
+    )
+    _show(result.fluid)
+
+
+@app.command()
+def materials(as_json: Json = False) -> None:
+    """List the materials of balls with their densities.
+
+    [dim]Example:[/dim] autobalancer catalog materials
+    """
+    from autobalancer.catalog.materials import materials as all_materials
+
+    if as_json:
+        typer.echo(json.dumps([asdict(entry) for entry in all_materials()], indent=2))
+        return
+    table = [[entry.name, f"{entry.density:.5g}", entry.source, entry.remark] for entry in all_materials()]
+    _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table, left=1)
+
+
+@app.command()
+def capability(
+    orbit_radius: Annotated[str, typer.Option(help='Radius of the circle of ball centers, such as "77 mm".')],
+    ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')],
+    material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
+    count: Annotated[
+        int | None, typer.Option(help="Number of balls; by default the most useful one.")
+    ] = None,
+    fluid: FluidName = None,
+    as_json: Json = False,
+) -> None:
+    """Work out the unbalance that a race of balls can compensate.
+
+    [dim]Example:[/dim] autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
+    """
+    from autobalancer.catalog.materials import material as find_material
+    from autobalancer.laws import capability as laws
+
+    radius, diameter = _si(orbit_radius, "m"), _si(ball_diameter, "m")
+    density, fluid_density = find_material(material).density, _fluid_density(fluid)
+    best = laws.largest_useful_count(radius, diameter)
+    balls = best if count is None else count
+    answer = {
+        "count": balls,
+        "capability": laws.capability(radius, diameter, density, balls, fluid_density=fluid_density),
+        "ball_mass": balls * laws.ball_mass(diameter, density),
+        "largest_useful_count": best,
+        "largest_capability": laws.capability(radius, diameter, density, fluid_density=fluid_density),
+        "largest_count": laws.largest_count(radius, diameter),
+    }
+    if as_json:
+        typer.echo(json.dumps(answer, indent=2))
+        return
+    given, most = answer["capability"] * 1e6, answer["largest_capability"] * 1e6
+    typer.echo(f"{balls} balls ({answer['ball_mass'] * 1e3:.4g} g) compensate {given:.5g} g mm")
+    typer.echo(f"greatest: {most:.5g} g mm with {best} balls; room for {answer['largest_count']}")
+
+
+def _si(text: str, unit: str) -> float:
+    from autobalancer.units import to_si
+
+    return float(to_si(text, unit))
+
+
+def _fluid_density(name: str | None) -> float:
+    from autobalancer.catalog.fluids import fluid as find_fluid
+
+    return 0.0 if name is None else find_fluid(name).density
+
+
+def _show(state: FluidState) -> None:
+    typer.echo(f"{state.name} at {state.temperature - 273.15:.5g} degC")
+    typer.echo(f"  density    {state.density:.5g} kg/m^3")
+    typer.echo(f"  viscosity  {state.viscosity * 1e6:.5g} mm^2/s")
+    typer.echo(f"  source     {state.source}")
+    if state.remark:
+        typer.echo(f"  remark     {state.remark}")
+
+
+def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, left: int) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
+    for index, column in enumerate(columns):
+        text = index < left or column in ("source", "remark")
+        table.add_column(column, justify="left" if text else "right", no_wrap=not text or index < left)
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)

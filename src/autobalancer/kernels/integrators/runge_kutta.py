@@ -1,0 +1,202 @@
+"""One adaptive stepper for every explicit pair and every right-hand side with the same parameters.
+
+Step control is proportional-integral (Hairer and Wanner 1996, section IV.2). The right-hand side comes as a
+function type and the pair as numbers, so one compiled function, kept in the cache, serves all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from numba import int64, njit
+
+from autobalancer.kernels.integrators.memory import (
+    ACCEPTED,
+    END,
+    ERROR,
+    EVALUATIONS,
+    FRESH,
+    LONGEST,
+    NEXT_SAMPLE,
+    REJECTED,
+    STEP,
+    TIME,
+    Memory,
+    memory_type,
+)
+from autobalancer.kernels.integrators.record import (
+    Record,
+    evaluate,
+    find_events,
+    record_envelope,
+    record_samples,
+    record_turns,
+    record_type,
+)
+from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
+from autobalancer.kernels.system import START, Floats, System, rhs_type, system_type
+
+RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
+
+
+@njit(inline="always", error_model="numpy")
+def _stages(first: int, last: int, step: float, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
+    n = m.state.size
+    for stage in range(first, last):
+        for i in range(n):
+            m.trial[i] = 0.0
+        for j in range(stage):
+            weight = t.weights[stage, j]
+            if weight != 0.0:
+                for i in range(n):
+                    m.trial[i] += weight * m.stages[j, i]
+        for i in range(n):
+            m.trial[i] = m.start[i] + step * m.trial[i]
+        rhs(m.clock[TIME] + t.nodes[stage] * step, m.trial, m.stages[stage], p)
+    m.counts[EVALUATIONS] += last - first
+
+
+@njit(inline="always", error_model="numpy")
+def _error(step: float, t, m) -> float:  # type: ignore[no-untyped-def]
+    """Weighted error of the step; ``m.trial`` holds the new state."""
+    n = m.state.size
+    fine, coarse = 0.0, 0.0
+    for i in range(n):
+        weight = 1.0 / (m.absolute[i] + m.relative[i] * max(abs(m.start[i]), abs(m.trial[i])))
+        estimate, correction = 0.0, 0.0
+        for j in range(t.main):
+            estimate += t.error[0, j] * m.stages[j, i]
+            correction += t.error[1, j] * m.stages[j, i]
+        fine += (estimate * weight) ** 2
+        coarse += (correction * weight) ** 2
+    if fine == 0.0:
+        return 0.0
+    return step * fine / math.sqrt((fine + 0.01 * coarse) * n)
+
+
+@njit(inline="always", error_model="numpy")
+def _dense(step: float, t, m) -> None:  # type: ignore[no-untyped-def]
+    n = m.state.size
+    degree = t.dense.shape[1]
+    for j in range(degree):
+        for i in range(n):
+            m.dense[j, i] = 0.0
+        for stage in range(t.total):
+            weight = step * t.dense[stage, j]
+            if weight != 0.0:
+                for i in range(n):
+                    m.dense[j, i] += weight * m.stages[stage, i]
+
+
+@njit(inline="always", error_model="numpy")
+def _first_step(m) -> float:  # type: ignore[no-untyped-def]
+    """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
+    size, rate = 0.0, 0.0
+    for i in range(m.state.size):
+        weight = 1.0 / (m.absolute[i] + m.relative[i] * abs(m.state[i]))
+        size += (m.state[i] * weight) ** 2
+        rate += (m.stages[0, i] * weight) ** 2
+    if size < 1e-10 or rate < 1e-10:
+        return 1e-6 * (m.clock[END] - m.clock[TIME])
+    return min(0.01 * math.sqrt(size / rate), m.clock[END] - m.clock[TIME])
+
+
+@njit(inline="always", error_model="numpy")
+def _wanted(reach: float, r, m) -> bool:  # type: ignore[no-untyped-def]
+    if r.bin_low.size > 0 or r.turn_states.shape[0] > 0:
+        return True
+    number = m.counts[NEXT_SAMPLE]
+    return number < r.sample_times.size and r.sample_times[number] <= reach
+
+
+@njit(inline="always", error_model="numpy")
+def _shorten(x: float, m) -> None:  # type: ignore[no-untyped-def]
+    """Rescale the dense output to the part of the step before x."""
+    factor = 1.0
+    for j in range(m.dense.shape[0]):
+        factor *= x
+        for i in range(m.state.size):
+            m.dense[j, i] *= factor
+
+
+@njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), cache=True, nogil=True, error_model="numpy")
+def advance(
+    rhs: Callable[[float, Floats, Floats, System], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
+) -> int:
+    """Take up to ``budget`` accepted steps towards ``m.clock[END]``; returns how that ended.
+
+    Calling it again goes on where it stopped, to the last bit as if it had never stopped.
+    """
+    n = m.state.size
+    segments = p.segments.shape[0]
+    last = t.main - 1
+    watch = r.event_kinds.size > 0
+    anything = watch or r.sample_times.size > 0 or r.bin_low.size > 0 or r.turn_states.shape[0] > 0
+    taken = 0
+    while taken < budget:
+        time = m.clock[TIME]
+        end = m.clock[END]
+        if time >= end:
+            return FINISHED
+        while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= time:
+            p.now[0] += 1
+            m.counts[FRESH] = 0
+        stop = end
+        if p.now[0] + 1 < segments:
+            stop = min(stop, p.segments[p.now[0] + 1, START])
+        if m.counts[FRESH] == 0:
+            rhs(time, m.state, m.stages[0], p)
+            m.counts[EVALUATIONS] += 1
+            m.counts[FRESH] = 1
+            if m.clock[STEP] == 0.0:
+                m.clock[STEP] = _first_step(m)
+        step = min(m.clock[STEP], m.clock[LONGEST])
+        reach = time + step
+        if reach >= stop - 1e-3 * step:  # never leave a sliver before a corner
+            reach, step = stop, stop - time
+        for i in range(n):
+            m.start[i] = m.state[i]
+        _stages(1, t.main, step, rhs, p, t, m)
+        error = _error(step, t, m)
+        if not error <= 1.0:  # also when it is not a number
+            m.counts[REJECTED] += 1
+            shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
+            m.clock[STEP] = step * shrink
+            if m.clock[STEP] < 4e-16 * max(abs(time), 1e-3):
+                for i in range(n):
+                    if not math.isfinite(m.stages[last, i]):
+                        return NOT_FINITE
+                return STEP_TOO_SMALL
+            continue
+        for i in range(n):
+            m.state[i] = m.trial[i]
+        ended = 2.0
+        if anything:
+            if watch or _wanted(reach, r, m):
+                _stages(t.main, t.total, step, rhs, p, t, m)
+                _dense(step, t, m)
+            if watch:
+                ended = find_events(time, reach, p, r, m)
+                if ended <= 1.0:
+                    evaluate(ended, m, m.state)
+                    _shorten(ended, m)
+                    reach = time + ended * (reach - time)
+            record_samples(time, reach, r, m)
+            record_envelope(time, reach, r, m)
+            record_turns(time, reach, end, r, m)
+        m.counts[ACCEPTED] += 1
+        taken += 1
+        m.clock[TIME] = reach
+        if ended <= 1.0:
+            m.counts[FRESH] = 0
+            return EVENT
+        for i in range(n):
+            m.stages[0, i] = m.stages[last, i]
+        error = max(error, 1e-4)
+        growth = 0.9 * error ** (-0.7 / t.order) * m.clock[ERROR] ** (0.4 / t.order)
+        m.clock[STEP] = step * min(6.0, max(0.2, growth))
+        m.clock[ERROR] = error
+    if m.clock[TIME] >= m.clock[END]:
+        return FINISHED
+    return RUNNING

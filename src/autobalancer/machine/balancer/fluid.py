@@ -1,0 +1,30 @@
+"""The fluid in a race."""
+
+from __future__ import annotations
+
+from pydantic import model_validator
+
+from autobalancer.machine.part import Density, Part, Ratio, Temperature, Viscosity
+
+
+class Fluid(Part):
+    """A fluid of the catalog at a temperature, or one given by density and kinematic viscosity.
+
+    The balls lose the mass of the fluid they displace as balancing mass and gain ``virtual_mass`` times it as
+    inertia (2 near a wall: Jan and Chen 1997; Spannan 2021, section 5.2.3).
+    """
+
+    name: str | None = None
+    temperature: Temperature | None = None
+    density: Density | None = None
+    viscosity: Viscosity | None = None
+    virtual_mass: Ratio = 2.0
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Fluid:
+        numbers = self.density is not None and self.viscosity is not None
+        if (self.name is not None) == numbers or (self.density is None) != (self.viscosity is None):
+            raise ValueError("give either the 'name' of a fluid of the catalog, or 'density' and 'viscosity'")
+        if numbers and self.temperature is not None:
+            raise ValueError("temperature: has no effect on a fluid given by density and viscosity; leave it out")
+        return self

@@ -1,0 +1,51 @@
+"""A race and the balancer that holds one or several of them in one plane."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.balancer.balls import Balls
+from autobalancer.machine.balancer.drag import Drag, DragTorque
+from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.part import Angle, Length, Offset, Part
+
+
+class Race(Part):
+    """A circular race with balls.
+
+    Give ``orbit_radius`` (of the ball centers) or, for balls of unequal size, ``race_radius`` (of the wall they run on).
+    ``eccentricity`` is the distance of the race center from the rotor's axis, in the direction ``eccentricity_angle``
+    of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
+    """
+
+    orbit_radius: Length | None = None
+    race_radius: Length | None = None
+    eccentricity: Offset = 0.0
+    eccentricity_angle: Angle = 0.0
+    width: Length | None = None
+    height: Length | None = None
+    fluid: Fluid | None = None
+    drag: Drag
+    balls: Annotated[tuple[Balls, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _complete(self) -> Race:
+        if (self.orbit_radius is None) == (self.race_radius is None):
+            raise ValueError("give either 'orbit_radius' (ball centers) or 'race_radius' (wall)")
+        if self.fluid is None and not isinstance(self.drag, DragTorque):
+            raise ValueError(f"drag: the law {self.drag.law!r} needs a fluid; add 'fluid', or use the law 'beta'")
+        return self
+
+    @property
+    def ball_count(self) -> int:
+        """Balls in this race."""
+        return sum(group.count for group in self.balls)
+
+
+class Balancer(Part):
+    """One or several races in one plane of the rotor."""
+
+    name: str = ""
+    races: Annotated[tuple[Race, ...], Field(min_length=1)]

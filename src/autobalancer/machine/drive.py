@@ -1,0 +1,56 @@
+"""What turns the rotor: a prescribed speed, or a torque against an external damping torque."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.part import AngularDamping, Listed, Part, Speed, Torque
+from autobalancer.machine.profile import Profile
+
+
+class PrescribedSpeed(Part):
+    """The speed follows the profile whatever the balls do."""
+
+    kind: Literal["speed"] = "speed"
+    profile: Profile
+
+
+class ConstantTorque(Part):
+    """A constant torque less ``damping`` times the speed."""
+
+    kind: Literal["torque"] = "torque"
+    torque: Torque
+    damping: AngularDamping = 0.0
+
+
+class TargetTorque(Part):
+    """``gain`` times a target speed less ``damping`` times the speed (Spannan 2021, section 4.1.1)."""
+
+    kind: Literal["target_torque"] = "target_torque"
+    profile: Profile
+    gain: AngularDamping
+    damping: AngularDamping = 0.0
+
+
+class TorqueTable(Part):
+    """A torque that depends on the speed, straight between the entries, less ``damping`` times the speed."""
+
+    kind: Literal["torque_table"] = "torque_table"
+    speed: Annotated[tuple[Speed, ...], Listed]
+    torque: Annotated[tuple[Torque, ...], Listed]
+    damping: AngularDamping = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> TorqueTable:
+        if not self.speed:
+            raise ValueError("speed: the table is empty; give at least one speed and one torque")
+        if len(self.speed) != len(self.torque):
+            raise ValueError(f"given {len(self.speed)} speeds and {len(self.torque)} torques; give as many of one as of the other")
+        if any(b <= a for a, b in zip(self.speed, self.speed[1:], strict=False)):
+            raise ValueError("speed: must increase from entry to entry")
+        return self
+
+
+Drive = Annotated[PrescribedSpeed | ConstantTorque | TargetTorque | TorqueTable, Field(discriminator="kind")]

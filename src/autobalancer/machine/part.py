@@ -1,0 +1,144 @@
+"""What all parts of a machine have in common: frozen, complete, checked, and honest about what is wrong."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
+
+from autobalancer.errors import MachineError
+from autobalancer.units import to_si
+
+Problem = tuple[tuple[str | int, ...], str]
+
+
+class ImpossiblePart(MachineError):
+    """A :class:`MachineError` that knows every key at fault.
+
+    ``problems`` is a list of (path of keys, message).
+    """
+
+    def __init__(self, owner: str, problems: list[Problem]) -> None:
+        self.owner = owner
+        self.problems = problems
+        super().__init__(f"{owner}: " + "; ".join(spell(path, message) for path, message in problems))
+
+
+def spell(path: tuple[str | int, ...], message: str) -> str:
+    """``("balls", 1, "mass"), "..."`` as ``balls[2].mass: ...``; entries are counted from 1 as people do."""
+    text = ""
+    for step in path:
+        text += f"[{step + 1}]" if isinstance(step, int) else f".{step}" if text else step
+    return f"{text}: {message}" if text else message
+
+
+class Part(BaseModel):
+    """A frozen, validated piece of a machine; all numbers in SI, written with a unit if wished."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False)
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise ImpossiblePart(type(self).__name__, _problems(error, type(self))) from None
+
+
+_TAGGED = {"drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
+
+
+def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
+    found: list[Problem] = []
+    short: list[Problem] = []
+    for entry in error.errors():
+        path = _keys(entry["loc"])
+        cause = entry.get("ctx", {}).get("error")
+        if isinstance(cause, ImpossiblePart):
+            found += [(path + inner, message) for inner, message in cause.problems]
+        elif cause is not None:
+            found.append((path, str(cause)))
+        elif entry["type"] == "too_short":
+            short.append((path, "given an empty list; give at least one entry"))
+        else:
+            found.append((path, _plain(entry, part)))
+    # a list of faulty entries is also reported as too short; say only what is wrong with the entries
+    return found + [(path, text) for path, text in short if not any(p[: len(path)] == path for p, _ in found)]
+
+
+def _keys(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    return tuple(step for number, step in enumerate(loc) if number == 0 or loc[number - 1] not in _TAGGED)
+
+
+def _plain(entry: Any, part: type[BaseModel]) -> str:
+    kind, given = entry["type"], entry.get("input")
+    if kind == "missing":
+        return "missing; it has no default"
+    if kind == "extra_forbidden":
+        return f"unknown key; allowed here: {', '.join(sorted(part.model_fields))}"
+    if kind.startswith("union_tag"):
+        tags = entry.get("ctx", {}).get("expected_tags", "")
+        return f"given {_short(given)}; its 'kind' (or 'law') must be one of {tags}"
+    return f"given {_short(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) < 60 else text[:57] + "..."
+
+
+def quantity(unit: str, *, positive: bool = False, non_negative: bool = False) -> PlainValidator:
+    """Validator of one quantity in the SI unit ``unit``."""
+
+    def read(value: Any) -> float:
+        number = to_si(value, unit)
+        if positive and not number > 0.0:
+            raise ValueError(f"given {_short(value)}; must be greater than zero")
+        if non_negative and not number >= 0.0:
+            raise ValueError(f"given {_short(value)}; must not be negative")
+        return number
+
+    return PlainValidator(read)
+
+
+def one_or_two(unit: str, *, positive: bool = False) -> PlainValidator:
+    """Validator of one quantity, or of a pair along x and y."""
+    single = quantity(unit, positive=positive, non_negative=not positive).func
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, (list, tuple)):
+            return single(value)  # type: ignore[call-arg]
+        if len(value) != 2:
+            raise ValueError(f"given {len(value)} values; give one, or two (along x and y)")
+        return tuple(single(entry) for entry in value)  # type: ignore[call-arg]
+
+    return PlainValidator(read)
+
+
+def as_tuple(value: Any) -> Any:
+    """A single entry where a list is expected counts as a list of one."""
+    return value if isinstance(value, (list, tuple)) else (value,)
+
+
+Mass = Annotated[float, quantity("kg", positive=True)]
+Length = Annotated[float, quantity("m", positive=True)]
+Offset = Annotated[float, quantity("m", non_negative=True)]
+Position = Annotated[float, quantity("m")]
+Angle = Annotated[float, quantity("rad")]
+Speed = Annotated[float, quantity("rad/s")]
+Acceleration = Annotated[float, quantity("rad/s^2", positive=True)]
+Velocity = Annotated[float, quantity("m/s")]
+Time = Annotated[float, quantity("s", non_negative=True)]
+Duration = Annotated[float, quantity("s", positive=True)]
+Stiffness = Annotated[float | tuple[float, float], one_or_two("N/m", positive=True)]
+Damping = Annotated[float | tuple[float, float], one_or_two("N*s/m")]
+Torque = Annotated[float, quantity("N*m")]
+AngularDamping = Annotated[float, quantity("N*m*s", non_negative=True)]
+UnbalanceMoment = Annotated[float, quantity("kg*m", non_negative=True)]
+Inertia = Annotated[float, quantity("kg*m^2", positive=True)]
+Density = Annotated[float, quantity("kg/m^3", positive=True)]
+Viscosity = Annotated[float, quantity("m^2/s", positive=True)]
+Temperature = Annotated[float, quantity("K", positive=True)]
+Gravity = Annotated[float, quantity("m/s^2", non_negative=True)]
+Ratio = Annotated[float, quantity("", non_negative=True)]
+Positive = Annotated[float, quantity("", positive=True)]
+Listed = BeforeValidator(as_tuple)

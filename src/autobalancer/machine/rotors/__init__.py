@@ -1,0 +1,1 @@
+"""Rotor models: what carries the balancers."""

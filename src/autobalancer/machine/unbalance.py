@@ -1,0 +1,55 @@
+"""What the balancers have to balance."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from autobalancer.machine.part import Angle, Length, Listed, Mass, Part, Ratio, Time, UnbalanceMoment
+
+
+class Schedule(Part):
+    """How an unbalance changes in time: a factor, piecewise linear over time and constant outside.
+
+    Two equal times are a jump: blade loss at 5 s is ``time = [5, 5], factor = [0, 1]``.
+    """
+
+    time: Annotated[tuple[Time, ...], Listed]
+    factor: Annotated[tuple[Ratio, ...], Listed]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Schedule:
+        if not self.time:
+            raise ValueError("time: given an empty list; give at least one time")
+        if len(self.time) != len(self.factor):
+            raise ValueError(f"given {len(self.time)} times and {len(self.factor)} factors; give as many of one as of the other")
+        if any(b < a for a, b in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("time: must not decrease")
+        if any(a == c for a, c in zip(self.time, self.time[2:], strict=False)):
+            raise ValueError("time: the same time is given three times; a jump needs it twice")
+        return self
+
+
+class Unbalance(Part):
+    """A point unbalance: its moment, or mass and radius, at an angle in the rotor.
+
+    The mass belongs to the mass of the rotor; a change in time moves the moment only.
+    """
+
+    moment: UnbalanceMoment | None = None
+    mass: Mass | None = None
+    radius: Length | None = None
+    angle: Angle = 0.0
+    schedule: Schedule | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Unbalance:
+        if (self.moment is None) == (self.mass is None) or (self.mass is None) != (self.radius is None):
+            raise ValueError("give either 'moment', or 'mass' and 'radius'")
+        return self
+
+    @property
+    def size(self) -> float:
+        """The moment m0 eps0 at factor one, kg m."""
+        return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)

@@ -1,0 +1,66 @@
+"""The vocabulary of results: one name, one unit, one meaning, for simulated and measured data alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import xarray as xr
+
+
+@dataclass(frozen=True)
+class Label:
+    """Long name, SI unit and, where it matters, the frame."""
+
+    long_name: str
+    units: str
+    frame: str = ""
+
+
+LABELS: dict[str, Label] = {
+    "time": Label("time", "s"),
+    "speed": Label("rotor speed", "rad/s"),
+    "rotor_angle": Label("rotor angle", "rad", "space"),
+    "x": Label("deflection along x", "m", "space"),
+    "y": Label("deflection along y", "m", "space"),
+    "deflection": Label("deflection", "m"),
+    "ball_angle_in_rotor": Label("ball angle in the rotor", "rad", "rotor"),
+    "ball_speed_in_rotor": Label("ball speed in the rotor", "rad/s", "rotor"),
+    "ball_speed_in_space": Label("ball speed in space", "rad/s", "space"),
+    "unbalance": Label("unbalance of the rotor without balls", "kg m"),
+    "unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),
+    "residual_unbalance": Label("resultant of unbalance and balls", "kg m"),
+    "envelope_time": Label("middle of the bin", "s"),
+    "envelope_low": Label("least deflection in the bin", "m"),
+    "envelope_high": Label("greatest deflection in the bin", "m"),
+    "envelope_speed": Label("rotor speed at the end of the bin", "rad/s"),
+    "envelope_ball_angle_in_rotor": Label("ball angle in the rotor at the end of the bin", "rad", "rotor"),
+    "envelope_ball_speed_in_rotor": Label("ball speed in the rotor at the end of the bin", "rad/s", "rotor"),
+    "turn_time": Label("time, at equal steps of the rotor angle", "s"),
+    "turn_rotor_angle": Label("rotor angle in the last revolutions", "rad", "space"),
+    "turn_speed": Label("rotor speed in the last revolutions", "rad/s"),
+    "turn_x": Label("deflection along x in the last revolutions", "m", "space"),
+    "turn_y": Label("deflection along y in the last revolutions", "m", "space"),
+    "turn_ball_angle_in_rotor": Label("ball angle in the rotor in the last revolutions", "rad", "rotor"),
+    "event_time": Label("time of the event", "s"),
+    "event_name": Label("what happened", ""),
+    "event_speed": Label("rotor speed at the event", "rad/s"),
+    "event_deflection": Label("deflection at the event", "m"),
+    "balancer": Label("balancer of the ball, counted from 1", ""),
+    "race": Label("race of the ball in its balancer, counted from 1", ""),
+    "ball": Label("ball, counted from 1", ""),
+    "orbit_radius": Label("orbit radius of the ball", "m"),
+    "ball_diameter": Label("diameter of the ball, 0 if not given", "m"),
+    "ball_moment": Label("effective mass times orbit radius", "kg m"),
+    "race_center_x": Label("race center in the rotor", "m", "rotor"),
+    "race_center_y": Label("race center in the rotor", "m", "rotor"),
+}
+
+
+def label(dataset: xr.Dataset) -> xr.Dataset:
+    """Attach unit, long name and frame to every variable of ``dataset``; returns it."""
+    for name in dataset.variables:
+        entry = LABELS[str(name)]
+        dataset[name].attrs.update(long_name=entry.long_name, units=entry.units)
+        if entry.frame:
+            dataset[name].attrs["frame"] = entry.frame
+    return dataset

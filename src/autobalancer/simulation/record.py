@@ -1,0 +1,79 @@
+"""The arrays into which a run writes, as the caller wants them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from autobalancer.assembly.system import Assembly
+from autobalancer.errors import QuestionError
+from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.system import X, Y
+from autobalancer.simulation.events import Event
+from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
+
+LOGGED_EVENTS = 10_000
+
+
+def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: Assembly, end: float) -> Record:
+    """Room for all that was asked for, and for nothing else."""
+    n = assembly.state.size
+    times, edges = np.zeros(0), np.zeros(0)
+    turns, step, revolutions = np.zeros((0, n + 1)), 1.0, 0.0
+    asked: set[str] = set()
+    for wish in wishes:
+        kind = "samples" if isinstance(wish, (Samples, SampleTimes)) else type(wish).__name__
+        if kind in asked:
+            raise QuestionError(f"save: {kind} is asked for twice; ask once")
+        asked.add(kind)
+        if isinstance(wish, Samples):
+            times = np.linspace(0.0, end, wish.count)
+        elif isinstance(wish, SampleTimes):
+            times = _checked(wish, end)
+        elif isinstance(wish, Envelope):
+            edges = np.linspace(0.0, end, wish.bins + 1)
+        elif isinstance(wish, LastRevolutions):
+            turns = np.full((wish.count * wish.per_revolution + 1, n + 1), np.nan)
+            step, revolutions = 2.0 * math.pi / wish.per_revolution, float(wish.count)
+            if any(event.ends_run for event in events):
+                revolutions = math.inf  # the end is not known beforehand: keep the ring turning all the time
+        else:
+            raise QuestionError(f"save: {wish!r} is not Samples, SampleTimes, Envelope or LastRevolutions")
+    bins = max(edges.size - 1, 0)
+    low, high = np.full(bins, np.inf), np.full(bins, -np.inf)
+    if bins:
+        low[0] = high[0] = math.hypot(assembly.state[X], assembly.state[Y])
+    for event in events:
+        if event.ball is not None and not 1 <= event.ball <= len(assembly.balls):
+            raise QuestionError(f"event: given ball {event.ball}; the machine has balls 1 to {len(assembly.balls)}")
+    numbers = [event.numbers for event in events]
+    column = [np.array([row[i] for row in numbers], np.float64 if i == 2 else np.int64) for i in range(5)]
+    return Record(
+        sample_times=times,
+        samples=np.full((times.size, n), np.nan),
+        bin_edges=edges,
+        bin_low=low,
+        bin_high=high,
+        bin_states=np.full((bins, n), np.nan),
+        turn_states=turns,
+        turn_step=step,
+        turn_count=revolutions,
+        event_kinds=column[0],
+        event_balls=column[1],
+        event_levels=column[2],
+        event_directions=column[3],
+        event_terminal=column[4],
+        event_seen=np.zeros(len(events), np.int64),
+        event_states=np.zeros((LOGGED_EVENTS if events else 0, n + 2)),
+    )
+
+
+def _checked(wish: SampleTimes, end: float) -> np.ndarray:
+    times = np.array(wish.times, np.float64)
+    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
+        raise QuestionError("SampleTimes: give a list of finite times in seconds")
+    if np.any(np.diff(times) <= 0.0) or times[0] < 0.0 or times[-1] > end:
+        raise QuestionError(f"SampleTimes: the times must increase and lie within 0 and {end:g} s, the duration of the run")
+    return times

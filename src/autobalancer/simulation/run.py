@@ -1,0 +1,181 @@
+"""One run of one machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.kernels.guided_balls import planar
+from autobalancer.kernels.integrators import tableau as tableaus
+from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, EVENTS_SEEN, REJECTED, TIME, Memory, memory
+from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
+from autobalancer.machine import Machine
+from autobalancer.simulation.dataset import run_dataset
+from autobalancer.simulation.events import Event
+from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.record import record_for
+from autobalancer.simulation.sampling import Envelope, Samples, Sampling
+
+Method = Literal["dormand_prince_8", "tsitouras"]
+Progress = Callable[[float, float], None]
+
+CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
+
+
+def simulate(
+    machine: Machine | str | Path,
+    *,
+    duration: float | None = None,
+    save: Sampling | Sequence[Sampling] = (Samples(), Envelope()),
+    events: Sequence[Event] = (),
+    tolerance: float = 1e-8,
+    method: Method = "dormand_prince_8",
+    frame: Literal["auto", "rotor", "space"] = "auto",
+    seed: int = 0,
+    max_steps: int = 1_000_000_000,
+    progress: Progress | None = None,
+    keep_on_interrupt: bool = False,
+) -> xr.Dataset:
+    """Run a machine in time.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    duration
+        Seconds; by default the ``run.duration`` of the machine.
+    save
+        What to keep: :class:`Samples`, :class:`SampleTimes`, :class:`Envelope`, :class:`LastRevolutions` or several of them.
+    events
+        Passages to be noted, or to end the run.
+    tolerance
+        Local error per step, relative to the deflection and absolute in rad for angles.
+    method
+        Tsitouras 5(4), or the Dormand-Prince pair of order eight.
+    frame
+        Axes in which the equations are integrated. ``auto`` turns with the rotor where the machine is isotropic and
+        feels no gravity; results are the same.
+    seed
+        For the start positions of balls that have none in the machine.
+    max_steps
+        The run stops with the outcome ``budget spent`` after so many steps.
+    progress
+        Called with (time, duration) a few times a second.
+    keep_on_interrupt
+        If true, Ctrl-C ends the run with the outcome ``interrupted`` and returns what was computed.
+
+    Returns
+    -------
+    xarray.Dataset
+        See the page on results; ``attrs["outcome"]`` says how the run ended.
+
+    Raises
+    ------
+    MachineError
+        If the machine cannot be run.
+    QuestionError
+        If the question makes no sense: no duration, a tolerance outside [1e-13, 1e-2], sample times out of order.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    end = _duration(machine, duration)
+    if not 1e-13 <= tolerance <= 1e-2:
+        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
+    if frame not in ("auto", "rotor", "space"):
+        raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
+    assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+    pair = _tableau(method)
+    wishes = [save] if isinstance(save, Sampling) else list(save)
+    record = record_for(wishes, events, assembly, end)
+    state = memory_for(assembly, end, tolerance, pair)
+    status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+    steps = int(state.counts[ACCEPTED])
+    names = [event.name for event in events]
+    seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
+    last = names[int(record.event_states[seen - 1, 0])] if seen else ""
+    ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last)
+    return run_dataset(
+        assembly,
+        record,
+        state,
+        names,
+        {
+            "machine": machine_text(machine),
+            "machine_name": machine.name,
+            "seed": seed,
+            "outcome": ended.name,
+            "outcome_text": ended.text,
+            "duration": end,
+            "end_time": float(state.clock[TIME]),
+            "method": method,
+            "tolerance": tolerance,
+            "frame_of_integration": "rotor" if assembly.system.rotating else "space",
+            "steps": steps,
+            "rejected_steps": int(state.counts[REJECTED]),
+            "evaluations": int(state.counts[EVALUATIONS]),
+        },
+    )
+
+
+def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.Tableau) -> Memory:
+    """A fresh integration of an assembled machine up to ``end``."""
+    return memory(
+        assembly.state,
+        end,
+        tolerance * assembly.scale,
+        tolerance * assembly.growing,
+        total=pair.total,
+        degree=pair.dense.shape[1],
+        longest=end,
+    )
+
+
+def _drive(
+    assembly: Assembly,
+    pair: tableaus.Tableau,
+    record: Record,
+    state: Memory,
+    end: float,
+    max_steps: int,
+    progress: Progress | None,
+    keep: bool,
+) -> tuple[int, bool]:
+    """Advance in chunks until the end, an event, a failure, the budget or Ctrl-C."""
+    status = RUNNING
+    try:
+        while status == RUNNING and state.counts[ACCEPTED] < max_steps:
+            budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
+            status = advance(planar, assembly.system, pair, record, state, budget)
+            if progress is not None:
+                progress(float(state.clock[TIME]), end)
+    except KeyboardInterrupt:
+        if not keep:
+            raise
+        return status, status != FINISHED
+    return status, False
+
+
+def _duration(machine: Machine, duration: float | None) -> float:
+    if duration is None:
+        if machine.run is None:
+            raise QuestionError("duration: the machine has no 'run.duration'; give one here")
+        return float(machine.run.duration)
+    if not (np.isfinite(duration) and duration > 0.0):
+        raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
+    return float(duration)
+
+
+def _tableau(method: str) -> tableaus.Tableau:
+    if method == "tsitouras":
+        return tableaus.tsitouras()
+    if method == "dormand_prince_8":
+        return tableaus.dormand_prince_8()
+    raise QuestionError(f"method: given {method!r}; must be 'dormand_prince_8' or 'tsitouras'")

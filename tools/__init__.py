@@ -1,0 +1,1 @@
+"""What the house needs around the package; not installed."""
