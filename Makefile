@@ -6,10 +6,11 @@ MACHINE ?= examples/machines/discoidal.toml
 NAME    := $(basename $(notdir $(MACHINE)))
 DEMO    := out/demo
 BIN     := .venv/bin
-PIP     := $(BIN)/python -m pip --quiet --disable-pip-version-check install
+PIP     := $(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check
 export MPLBACKEND := Agg
 
 .DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
 .PHONY: help demo test bench reproduce docs lint clean
 
 help:  ## show this list
@@ -54,12 +55,14 @@ clean:  ## remove what was built; .venv stays
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed; try make PYTHON=python3.12")'
-	$(PYTHON) -m venv --clear .venv
+	@$(PYTHON) -m venv --clear .venv
 
 .venv/.core: pyproject.toml | $(BIN)/python
-	$(PIP) --editable .
+	@echo "installing the package in .venv ..."
+	@$(PIP) --editable .
 	@touch $@
 
 .venv/.dev: pyproject.toml | $(BIN)/python
-	$(PIP) --editable '.[dev]'
+	@echo "installing the package and its tools in .venv ..."
+	@$(PIP) --editable '.[dev]'
 	@touch .venv/.core $@

@@ -1,7 +1,8 @@
 """Ratios against other software, measured in the same run.
 
-A module ``benchmarks/<name>.py`` has a function ``bench() -> list[dict]`` with rows best made by :func:`compared`,
-or :func:`measured` where there is no peer. A ratio is the peer's time over ours at equal accuracy: larger is better.
+A module ``benchmarks/<name>.py`` has a function ``bench() -> list[dict]`` with rows best made by
+:func:`compared`, or :func:`measured` where there is no peer. A ratio is the peer's time over ours at equal
+accuracy: larger is better.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 
 
 def seconds(call: Callable[[], Any], repeats: int = 5) -> float:
-    """Least time of ``repeats`` calls; one call before them is not counted, because it may load or compile."""
+    """Least time of ``repeats`` calls; one call before them, which may compile, is not counted."""
     call()
     times = []
     for _ in range(repeats):

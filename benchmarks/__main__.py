@@ -1,4 +1,4 @@
-"""``python -m benchmarks [--only PATTERN]``: run all benchmarks, show the table, keep it for the docs."""
+"""``python -m benchmarks [--only PATTERN]``: run the benchmarks, show and keep their rows."""
 
 from __future__ import annotations
 

@@ -13,8 +13,9 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path.insert(0, str(ROOT))
 
-import autobalancer  # noqa: E402
 from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown  # noqa: E402
+
+import autobalancer  # noqa: E402
 
 project = "autobalancer"
 author = "the autobalancer authors"
@@ -32,8 +33,8 @@ extensions = [
 ]
 templates_path = ["_templates"]
 exclude_patterns = ["_build", "reference/generated/tables", "**/GALLERY_HEADER.rst", "gallery/**/*.ipynb"]
-# a page that does not exist yet is simply not in the list of contents
-suppress_warnings = ["toc.empty_glob", "config.cache"]
+# a page of the list of contents that does not exist yet is left out
+suppress_warnings = ["toc.not_readable"]
 
 html_theme = "furo"
 html_title = f"autobalancer {version}"
@@ -60,14 +61,14 @@ sphinx_gallery_conf = {
     "show_memory": False,
 }
 
-# --- generated pages ------------------------------------------------------------------------------------------
+# what follows writes the generated pages
 
 GENERATED = HERE / "reference" / "generated"
 TABLES = GENERATED / "tables"
 
 
 def public_names() -> str:
-    """The public interface, grouped by the package each name lives in; the text is that package's own first line."""
+    """The public interface, grouped by the package each name lives in, with that package's own first line."""
     groups: dict[str, list[str]] = {}
     for name in autobalancer.__all__:
         try:

@@ -1,7 +1,7 @@
 """Published results, done again.
 
-A module ``reproductions/<source>/<name>.py`` has a function ``reproduce(out: Path) -> list[dict]`` that puts its
-pictures into ``out`` and returns rows, best made by :func:`compared`.
+A module ``reproductions/<source>/<name>.py`` has a function ``reproduce(out: Path) -> list[dict]`` that puts
+its pictures into ``out`` and returns rows, best made by :func:`compared`.
 """
 
 from __future__ import annotations

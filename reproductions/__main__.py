@@ -1,4 +1,4 @@
-"""``python -m reproductions [--only PATTERN]``: run all reproductions, show the table, keep it for the docs."""
+"""``python -m reproductions [--only PATTERN]``: run the reproductions, show and keep their rows."""
 
 from __future__ import annotations
 

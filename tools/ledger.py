@@ -20,8 +20,8 @@ Row = dict[str, Any]
 class Ledger:
     """A list of rows in ``build/<name>.json``.
 
-    Modules match ``pattern`` below the folder ``name``; one that has ``function`` contributes rows with ``columns``
-    (and perhaps ``extra``), told apart by ``identity``. ``shown`` are the columns of the tables.
+    Modules match ``pattern`` below the folder ``name``; one that has ``function`` contributes rows with
+    ``columns`` (and perhaps ``extra``), told apart by ``identity``.
     """
 
     name: str
@@ -29,8 +29,12 @@ class Ledger:
     function: str
     columns: tuple[str, ...]
     identity: tuple[str, ...]
-    shown: tuple[str, ...]
     extra: tuple[str, ...] = ()
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Columns of the tables."""
+        return self.columns + self.extra
 
     @property
     def file(self) -> Path:
@@ -54,7 +58,7 @@ class Ledger:
             missing, unknown = set(self.columns) - set(row), set(row) - set(self.columns) - set(self.extra)
             if missing or unknown:
                 raise ValueError(f"row {row}: missing {sorted(missing)}, unknown {sorted(unknown)}")
-            kept.append({key: _plain(row[key]) for key in (*self.columns, *self.extra) if key in row})
+            kept.append({key: _plain(row[key]) for key in self.shown if key in row})
         return kept
 
     def keep(self, rows: list[Row], *, replace: bool) -> None:
@@ -74,9 +78,18 @@ REPRODUCTIONS = Ledger(
     name="reproductions",
     pattern="*/*.py",
     function="reproduce",
-    columns=("source", "figure", "quantity", "unit", "target", "obtained", "deviation", "tolerance", "verdict"),
+    columns=(
+        "source",
+        "figure",
+        "quantity",
+        "unit",
+        "target",
+        "obtained",
+        "deviation",
+        "tolerance",
+        "verdict",
+    ),
     identity=("source", "figure", "quantity"),
-    shown=("source", "figure", "quantity", "unit", "target", "obtained", "deviation", "tolerance", "verdict"),
 )
 BENCHMARKS = Ledger(
     name="benchmarks",
@@ -84,12 +97,13 @@ BENCHMARKS = Ledger(
     function="bench",
     columns=("name", "value", "unit", "peer", "ratio"),
     identity=("name", "peer"),
-    shown=("name", "value", "unit", "peer", "ratio", "note"),
     extra=("note",),
 )
 
 
-def main(ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: Sequence[str] | None = None) -> int:
+def main(
+    ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: Sequence[str] | None = None
+) -> int:
     """Run the modules of ``ledger``, show and keep their rows; 1 if a module crashed, else 0.
 
     ``call(module, name)`` runs one of them. A missed target is a result, not a failure.
@@ -98,9 +112,13 @@ def main(ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: S
     from rich.progress import Progress
 
     parser = argparse.ArgumentParser(prog=f"python -m {ledger.name}")
-    parser.add_argument("--only", default="*", metavar="PATTERN", help="modules whose name contains or fits this")
+    parser.add_argument(
+        "--only", default="*", metavar="PATTERN", help="modules whose name contains or fits this"
+    )
     only = parser.parse_args(arguments).only
     names = ledger.modules(only)
+    if only != "*" and not names:
+        parser.error(f"no module fits {only!r}; there are {', '.join(ledger.modules()) or 'none'}")
     console = Console(width=None if Console().is_terminal else 160)
     rows: list[Row] = []
     crashed: list[str] = []
@@ -128,7 +146,8 @@ def markdown(ledger: Ledger, rows: list[Row]) -> str:
     """The rows as a Markdown table."""
     shown = [key for key in ledger.shown if any(key in row for row in rows)]
     lines = [shown, ["---"] * len(shown), *([spell(row.get(key)) for key in shown] for row in rows)]
-    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines) + "\n"
+    cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
+    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
 
 def spell(value: Any) -> str:

@@ -1,1 +1,4 @@
-"""L. Spannan, On the dynamic modelling of automatic ball balancers applied to laboratory centrifuges, 2021."""
+"""L. Spannan, On the dynamic modelling of automatic ball balancers applied to laboratory centrifuges.
+
+Dissertation, Magdeburg 2021.
+"""

@@ -20,8 +20,6 @@ _HOME = {
     "load_machine": "files.machine_file",
     "save_machine": "files.machine_file",
     "machine_text": "files.machine_file",
-    "published_machine": "files.published",
-    "published_machines": "files.published",
     # catalogs and design basics
     "bearings": "catalog.bearings",
     "suitable_bearings": "catalog.bearings",
@@ -80,7 +78,6 @@ if TYPE_CHECKING:
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.materials import materials
     from autobalancer.files.machine_file import load_machine, machine_text, save_machine
-    from autobalancer.files.published import published_machine, published_machines
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.plots.animation import animate
     from autobalancer.plots.orbit import plot_orbit

@@ -106,6 +106,11 @@ def total_mass(machine: Machine, balls: tuple[Ball, ...]) -> float:
     return float(machine.rotor.mass) + sum(ball.effective_mass for ball in balls)
 
 
+def critical_speeds(system: System) -> list[float]:
+    """Undamped critical speeds with the balls on the rotor, rad/s, ascending; one if the supports are isotropic."""
+    return sorted({math.sqrt(k / system.mass) for k in (system.stiffness_x, system.stiffness_y)})
+
+
 def unbalance_at(system: System, time: float) -> complex:
     """Resultant unbalance in the rotor at a time (just after a jump), kg m."""
     rows = system.segments

@@ -1,4 +1,5 @@
 """Catalogs: bearings, ball materials and fluids, each entry with its source and its doubts.
 
-The tables are files in ``catalog/data``; they are read when first asked for and kept. What is handed out is SI.
+The tables are files in ``catalog/data``; they are read when first asked for and kept. All values handed out
+are SI.
 """

@@ -1,8 +1,8 @@
 """Ball bearings whose outer ring and balls may serve as a balancer.
 
 Dimensions and printed capabilities: Spannan (2021), Tables C.1 (SKF, deep groove) and C.2 (Schaeffler, thin
-section), 412 rows recovered from a machine-read text. 315 rows are verified; 97 carry at least one value that had
-to be reconstructed, and say so.
+section), 412 rows recovered from a machine-read text. 315 rows are verified; 97 carry at least one value that
+had to be reconstructed, and say so.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from autobalancer.laws.capability import ball_mass, capability, largest_useful_c
 TABLE_DENSITY = 7860.0
 """Density of the steel balls in the printed capabilities [kg/m^3]: Spannan (2021), footnote of Table C.1."""
 
+RECONSTRUCTED = "reconstructed from a damaged text"
+"""Remark of every row that is not verified."""
+
 _REMARKS = {
     "CSCC": "printed orbit radius is 1/32 in above that of a symmetric section; if it is one, the capability "
     "is 1.0 to 2.8 % high",
@@ -29,7 +32,7 @@ _REMARKS = {
 class Bearing:
     """One ball bearing. Lengths in m, ``capability_printed`` in kg m (steel balls of 7860 kg/m^3).
 
-    ``verified`` is False if a value of the row was reconstructed from a damaged text; ``remark`` tells doubts.
+    ``verified`` is False if a value was reconstructed from a damaged text; ``remark`` tells known doubts.
     """
 
     designation: str
@@ -48,7 +51,7 @@ class Bearing:
 class SuitableBearing:
     """A bearing for a given unbalance: how many balls it needs and what they can do.
 
-    ``count`` is the smallest number of balls that compensates the unbalance, ``capability`` [kg m] what they
+    ``count`` is the smallest number of balls, from two up, for the unbalance, ``capability`` [kg m] what they
     compensate and ``ball_mass`` [kg] the mass of all of them. ``largest_useful_count`` and
     ``largest_capability`` [kg m] belong to the number with the greatest capability.
     """
@@ -144,7 +147,7 @@ def _bearing(row: dict[str, str]) -> Bearing:
     remark = _REMARKS.get(designation) or _REMARKS.get(designation.split()[0], "")
     verified = row["verified"] == "yes"
     if not verified:
-        remark = "; ".join(filter(None, ("reconstructed from a damaged text", remark)))
+        remark = "; ".join(filter(None, (RECONSTRUCTED, remark)))
 
     def si(column: str, unit: float) -> float:
         return float(f"{float(row[column]) * unit:.12g}")

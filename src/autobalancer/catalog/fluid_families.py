@@ -117,7 +117,7 @@ def _mineral_oil(grade: int, at_15_degc: float) -> Offer:
         mineral_oil.LOWEST,
         mineral_oil.HIGHEST,
         "ISO 3448 mid-point, viscosity index 100 (ASTM D2270, D341); expansion API MPMS 11.1",
-        f"typical density, {at_15_degc:g} kg/m3 at 15 degC +/- 2 %: a grade fixes none",
+        "density typical of paraffinic oils, +/- 2 %",
     )
 
     def properties(temperature: float) -> tuple[float, float, str]:

@@ -75,11 +75,13 @@ def fluid(name: str, temperature: float = ROOM) -> FluidState:
         if low == high:
             raise CatalogError(
                 f"{entry.name!r} is known at {_celsius(low)} only, not at {_celsius(temperature)}: "
-                f"{entry.source} gives no law for other temperatures; ask for that temperature or take another fluid"
+                f"{entry.source} gives no law for other temperatures; ask for that one or take "
+                "another fluid"
             )
         raise CatalogError(
             f"{entry.name!r} is offered from {_celsius(low)} to {_celsius(high)}, not at "
-            f"{_celsius(temperature)} ({temperature!r} K); temperatures are in K in Python, with a unit elsewhere"
+            f"{_celsius(temperature)} ({temperature!r} K); in Python a temperature is in K, elsewhere it "
+            "has a unit"
         )
     density, viscosity, remark = properties(min(max(temperature, low), high))
     remarks = "; ".join(filter(None, (entry.remark, remark)))

@@ -41,7 +41,7 @@ def bearings(
 
     [dim]Example:[/dim] autobalancer catalog bearings --unbalance "594 g*mm" --max-outer "80 mm"
     """
-    from autobalancer.catalog.bearings import suitable_bearings
+    from autobalancer.catalog.bearings import RECONSTRUCTED, suitable_bearings
     from autobalancer.catalog.materials import material as find_material
 
     found = suitable_bearings(
@@ -58,21 +58,33 @@ def bearings(
         rows = [{k: v for k, v in asdict(entry).items() if k not in needs} for entry in shown]
         typer.echo(json.dumps(rows, indent=2))
         return
-    lengths = ("bore", "outer", "width", "orbit radius", "ball")
-    columns = ["bearing", *(f"{name}\nmm" for name in lengths), "greatest\ng mm", "with\nballs"]
+    columns = [
+        "bearing",
+        "bore x outer\nx width mm",
+        "orbit\nradius\nmm",
+        "ball\nmm",
+        "most\ng mm",
+        "with\nballs",
+    ]
     if unbalance is not None:
-        columns += ["balls\nneeded", "they give\ng mm", "their mass\ng"]
+        columns += ["needs\nballs", "giving\ng mm", "mass\ng"]
     table = []
     for entry in shown:
         b = entry.bearing
-        sizes = (b.bore, b.outer, b.width, b.orbit_radius, b.ball_diameter)
-        row = [b.designation, *(f"{size * 1e3:.5g}" for size in sizes)]
-        row += [f"{entry.largest_capability * 1e6:.4g}", str(entry.largest_useful_count)]
+        row = [b.designation + ("" if b.verified else " *")]
+        row += [" x ".join(f"{size * 1e3:.5g}" for size in (b.bore, b.outer, b.width))]
+        row += [f"{b.orbit_radius * 1e3:.5g}", f"{b.ball_diameter * 1e3:.5g}"]
+        row += [_digits(entry.largest_capability * 1e6), str(entry.largest_useful_count)]
         if unbalance is not None:
-            row += [str(entry.count), f"{entry.capability * 1e6:.4g}", f"{entry.ball_mass * 1e3:.4g}"]
-        table.append([*row, b.remark])
-    _table(f"{len(found)} bearings, {len(shown)} shown", [*columns, "remark"], table, left=1)
-    typer.echo("Source: Spannan (2021), Tables C.1 and C.2. Balls of the given material; see the remarks.")
+            row += [str(entry.count), _digits(entry.capability * 1e6), _digits(entry.ball_mass * 1e3)]
+        table.append(row)
+    _table(f"{len(found)} bearings, {len(shown)} shown", columns, table)
+    typer.echo(f"Source: Spannan (2021), Tables C.1 and C.2; capabilities are for balls of {material}.")
+    if any(not entry.bearing.verified for entry in shown):
+        typer.echo("* a value of this row was reconstructed from a damaged text: check it with the maker.")
+    for entry in shown:
+        if entry.bearing.remark and entry.bearing.remark != RECONSTRUCTED:
+            typer.echo(f"{entry.bearing.designation}: {entry.bearing.remark}.")
 
 
 @app.command()
@@ -103,7 +115,7 @@ def fluids(temperature: Temperature = "25 degC", as_json: Json = False) -> None:
         for row in rows
     ]
     title = f"Fluids at {kelvin - 273.15:.5g} degC"
-    _table(title, ["fluid", "density\nkg/m^3", "viscosity\nmm^2/s", "remark"], table, left=1)
+    _table(title, ["fluid", "density\nkg/m^3", "viscosity\nmm^2/s", "remark"], table)
     typer.echo(
         "Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME"
     )
@@ -165,7 +177,7 @@ def materials(as_json: Json = False) -> None:
         typer.echo(json.dumps([asdict(entry) for entry in all_materials()], indent=2))
         return
     table = [[entry.name, f"{entry.density:.5g}", entry.source, entry.remark] for entry in all_materials()]
-    _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table, left=1)
+    _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table)
 
 
 @app.command()
@@ -218,6 +230,10 @@ def _fluid_density(name: str | None) -> float:
     return 0.0 if name is None else find_fluid(name).density
 
 
+def _digits(value: float) -> str:
+    return f"{float(f'{value:.4g}'):.10g}"
+
+
 def _show(state: FluidState) -> None:
     typer.echo(f"{state.name} at {state.temperature - 273.15:.5g} degC")
     typer.echo(f"  density    {state.density:.5g} kg/m^3")
@@ -227,15 +243,16 @@ def _show(state: FluidState) -> None:
         typer.echo(f"  remark     {state.remark}")
 
 
-def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, left: int) -> None:
+def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left")
+    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", padding=(0, 1, 0, 0))
     for index, column in enumerate(columns):
-        text = index < left or column in ("source", "remark")
-        table.add_column(column, justify="left" if text else "right", no_wrap=not text or index < left)
+        text = column in ("source", "remark")
+        wraps = text or column.startswith("bore")
+        table.add_column(column, justify="left" if text or index == 0 else "right", no_wrap=not wraps)
     for row in rows:
         table.add_row(*row)
     Console().print(table)

@@ -31,6 +31,10 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-from autobalancer.cli import catalog  # noqa: E402
+from autobalancer.cli import animate, catalog, check, plot, run  # noqa: E402
 
+app.command()(check.check)
+app.command()(run.run)
+app.command()(plot.plot)
+app.command()(animate.animate)
 app.add_typer(catalog.app, name="catalog")

@@ -161,22 +161,24 @@ def needed_count(
     *,
     fluid_density: float = 0.0,
 ) -> int:
-    """Smallest number of balls whose capability reaches ``unbalance`` [kg m].
+    """Smallest number of balls, two or more, that can compensate ``unbalance`` [kg m].
 
+    One ball alone always adds its full unbalance; from two balls on the sum can be anything from zero up.
     The other arguments are those of :func:`capability`. Raises ``QuestionError`` if no number reaches it.
     """
     _positive(unbalance, "unbalance", "kg m")
     alpha = half_sector(orbit_radius, ball_diameter)
-    most = largest_useful_count(orbit_radius, ball_diameter)
+    most = max(2, largest_useful_count(orbit_radius, ball_diameter))
     greatest = capability(orbit_radius, ball_diameter, ball_density, most, fluid_density=fluid_density)
     if unbalance > greatest * (1.0 + _ROUNDING):
         raise QuestionError(
             f"an unbalance of {unbalance:g} kg m is wanted, but this race compensates at most "
-            f"{greatest:g} kg m (with {most} balls); take larger or denser balls, a larger orbit, or more than one race"
+            f"{greatest:g} kg m (with {most} balls); take larger or denser balls, a larger "
+            "orbit, or more than one race"
         )
     one = ball_capability(orbit_radius, ball_diameter, ball_density, fluid_density=fluid_density)
     share = min(1.0, unbalance / one * math.sin(alpha))
-    return min(most, max(1, math.ceil(math.asin(share) / alpha - _ROUNDING)))
+    return min(most, max(2, math.ceil(math.asin(share) / alpha - _ROUNDING)))
 
 
 def _positive(value: float, name: str, unit: str) -> None:

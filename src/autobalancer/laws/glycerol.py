@@ -1,8 +1,8 @@
 """Viscosity and density of glycerol-water mixtures.
 
-Viscosity: Cheng (2008), Ind. Eng. Chem. Res. 47, 3285, eqs. (6), (12), (13), (21), (22); 0 to 100 degC, all
-fractions. Density: Volk and Kähler (2018), Exp. Fluids 59:75, with the contraction on mixing; fitted from 15 to
-30 degC and used here over the range of the viscosity.
+Viscosity: Cheng (2008), Ind. Eng. Chem. Res. 47, 3285, eqs. (6), (21), (22) and those of the weight in (6);
+all fractions, 0 to 100 degC. Density: Volk and Kähler (2018), Exp. Fluids 59:75, with contraction on mixing,
+fitted from 15 to 30 degC and used here over the range of the viscosity.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def glycerol_dynamic_viscosity(mass_fraction: npt.ArrayLike, temperature: npt.Ar
 def glycerol_density(mass_fraction: npt.ArrayLike, temperature: npt.ArrayLike) -> Any:
     """Density [kg/m^3] of a mixture with this mass fraction of glycerol at ``temperature`` [K].
 
-    Shapes broadcast. Raises ``QuestionError`` outside 0 to 1 or 0 to 100 degC. Source: Volk and Kähler (2018).
+    Shapes broadcast. Raises ``QuestionError`` outside 0 to 1 or 0 to 100 degC.
+    Source: Volk and Kähler (2018).
     """
     w, t = _checked(mass_fraction, temperature)
     water, glycerol = _pure_densities(t)
@@ -46,7 +47,7 @@ def glycerol_density(mass_fraction: npt.ArrayLike, temperature: npt.ArrayLike) -
 
 
 def glycerol_mass_fraction(volume_fraction: npt.ArrayLike, temperature: npt.ArrayLike = 293.15) -> Any:
-    """Mass fraction of glycerol from the volumes of the two liquids before mixing, measured at ``temperature`` [K].
+    """Mass fraction of glycerol from the volumes of the two liquids before mixing, at ``temperature`` [K].
 
     Raises ``QuestionError`` outside 0 to 1 or 0 to 100 degC.
     """

@@ -1,8 +1,8 @@
 """Mineral oils of the ISO viscosity grades.
 
-The grade (ISO 3448) fixes the viscosity at 40 degC. The second point comes from the viscosity index: an oil of index
-100 is the reference H of ASTM D2270 (ISO 2909), so the viscosity at 100 degC follows from H(nu100) = nu40. Between the
-two points ASTM D341 is a straight line. The density follows API MPMS 11.1 (ASTM D1250), lubricating oils.
+The grade (ISO 3448) fixes the viscosity at 40 degC. The second point comes from the viscosity index: an oil
+of index 100 is the reference H of ASTM D2270 (ISO 2909), so its viscosity at 100 degC is a root of H = nu40.
+Through both points goes the line of ASTM D341. The density follows API MPMS 11.1 (ASTM D1250).
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ ISO_VG = {
     7: 6.8e-6, 10: 10e-6, 15: 15e-6, 22: 22e-6, 32: 32e-6, 46: 46e-6, 68: 68e-6, 100: 100e-6, 150: 150e-6,
     220: 220e-6, 320: 320e-6, 460: 460e-6, 680: 680e-6, 1000: 1000e-6, 1500: 1500e-6,
 }  # fmt: skip
-"""Grade to mid-point viscosity at 40 degC [m^2/s], ISO 3448. Grades 2, 3 and 5 fall below 2 mm^2/s at 100 degC, where
-the viscosity index is not defined, and are left out."""
+"""Grade to mid-point viscosity at 40 degC [m^2/s], ISO 3448. Grades 2, 3 and 5 fall below 2 mm^2/s at
+100 degC, where the viscosity index is not defined, and are left out."""
 
 LOWEST, HIGHEST = 273.15, 373.15
 """Temperatures for which the viscosity is offered [K]."""
@@ -90,7 +90,7 @@ def iso_vg_viscosity(grade: int, temperature: npt.ArrayLike) -> Any:
 def lubricating_oil_density(at_15_degc: float, temperature: npt.ArrayLike) -> Any:
     """Density [kg/m^3] at ``temperature`` [K] of a lubricating oil with ``at_15_degc`` [kg/m^3] at 15 degC.
 
-    Of the shape of ``temperature``. Source: API MPMS 11.1 (ASTM D1250), lubricating oils, K0 = 0, K1 = 0.6278.
+    Of the shape of ``temperature``. Source: API MPMS 11.1 (ASTM D1250), lubricating oils, K1 = 0.6278.
     """
     expansion = 0.6278 / at_15_degc
     warmer = np.asarray(temperature, float) - 288.15

@@ -1,7 +1,7 @@
 """Viscosity and density of liquids against temperature, and of mixtures of two oils.
 
-The double logarithm of the viscosity falls linearly with the logarithm of the temperature (Walther 1931), here in
-the form of Spannan (2021), eq. (6.1), after Seeton (2006):
+The double logarithm of the viscosity falls linearly with the logarithm of the temperature (Walther
+1931), here in the form of Spannan (2021), eq. (6.1), after Seeton (2006):
 
     log10(log10(nu + shift)) = P1 + P2 log10(T),    nu in mm^2/s, T in K, shift = 0.8 mm^2/s
 
@@ -23,8 +23,8 @@ SHIFT = 0.8e-6
 SHIFT_D341 = 0.7e-6
 """Shift of ASTM D341 for oils above 2 mm^2/s [m^2/s]."""
 COLD, HOT = 311.15, 372.15
-"""Temperatures of the viscosity-temperature coefficient [K]: 38 and 99 degC. Spannan (2021) prints 311 and 372 K,
-but the printed P1 and P2 follow only from the untruncated values."""
+"""Temperatures of the viscosity-temperature coefficient [K]: 38 and 99 degC. Spannan (2021) prints 311 and
+372 K, but the printed P1 and P2 follow only from the untruncated values."""
 
 
 def viscosity_from_double_log(
@@ -43,12 +43,12 @@ def double_log_through(
 ) -> tuple[float, float]:
     """P1 and P2 of the line through two points ``(temperature [K], viscosity [m^2/s])``.
 
-    Raises ``QuestionError`` for equal temperatures, or if a viscosity plus the shift does not exceed 1 mm^2/s,
-    where the double logarithm ends.
+    Raises ``QuestionError`` for equal temperatures, or if a viscosity plus the shift does not exceed
+    1 mm^2/s, where the double logarithm ends.
     """
     (t1, nu1), (t2, nu2) = first, second
     z1, z2 = _double_log(nu1, shift), _double_log(nu2, shift)
-    if not (0.0 < t1 and 0.0 < t2 and t1 != t2):
+    if t1 <= 0.0 or t2 <= 0.0 or t1 == t2:
         raise QuestionError(
             f"given the temperatures {t1!r} K and {t2!r} K; two different ones above 0 K are needed"
         )
@@ -71,8 +71,8 @@ def double_log_from_vtc(
 ) -> tuple[float, float]:
     """P1 and P2 from one viscosity [m^2/s] at ``temperature`` [K] and the viscosity-temperature coefficient.
 
-    Of the two solutions it takes the flatter one, the other belongs to no liquid. Raises ``QuestionError`` if no
-    line has this coefficient, naming the largest one. Source: Spannan (2021), section 6.
+    Of the two solutions it takes the flatter one, the other belongs to no liquid. Raises ``QuestionError`` if
+    no line has this coefficient, naming the largest one. Source: Spannan (2021), section 6.
     """
     from scipy.optimize import brentq
 
@@ -86,8 +86,8 @@ def double_log_from_vtc(
     top = int(np.argmax(values))
     if not 0.0 <= coefficient <= values[top]:
         raise QuestionError(
-            f"given a viscosity-temperature coefficient of {coefficient!r}; a liquid of {viscosity:g} m^2/s at "
-            f"{temperature:g} K can have 0 to {values[top]:.3f} in this law"
+            f"given a viscosity-temperature coefficient of {coefficient!r}; a liquid of {viscosity:g} m^2/s "
+            f"at {temperature:g} K can have 0 to {values[top]:.3f} in this law"
         )
     p2 = float(
         brentq(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13)
@@ -155,6 +155,7 @@ def expanded_density(
 def _double_log(viscosity: float, shift: float) -> float:
     if not 1e-6 < viscosity + shift < math.inf:
         raise QuestionError(
-            f"given a viscosity of {viscosity!r} m^2/s; the double logarithm needs more than {1e-6 - shift:.2g} m^2/s"
+            f"given a viscosity of {viscosity!r} m^2/s; the double logarithm needs more than "
+            f"{1e-6 - shift:.2g} m^2/s"
         )
     return math.log10(math.log10((viscosity + shift) * 1e6))

@@ -18,10 +18,10 @@ ATMOSPHERE = 101325.0
 
 
 def water_dynamic_viscosity(temperature: npt.ArrayLike) -> Any:
-    """Dynamic viscosity of water at 0.1 MPa [Pa s]; ``temperature`` in K, 0 to 100 degC, else ``QuestionError``.
+    """Dynamic viscosity of water at 0.1 MPa [Pa s].
 
-    Source: Pátek, Hrubý, Klomfar, Součková and Harvey (2009), J. Phys. Chem. Ref. Data 38, 21, eq. (8); also
-    IAPWS SR6-08.
+    ``temperature`` in K, 0 to 100 degC, else ``QuestionError``. Source: Pátek, Hrubý, Klomfar, Součková and
+    Harvey (2009), J. Phys. Chem. Ref. Data 38, 21; also IAPWS SR6-08.
     """
     theta = _within(temperature, WATER_RANGE, "water") / 300.0
     terms = ((280.68, -1.9), (511.45, -7.7), (61.131, -19.6), (0.45903, -40.0))
@@ -29,8 +29,9 @@ def water_dynamic_viscosity(temperature: npt.ArrayLike) -> Any:
 
 
 def water_density(temperature: npt.ArrayLike) -> Any:
-    """Density of water at one atmosphere [kg/m^3]; ``temperature`` in K, 0 to 100 degC, else ``QuestionError``.
+    """Density of water at one atmosphere [kg/m^3].
 
+    ``temperature`` in K, 0 to 100 degC, else ``QuestionError``.
     Source: Kell (1975), J. Chem. Eng. Data 20, 97, eq. (16).
     """
     t = _within(temperature, WATER_RANGE, "water") - 273.15
@@ -48,9 +49,10 @@ def air_dynamic_viscosity(temperature: npt.ArrayLike) -> Any:
 
 
 def air_density(temperature: npt.ArrayLike, *, pressure: float = ATMOSPHERE) -> Any:
-    """Density of dry air as an ideal gas [kg/m^3]; ``temperature`` in K, 200 to 400 K, else ``QuestionError``.
+    """Density of dry air as an ideal gas [kg/m^3].
 
-    ``pressure`` in Pa. Gas constant 287.053 J/(kg K): U.S. Standard Atmosphere (1976).
+    ``temperature`` in K, 200 to 400 K, else ``QuestionError``; ``pressure`` in Pa.
+    Source: U.S. Standard Atmosphere (1976), gas constant 287.053 J/(kg K).
     """
     return (pressure / (287.053 * _within(temperature, AIR_RANGE, "air")))[()]
 

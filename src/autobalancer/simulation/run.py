@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.assembly.system import Assembly, assemble, critical_speeds
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.guided_balls import planar
@@ -111,6 +111,7 @@ def simulate(
             "machine": machine_text(machine),
             "machine_name": machine.name,
             "seed": seed,
+            "critical_speeds": critical_speeds(assembly.system),
             "outcome": ended.name,
             "outcome_text": ended.text,
             "duration": end,

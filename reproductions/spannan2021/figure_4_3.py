@@ -1,0 +1,52 @@
+"""Figure 4.3 in kind: with an eccentric race the deflection that stays is the eccentricity.
+
+The paper behind the figure is dimensionless, so the machine is the project's own; speed and start angles are the
+paper's. By (4.47)-(4.49) the forward component of the whirl is -E e^(i gamma), on isotropic and orthotropic supports.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.plots.save import save_figure
+from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+from reproductions import compared
+
+MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "eccentric_race.toml"
+SUPPORTS = {"isotropic": "625 kN/m", "orthotropic": ("500 kN/m", "750 kN/m")}
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Size and direction of the forward whirl, for both supports."""
+    rows = []
+    for name, stiffness in SUPPORTS.items():
+        machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", stiffness)
+        run = ab.simulate(machine, save=(Samples(), Envelope(), LastRevolutions(20)))
+        save_figure(ab.plot_orbit(run), out / f"figure_4_3_{name}.png")
+        z = run["turn_x"].values + 1j * run["turn_y"].values
+        forward = complex((z * np.exp(-1j * run["turn_rotor_angle"].values))[:-1].mean())
+        common = {"source": "Spannan 2021", "figure": "4.3 in kind"}
+        rows += [
+            compared(
+                **common,
+                quantity=f"mean deflection = E, {name}",
+                unit="mm",
+                target=0.1,
+                obtained=1e3 * abs(forward),
+                tolerance=1e-4,
+            ),
+            compared(
+                **common,
+                quantity=f"its direction in the rotor = gamma + 180 deg, {name}",
+                unit="deg",
+                target=250.0,
+                obtained=float(np.degrees(np.angle(forward)) % 360.0),
+                tolerance=0.01,
+            ),
+        ]
+    return rows

@@ -1,0 +1,59 @@
+"""Change one parameter of a machine by its path, spelled as in error messages and files."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.machine.part import Part
+
+_STEP = re.compile(r"([a-z_]+)((?:\[\d+\])*)")
+
+
+def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
+    """A machine in which the entry at ``path`` is ``value``.
+
+    Parameters
+    ----------
+    machine
+        Left as it is.
+    path
+        For example ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``; entries are counted from 1.
+    value
+        SI, or a string with a unit, or a whole part.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such entry; the message lists what there is.
+    MachineError
+        If the value is impossible there.
+    """
+    steps: list[str | int] = []
+    for piece in path.split("."):
+        match = _STEP.fullmatch(piece)
+        if match is None:
+            raise QuestionError(f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.beta'")
+        steps.append(match[1])
+        steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
+    changed = _changed(machine, steps, value, path)
+    assert isinstance(changed, Machine)
+    return changed
+
+
+def _changed(owner: Any, steps: list[str | int], value: Any, path: str) -> Any:
+    if not steps:
+        return value
+    step, rest = steps[0], steps[1:]
+    if isinstance(step, str):
+        if not isinstance(owner, Part) or step not in type(owner).model_fields:
+            known = ", ".join(type(owner).model_fields) if isinstance(owner, Part) else "nothing"
+            raise QuestionError(f"parameter {path!r}: no {step!r} there; there is {known}")
+        entry = _changed(getattr(owner, step), rest, value, path)
+        return type(owner)(**{**{key: getattr(owner, key) for key in owner.model_fields_set}, step: entry})
+    if not isinstance(owner, tuple) or not 0 <= step < len(owner):
+        count = len(owner) if isinstance(owner, tuple) else 0
+        raise QuestionError(f"parameter {path!r}: entry {step + 1} does not exist; there are {count}, counted from 1")
+    return (*owner[:step], _changed(owner[step], rest, value, path), *owner[step + 1 :])

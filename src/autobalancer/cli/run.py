@@ -1,0 +1,96 @@
+"""``autobalancer run``: one run-up, with a progress bar, kept even if interrupted."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def run(
+    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    out: Annotated[Path | None, typer.Option(help="Result file; by default the machine's name with .nc here.")] = None,
+    duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
+    samples: Annotated[int, typer.Option(help="States kept at equal times; 0 for none.")] = 4001,
+    envelope: Annotated[int, typer.Option(help="Bins of the deflection envelope; 0 for none.")] = 1000,
+    last_revolutions: Annotated[int, typer.Option(help="Revolutions kept in full at the end of the run.")] = 10,
+    tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-8,
+    method: Annotated[str, typer.Option(help="dormand_prince_8 or tsitouras.")] = "dormand_prince_8",
+    seed: Annotated[int, typer.Option(help="For balls without start angles.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the measures for a program.")] = False,
+) -> None:
+    """Run a machine file and write a result file. Ctrl-C ends the run and keeps what was computed.
+
+    Example: autobalancer run examples/machines/stall_and_release.toml --out stall.nc
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from autobalancer import load_machine, measures, save_run
+    from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+    from autobalancer.units import to_si
+
+    described = load_machine(machine)
+    out = out if out is not None else Path(f"{machine.stem}.nc")
+    console = Console(stderr=True)
+    wishes: list[Any] = []
+    if samples:
+        wishes.append(Samples(samples))
+    if envelope:
+        wishes.append(Envelope(envelope))
+    if last_revolutions:
+        wishes.append(LastRevolutions(last_revolutions))
+    _say_if_first(console)
+    from autobalancer import simulate
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(described.name, total=1.0, now="")
+        result = simulate(
+            described,
+            duration=to_si(duration, "s") if duration else None,
+            save=wishes,
+            tolerance=tolerance,
+            method=method,  # type: ignore[arg-type]
+            seed=seed,
+            keep_on_interrupt=True,
+            progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
+        )
+    save_run(result, out)
+    found = measures(result) if samples or envelope else None
+    if as_json:
+        numbers = {str(name): value.values.tolist() for name, value in found.data_vars.items()} if found is not None else {}
+        outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")}
+        typer.echo(json.dumps({"result": str(out), **outcome, "measures": numbers}, indent=2))
+    else:
+        plain = Console()
+        plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
+        if found is not None:
+            plain.print(_table(found))
+        plain.print(f"result: {out}")
+    if result.attrs["outcome"] == "interrupted":
+        raise typer.Exit(130)
+
+
+def _say_if_first(console: Any) -> None:
+    """Compiling takes half a minute once; say so before it starts."""
+    from autobalancer.kernels.cache import compiled_before
+
+    if not compiled_before():
+        console.print("compiling the equations; this happens once and takes less than a minute ...")
+
+
+def _table(found: Any) -> Any:
+    import numpy as np
+    from rich.table import Table
+
+    table = Table(show_header=False)
+    scale = {"m": ("um", 1e6), "rad": ("deg", 180.0 / np.pi)}
+    for value in found.data_vars.values():
+        unit, factor = scale.get(value.attrs["units"], (value.attrs["units"], 1.0))
+        numbers = np.atleast_1d(value.values) * factor
+        text = ", ".join("-" if np.isnan(number) else f"{number:.5g}" for number in numbers)
+        table.add_row(value.attrs["long_name"], f"{text} {unit}")
+    return table

@@ -1,0 +1,82 @@
+"""Units of axes: results are SI, people read rpm and µm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from autobalancer.errors import QuestionError
+
+
+@dataclass(frozen=True)
+class AxisUnit:
+    """How a quantity is shown: ``shown = factor * si``, followed by ``sign``."""
+
+    sign: str
+    factor: float
+
+
+SPEED_UNITS = {
+    "rpm": AxisUnit("rpm", 30.0 / math.pi),
+    "rad/s": AxisUnit("rad/s", 1.0),
+    "Hz": AxisUnit("Hz", 0.5 / math.pi),
+}
+LENGTH_UNITS = {
+    "m": AxisUnit("m", 1.0),
+    "mm": AxisUnit("mm", 1e3),
+    "um": AxisUnit("µm", 1e6),
+    "nm": AxisUnit("nm", 1e9),
+}
+
+
+def speed_axis(unit: str) -> AxisUnit:
+    """The unit of a speed axis.
+
+    Raises
+    ------
+    QuestionError
+        If ``unit`` is not one of ``SPEED_UNITS``.
+    """
+    if unit not in SPEED_UNITS:
+        raise QuestionError(f"speed_unit: given {unit!r}; must be one of {', '.join(SPEED_UNITS)}")
+    return SPEED_UNITS[unit]
+
+
+def length_axis(unit: str | None, greatest: float) -> AxisUnit:
+    """The unit of a deflection axis; ``None`` takes the largest one in which ``greatest`` (m) is at least 1.
+
+    Raises
+    ------
+    QuestionError
+        If ``unit`` is not one of ``LENGTH_UNITS``.
+    """
+    if unit is None:
+        return next((u for u in LENGTH_UNITS.values() if greatest * u.factor >= 1.0), LENGTH_UNITS["nm"])
+    if unit not in LENGTH_UNITS:
+        raise QuestionError(f"deflection_unit: given {unit!r}; must be one of {', '.join(LENGTH_UNITS)}")
+    return LENGTH_UNITS[unit]
+
+
+def length_text(value: float) -> str:
+    """A length in m as text in its natural unit: ``"8.8 nm"``."""
+    if abs(value) < 1e-12:
+        return "0" if value == 0.0 else "< 0.001 nm"
+    unit = length_axis(None, abs(value))
+    return f"{significant(value * unit.factor)} {unit.sign}"
+
+
+def moment_text(value: float) -> str:
+    """An unbalance in kg m as text: ``"500 g mm"``."""
+    shown = value * 1e6
+    return "< 0.001 g mm" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} g mm"
+
+
+def significant(value: float) -> str:
+    """Three digits without an exponent where people would write none."""
+    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.3g}"
+
+
+def round_down(value: float) -> float:
+    """The next of 1, 2, 5, 10, 20, ... that is not above ``value``: a scale one can say."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * next(step for step in (5.0, 2.0, 1.0) if step * power <= value * (1.0 + 1e-12))

@@ -1,0 +1,120 @@
+"""What a run says over time, from its samples or, without samples, from its envelope."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+
+Floats = NDArray[np.float64]
+SAVE_MORE = "save Samples() or Envelope() with simulate(..., save=...)"
+
+
+class History(NamedTuple):
+    """Columns over ``time`` (s); balls are the second axis. Nothing known is an array without columns or rows."""
+
+    time: Floats
+    speed: Floats  # rad/s
+    ball_angle_in_rotor: Floats  # rad, not wrapped
+    ball_speed_in_space: Floats  # rad/s
+    unbalance_angle_in_rotor: Floats  # rad; empty if not known
+
+
+class Deflections(NamedTuple):
+    """Least and greatest deflection (m) over time (s); the same twice if the run has samples only."""
+
+    time: Floats
+    low: Floats
+    high: Floats
+    is_envelope: bool
+
+
+def span_of(run: xr.Dataset, start: float | None = None, end: float | None = None) -> tuple[float, float]:
+    """The interval asked for, or as much of it as was not said from the run itself.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no times, or the interval is empty or outside the run.
+    """
+    known = [run[name].values for name in ("time", "envelope_time", "turn_time") if name in run]
+    known = [times for times in known if times.size]
+    if not known:
+        raise QuestionError(f"the run has nothing over time; {SAVE_MORE}")
+    begin = min(0.0 if run.attrs.get("end_time") else np.inf, *(float(times[0]) for times in known), np.inf)
+    last = max(float(run.attrs.get("end_time", -np.inf)), *(float(times[-1]) for times in known))
+    first = begin if start is None else float(start)
+    final = last if end is None else float(end)
+    if not begin - 1e-9 <= first < final <= last + 1e-9:
+        raise QuestionError(
+            f"from {first:g} s to {final:g} s: the run has {begin:g} s to {last:g} s; choose an interval within it"
+        )
+    return first, final
+
+
+def history_of(run: xr.Dataset, start: float, end: float) -> History | None:
+    """Speed and balls within an interval, or ``None`` if the run has neither samples nor an envelope with speed."""
+    if "time" in run and "speed" in run:
+        time, speed = _column(run, "time"), _column(run, "speed")
+        angle = _balls(run, "ball_angle_in_rotor", time.size)
+        ball_speed = _balls(run, "ball_speed_in_space", time.size)
+        unbalance = _column(run, "unbalance_angle_in_rotor")
+    elif "envelope_time" in run and "envelope_speed" in run:
+        middle = _column(run, "envelope_time")
+        half = middle[:1] if middle.size == 1 else 0.5 * np.diff(middle)
+        time = middle + np.append(half, half[-1:])[: middle.size]  # these three are known at the end of a bin
+        speed = _column(run, "envelope_speed")
+        angle = _balls(run, "envelope_ball_angle_in_rotor", time.size)
+        slip = _balls(run, "envelope_ball_speed_in_rotor", time.size)
+        ball_speed, unbalance = slip + speed[:, None], np.empty(0)
+    else:
+        return None
+    inside = (time >= start - 1e-9) & (time <= end + 1e-9)
+    if unbalance.size:
+        unbalance = np.unwrap(unbalance)[inside]
+    return History(time[inside], speed[inside], angle[inside], ball_speed[inside], unbalance)
+
+
+def deflections_of(run: xr.Dataset, start: float, end: float) -> Deflections | None:
+    """The envelope within an interval, or the sampled deflection, or ``None`` if there is neither."""
+    if "envelope_high" in run and "envelope_time" in run:
+        time, high = _column(run, "envelope_time"), _column(run, "envelope_high")
+        low = _column(run, "envelope_low") if "envelope_low" in run else np.zeros_like(high)
+        envelope = True
+    elif "deflection" in run and "time" in run:
+        time, high = _column(run, "time"), _column(run, "deflection")
+        low, envelope = high, False
+    else:
+        return None
+    inside = (time >= start - 1e-9) & (time <= end + 1e-9)
+    return Deflections(time[inside], low[inside], high[inside], envelope)
+
+
+def critical_speeds_of(run: xr.Dataset) -> list[float]:
+    """``attrs["critical_speeds"]`` (rad/s), if the run says any; a file with one returns a bare number."""
+    known = np.atleast_1d(np.asarray(run.attrs.get("critical_speeds", []), np.float64))
+    return [float(speed) for speed in known if np.isfinite(speed)]
+
+
+def passages(time: Floats, speed: Floats, level: float) -> list[float]:
+    """Times at which the speed passes ``level``; passages closer than 2 % of the interval count once."""
+    above = speed > level
+    times: list[float] = []
+    for i in np.flatnonzero(above[1:] != above[:-1]):
+        part = (level - speed[i]) / (speed[i + 1] - speed[i])
+        moment = float(time[i] + part * (time[i + 1] - time[i]))
+        if not times or moment - times[-1] > 0.02 * (time[-1] - time[0]):
+            times.append(moment)
+    return times
+
+
+def _column(run: xr.Dataset, name: str) -> Floats:
+    return np.asarray(run[name].values, np.float64) if name in run else np.empty(0)
+
+
+def _balls(run: xr.Dataset, name: str, rows: int) -> Floats:
+    return np.asarray(run[name].values, np.float64) if name in run else np.empty((rows, 0))

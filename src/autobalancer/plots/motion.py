@@ -1,0 +1,125 @@
+"""The motion between the samples of a run.
+
+In the frame of the rotor a balanced or stalled machine is nearly at rest, so the deflection is interpolated there and
+turned into space afterwards; angles follow their known speeds. Both are cubic and pass through every sample.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+class Moments(NamedTuple):
+    """States at some times; complex numbers are x + i y."""
+
+    time: Floats
+    speed: Floats  # rad/s
+    rotor_angle: Floats  # rad, in space
+    deflection_in_rotor: Complexes  # m
+    ball_angle_in_rotor: Floats  # rad, not wrapped; balls are the second axis
+    unbalance_in_rotor: Complexes  # kg m
+
+    @property
+    def deflection_in_space(self) -> Complexes:
+        """Deflection in m along the axes that stand still."""
+        return np.asarray(self.deflection_in_rotor * np.exp(1j * self.rotor_angle))
+
+
+class Motion:
+    """The samples of a run, and what happened between them."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        missing = [name for name in ("time", "speed", "rotor_angle", "x", "y") if name not in run]
+        if missing or run["time"].size < 2:
+            what = ", ".join(missing) if missing else "times (it has fewer than two)"
+            raise QuestionError(f"the run lacks samples of {what}; save Samples() with simulate(..., save=...)")
+        self.time = np.asarray(run["time"].values, np.float64)
+        self.speed = np.asarray(run["speed"].values, np.float64)
+        self.rotor_angle = np.asarray(run["rotor_angle"].values, np.float64)
+        z = run["x"].values + 1j * run["y"].values
+        self.deflection_in_rotor = z * np.exp(-1j * self.rotor_angle)
+        rows = (self.time.size, run.sizes.get("ball", 0))
+        self.ball_angle = _known(run, "ball_angle_in_rotor", rows)
+        self.ball_slip = _known(run, "ball_speed_in_rotor", rows)
+        if "ball_speed_in_rotor" not in run and self.ball_angle.size:
+            self.ball_slip = np.asarray(np.gradient(self.ball_angle, self.time, axis=0))
+        size, side = _known(run, "unbalance", rows[:1]), _known(run, "unbalance_angle_in_rotor", rows[:1])
+        self.unbalance_in_rotor = size * np.exp(1j * side)
+
+    def at(self, time: Floats) -> Moments:
+        """States at ``time`` (s).
+
+        Raises
+        ------
+        QuestionError
+            If one of the times is outside the samples.
+        """
+        first, last = float(self.time[0]), float(self.time[-1])
+        if time.size and not (first - 1e-9 <= time.min() and time.max() <= last + 1e-9):
+            raise QuestionError(
+                f"time: given {time.min():g} s to {time.max():g} s; the samples go from {first:g} s to {last:g} s"
+            )
+        slope = np.gradient(self.deflection_in_rotor, self.time)
+        return Moments(
+            time,
+            np.interp(time, self.time, self.speed),
+            self._cubic(time, self.rotor_angle, self.speed),
+            self._cubic(time, self.deflection_in_rotor, slope),
+            self._cubic(time, self.ball_angle, self.ball_slip),
+            np.interp(time, self.time, self.unbalance_in_rotor),
+        )
+
+    def _cubic(self, time: Floats, value: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
+        """Hermite's cubic through values with slopes."""
+        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 2)
+        across = (slice(None),) + (None,) * (value.ndim - 1)
+        step = (self.time[i + 1] - self.time[i])[across]
+        s = (time - self.time[i])[across] / step
+        rise = value[i + 1] - value[i]
+        a, b = slope[i] * step - rise, rise - slope[i + 1] * step
+        return np.asarray(value[i] + s * rise + s * (1.0 - s) * (a * (1.0 - s) + b * s))
+
+
+class Races(NamedTuple):
+    """What does not move: one entry a ball."""
+
+    orbit_radius: Floats  # m
+    ball_diameter: Floats  # m, 0 if not given
+    ball_moment: Floats  # kg m
+    center: Complexes  # race center in the rotor, m
+    balancer: NDArray[np.int64]  # from 1
+    race: NDArray[np.int64]  # from 1, within its balancer
+
+    def resultant(self, moments: Moments) -> Complexes:
+        """Unbalance with all balls, kg m, in the frame of the rotor."""
+        mass = np.divide(
+            self.ball_moment, self.orbit_radius, out=np.zeros_like(self.orbit_radius), where=self.orbit_radius > 0.0
+        )
+        balls = self.ball_moment * np.exp(1j * moments.ball_angle_in_rotor) + mass * self.center
+        return np.asarray(moments.unbalance_in_rotor + balls.sum(axis=-1))
+
+
+def races_of(run: xr.Dataset) -> Races:
+    """The balls and races of a run; lengths that a result does not know are 0, counts 1."""
+    count = run.sizes.get("ball", 0)
+    return Races(
+        _known(run, "orbit_radius", (count,)),
+        _known(run, "ball_diameter", (count,)),
+        _known(run, "ball_moment", (count,)),
+        _known(run, "race_center_x", (count,)) + 1j * _known(run, "race_center_y", (count,)),
+        _known(run, "balancer", (count,), 1.0).astype(np.int64),
+        _known(run, "race", (count,), 1.0).astype(np.int64),
+    )
+
+
+def _known(run: xr.Dataset, name: str, shape: tuple[int, ...], otherwise: float = 0.0) -> Floats:
+    return np.asarray(run[name].values, np.float64) if name in run else np.full(shape, otherwise)

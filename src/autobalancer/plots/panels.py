@@ -1,0 +1,103 @@
+"""The panels of a chart over time, shared by pictures and films."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from autobalancer.plots.angles import slipping, wrapped
+from autobalancer.plots.axis_units import AxisUnit, length_text, significant
+from autobalancer.plots.history import Deflections, History
+from autobalancer.plots.style import CRITICAL, FILL, INK, UNBALANCE, ball_color, ball_label, legend
+
+
+def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisUnit) -> None:
+    """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
+    for level in critical:
+        axes.axhline(level * unit.factor, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), zorder=1.5)
+        axes.annotate(
+            f"critical speed {significant(level * unit.factor)} {unit.sign}",
+            (1.0, level * unit.factor),
+            xycoords=("axes fraction", "data"),
+            xytext=(-2, 3),
+            textcoords="offset points",
+            ha="right",
+            fontsize=8.5,
+            color=CRITICAL,
+        )
+    axes.plot(history.time, history.speed * unit.factor, color=INK, lw=1.6, label="rotor")
+    count = history.ball_speed_in_space.shape[1]
+    for i in range(count):
+        speed = history.ball_speed_in_space[:, i] * unit.factor
+        axes.plot(history.time, speed, color=ball_color(i), lw=_width(i, count), label=ball_label(i, count))
+    axes.set_ylabel(f"speed in space ({unit.sign})" if count else f"rotor speed ({unit.sign})")
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    legend(axes)
+
+
+def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, log: bool = False) -> None:
+    """Deflection with its envelope; greatest and last value as numbers."""
+    time, low, high = deflections.time, deflections.low * unit.factor, deflections.high * unit.factor
+    greatest = float(np.nanmax(high, initial=0.0)) or 1.0
+    if log:
+        floor = max(float(np.nanmin(high[high > 0.0], initial=greatest)), 1e-8 * greatest)
+        axes.set_yscale("log")
+        axes.set_ylim(0.5 * floor, 4.0 * greatest)
+        low = np.maximum(low, 0.5 * floor)
+    else:
+        axes.set_ylim(0.0, 1.12 * greatest)
+    if deflections.is_envelope:
+        axes.fill_between(time, low, high, color=FILL, lw=0.0, label="between least and greatest")
+    axes.plot(time, high, color=INK, lw=0.9, label="greatest" if deflections.is_envelope else "deflection")
+    axes.set_ylabel(f"deflection ({unit.sign})")
+    if deflections.is_envelope:
+        legend(axes)
+    peak = int(np.nanargmax(high))
+    late = time[peak] > 0.6 * (time[0] + time[-1])
+    axes.plot(time[peak], high[peak], "o", ms=4, color=INK, label="_peak")
+    axes.annotate(
+        f"{length_text(float(deflections.high[peak]))} at {time[peak]:.4g} s",
+        (time[peak], high[peak]),
+        xytext=(-7 if late else 7, 1),
+        textcoords="offset points",
+        ha="right" if late else "left",
+        va="center",
+        fontsize=8.5,
+    )
+    axes.annotate(
+        f"at the end {length_text(float(deflections.high[-1]))}",
+        (time[-1], high[-1]),
+        xytext=(-2, 6),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8.5,
+    )
+
+
+def angle_panel(axes: Axes, history: History) -> None:
+    """Ball angles in the rotor, the unbalance and its opposite; pale where a ball slips round and round."""
+    if history.unbalance_angle_in_rotor.size:
+        heavy = history.unbalance_angle_in_rotor
+        axes.plot(*wrapped(history.time, heavy), color=UNBALANCE, lw=1.2, ls="--", label="unbalance")
+        for side, label in ((np.pi, "opposite"), (-np.pi, "_")):  # at ±180 degrees both edges show it
+            axes.plot(*wrapped(history.time, heavy + side), color=UNBALANCE, lw=1.2, ls=":", label=label)
+    span = float(np.ptp(history.time))
+    count = history.ball_angle_in_rotor.shape[1]
+    for i in range(count):
+        angle = history.ball_angle_in_rotor[:, i]
+        fast = slipping(history.time, angle, span)
+        time, degrees = wrapped(history.time, angle)
+        if fast.any():
+            axes.plot(time, degrees, color=ball_color(i), lw=0.5, alpha=0.22, label="_slipping")
+        hidden = np.interp(time, history.time, fast.astype(np.float64)) > 0.5
+        shown = np.where(hidden, np.nan, degrees)
+        axes.plot(time, shown, color=ball_color(i), lw=_width(i, count), label=ball_label(i, count))
+    axes.set_ylim(-186.0, 186.0)
+    axes.set_yticks([-180, -90, 0, 90, 180])
+    axes.set_ylabel("ball angle in the rotor (°)")
+    legend(axes)
+
+
+def _width(number: int, count: int) -> float:
+    """Balls that move together stay visible together: the first is drawn broad below the others."""
+    return 2.4 if number == 0 and count > 1 else 1.2

@@ -1,0 +1,92 @@
+"""One look for all pictures; applied while a figure is built, never globally."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# Okabe and Ito (2008): told apart with every kind of color vision. Vermilion is kept for the unbalance.
+INK = "#222222"
+UNBALANCE = "#D55E00"
+CRITICAL = "#707070"
+FILL = "#B9C3CC"
+RACE = "#E9EDF0"
+BALLS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#8A7A1F")
+
+LOOK = {
+    "font.family": "sans-serif",
+    "font.size": 9.5,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.5,
+    "axes.edgecolor": "#606060",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#404040",
+    "ytick.color": "#404040",
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "lines.linewidth": 1.3,
+    "lines.solid_capstyle": "round",
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "legend.borderpad": 0.2,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.4,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+
+
+class Picture(Figure):
+    """A figure without pyplot that a notebook shows as an image."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=110)
+        return buffer.getvalue()
+
+
+@contextmanager
+def look() -> Iterator[None]:
+    """Draw with the look of this package; the settings of the caller come back afterwards."""
+    with matplotlib.rc_context(LOOK):
+        yield
+
+
+def picture(width: float, height: float, dpi: float = 110.0) -> Figure:
+    """An empty figure of ``width`` by ``height`` inches with its own Agg canvas and constrained layout."""
+    figure = Picture(figsize=(width, height), dpi=dpi, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def ball_color(number: int) -> str:
+    """Color of ball ``number``, counted from 0."""
+    return BALLS[number % len(BALLS)]
+
+
+def ball_label(number: int, count: int) -> str:
+    """Legend entry of ball ``number``: one for each of a few balls, one for all of many; "_" hides an entry."""
+    if count <= 6:
+        return f"ball {number + 1}"
+    return f"{count} balls" if number == 0 else "_"
+
+
+def legend(axes: Axes) -> None:
+    """A legend in one row above the panel, where it hides nothing; none if there is nothing to explain."""
+    handles, _ = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1)

@@ -1,0 +1,157 @@
+"""Measures of a run: the few numbers by which run-ups are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.results.series import released_at, settled_from, wrapped
+
+
+def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
+    """Least and greatest deflection over time.
+
+    Taken from the envelope that the run kept (exact), else from its samples (as fine as these are), in ``bins`` parts.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``low`` and ``high`` (m) over ``time`` (s), and ``speed`` (rad/s).
+
+    Raises
+    ------
+    QuestionError
+        If the run kept neither.
+    """
+    if "envelope_high" in run:
+        time, low, high, speed = (run[f"envelope_{name}"].values for name in ("time", "low", "high", "speed"))
+    else:
+        t, r, w = _series(run, "time", "deflection", "speed")
+        edges = np.linspace(0, t.size, min(bins, t.size) + 1).astype(int)
+        pairs = [(a, b) for a, b in zip(edges, edges[1:], strict=False) if b > a]
+        low = np.array([r[a:b].min() for a, b in pairs])
+        high = np.array([r[a:b].max() for a, b in pairs])
+        time = np.array([0.5 * (t[a] + t[b - 1]) for a, b in pairs])
+        speed = np.array([w[b - 1] for _, b in pairs])
+    envelope = xr.Dataset({"low": ("time", low), "high": ("time", high), "speed": ("time", speed)}, {"time": time})
+    for name, text, unit in (
+        ("low", "least deflection", "m"),
+        ("high", "greatest deflection", "m"),
+        ("speed", "rotor speed", "rad/s"),
+        ("time", "time", "s"),
+    ):
+        envelope[name].attrs.update(long_name=text, units=unit)
+    return envelope
+
+
+def peak_deflection(run: xr.Dataset) -> xr.Dataset:
+    """Greatest deflection of the run (m), with the ``time`` (s) and ``speed`` (rad/s) at which it occurs.
+
+    In a run through a critical speed this is the peak at resonance.
+    """
+    envelope = deflection_envelope(run)
+    place = int(np.argmax(envelope["high"].values))
+    peak = envelope.isel(time=place)
+    return _scalars(
+        deflection=(float(peak["high"]), "m", "greatest deflection"),
+        time=(float(peak["time"]), "s", "time of the greatest deflection"),
+        speed=(float(peak["speed"]), "rad/s", "rotor speed at the greatest deflection"),
+    )
+
+
+def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
+    """Greatest deflection (m) over the ``last`` seconds of the run, by default over its last twentieth."""
+    envelope = deflection_envelope(run)
+    time = envelope["time"].values
+    last = 0.05 * float(run.attrs["end_time"]) if last is None else last
+    if not last > 0.0:
+        raise QuestionError(f"last: given {last:g} s; must be greater than zero")
+    inside = time >= float(run.attrs["end_time"]) - last
+    inside[-1] = True
+    return float(envelope["high"].values[inside].max())
+
+
+def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.DataArray:
+    """Time (s) from which each ball stays within ``tolerance`` (rad) of its final angle in the rotor.
+
+    nan for a ball that still moves at the end (faster than 1/1000 of the rotor speed).
+    """
+    time, angle, speed, rotor = _balls(run)
+    settled = settled_from(time, angle, speed, rotor, tolerance)
+    return _per_ball(run, settled, "settling time", "s")
+
+
+def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.DataArray:
+    """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
+
+    nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is
+    nearer to the critical speed than to the rotor speed by more than 3 : 1, at least 2 % above the critical speed; it
+    is released where it passes the middle for the last time. This measures a run; the formula is Spannan 2021, (4.73).
+    ``critical_speed`` is by default the lowest of the machine.
+    """
+    _, _, speed, rotor = _balls(run)
+    if critical_speed is None:
+        critical_speed = float(np.min(run.attrs["critical_speeds"]))
+    return _per_ball(run, released_at(rotor, speed + rotor[:, None], critical_speed), "release speed", "rad/s")
+
+
+def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
+    """Angle (rad, within -pi to pi) of each ball from the direction of the unbalance, over time and ball.
+
+    Balls on the light side are near pi, balls on the heavy side near 0.
+    """
+    if "ball_angle_in_rotor" not in run:
+        raise QuestionError("the run kept no samples over time; run it with save=Samples()")
+    angle = run["ball_angle_in_rotor"] - run["unbalance_angle_in_rotor"]
+    result = xr.apply_ufunc(wrapped, angle)
+    result.attrs.update(long_name="ball angle from the unbalance", units="rad", frame="rotor")
+    return result.rename("ball_angle_to_unbalance")
+
+
+def measures(run: xr.Dataset) -> xr.Dataset:
+    """All measures of a run in one dataset; each has its unit and its long name."""
+    peak = peak_deflection(run)
+    found = _scalars(
+        peak_deflection=(float(peak["deflection"]), "m", "greatest deflection"),
+        peak_speed=(float(peak["speed"]), "rad/s", "rotor speed at the greatest deflection"),
+        residual_vibration=(residual_vibration(run), "m", "greatest deflection in the last twentieth of the run"),
+    )
+    if run.sizes.get("ball", 0):
+        found["settling_time"] = settling_time(run)
+        found["release_speed"] = release_speed(run)
+        if "ball_angle_in_rotor" in run:
+            final = ball_angle_to_unbalance(run).isel(time=-1, drop=True)
+            found["final_ball_angle_to_unbalance"] = final.drop_vars([n for n in final.coords if n != "ball"])
+    found.attrs = {key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs}
+    return found
+
+
+def _scalars(**values: tuple[float, str, str]) -> xr.Dataset:
+    found = xr.Dataset({name: ((), value) for name, (value, _, _) in values.items()})
+    for name, (_, unit, text) in values.items():
+        found[name].attrs.update(units=unit, long_name=text)
+    return found
+
+
+def _series(run: xr.Dataset, *names: str) -> list[np.ndarray]:
+    if any(name not in run.variables for name in names):
+        raise QuestionError("the run kept neither samples over time nor an envelope; run it with save=Samples() or Envelope()")
+    if run[names[0]].size == 0:
+        raise QuestionError("the run ended before its first sample; there is nothing to measure")
+    return [run[name].values for name in names]
+
+
+def _balls(run: xr.Dataset) -> list[np.ndarray]:
+    """Time, ball angles and speeds in the rotor, rotor speed: from samples or from the ends of the envelope's bins."""
+    if not run.sizes.get("ball", 0):
+        raise QuestionError("the machine has no balls; there is nothing to measure on them")
+    if "ball_angle_in_rotor" in run:
+        return _series(run, "time", "ball_angle_in_rotor", "ball_speed_in_rotor", "speed")
+    return _series(
+        run, "envelope_time", "envelope_ball_angle_in_rotor", "envelope_ball_speed_in_rotor", "envelope_speed"
+    )
+
+
+def _per_ball(run: xr.Dataset, values: np.ndarray, text: str, unit: str) -> xr.DataArray:
+    return xr.DataArray(values, {"ball": run["ball"].values}, ["ball"], attrs={"long_name": text, "units": unit})

@@ -1,0 +1,144 @@
+"""What can be said of a machine before it runs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from autobalancer.assembly.system import assemble
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.files.machine_file import load_machine
+from autobalancer.kernels.system import DRIVE, HILL, KIND
+from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.stability.borders import Border, border_speeds, largest_unbalance, planar_balancer, why_not
+
+
+@dataclass(frozen=True)
+class RaceSummary:
+    """One race with its balls, SI."""
+
+    balancer: int
+    race: int
+    balls: int
+    ball_mass: float
+    effective_mass: float
+    occupied_angle: float
+    capability: float
+    drag: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Masses, critical speeds, capability, drag, S, border speeds, and what looks wrong. SI."""
+
+    name: str
+    axis: str
+    rotor_mass: float
+    ball_mass: float
+    total_mass: float
+    critical_speeds: tuple[float, ...]
+    damping_ratios: tuple[float, ...]
+    unbalance: float
+    races: tuple[RaceSummary, ...]
+    capability: float
+    sommerfeld_number: float
+    borders: tuple[Border, ...]
+    no_borders_because: str
+    highest_speed: float | None
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return asdict(self)
+
+
+def summary(machine: Machine | str | Path) -> Summary:
+    """What can be said of a machine before it runs.
+
+    Critical speeds are sqrt(k/M) along x and y with the balls on the rotor.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    balls = resolve(machine)
+    system = assemble(machine).system
+    pairs = list(zip(machine.rotor.stiffness_xy, machine.rotor.damping_xy, strict=True))
+    if machine.rotor.isotropic:
+        pairs = pairs[:1]
+    places = sorted({(ball.balancer, ball.race) for ball in balls})
+    races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
+    reason = why_not(machine, balls)
+    unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
+    critical = tuple(math.sqrt(k / system.mass) for k, _ in pairs)  # along x, y
+    highest = None
+    if isinstance(machine.drive, PrescribedSpeed):
+        highest = max(float(max(row[DRIVE], row[DRIVE + 3]) if row[KIND] == HILL else row[DRIVE]) for row in system.segments)
+    borders = () if reason else border_speeds(machine)
+    return Summary(
+        name=machine.name,
+        axis=machine.axis,
+        rotor_mass=float(machine.rotor.mass),
+        ball_mass=sum(ball.mass for ball in balls),
+        total_mass=system.mass,
+        critical_speeds=critical,
+        damping_ratios=tuple(b / (2.0 * math.sqrt(k * system.mass)) for k, b in pairs),
+        unbalance=unbalance,
+        races=races,
+        capability=capability,
+        sommerfeld_number=math.nan if reason else planar_balancer(machine, balls).sommerfeld_number,
+        borders=borders,
+        no_borders_because=reason,
+        highest_speed=highest,
+        warnings=_warnings(unbalance, capability, critical, highest, borders, bool(balls)),
+    )
+
+
+def touching_capability(balls: list[Ball]) -> float:
+    """Resultant of the balls of one race side by side, kg m; the best place for the gap in the row is taken."""
+    best = 0.0
+    for first in range(len(balls)):
+        row = balls[first:] + balls[:first]
+        angle, total = 0.0, 0j
+        for ball, after in zip(row, [*row[1:], row[0]], strict=True):
+            total += ball.moment * complex(math.cos(angle), math.sin(angle))
+            angle += 0.5 * occupied_angle([ball, after])
+        best = max(best, abs(total))
+    return best
+
+
+def _race(balls: list[Ball]) -> RaceSummary:
+    return RaceSummary(
+        balancer=balls[0].balancer + 1,
+        race=balls[0].race + 1,
+        balls=len(balls),
+        ball_mass=sum(ball.mass for ball in balls),
+        effective_mass=sum(ball.effective_mass for ball in balls),
+        occupied_angle=occupied_angle(balls),
+        capability=touching_capability(balls),
+        drag=tuple(sorted({ball.drag for ball in balls})),
+    )
+
+
+def _warnings(
+    unbalance: float,
+    capability: float,
+    critical: tuple[float, ...],
+    highest: float | None,
+    borders: tuple[Border, ...],
+    has_balls: bool,
+) -> tuple[str, ...]:
+    found = []
+    if has_balls and unbalance > capability:
+        found.append(f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; take more or heavier balls")
+    if has_balls and highest is not None and highest < max(critical):
+        found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+    exact = [border.speed for border in borders if border.name == "exact border"]
+    if highest is not None and exact and highest > max(critical) and not highest > exact[0]:
+        found.append("the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid")
+    return tuple(found)

@@ -1,0 +1,1 @@
+"""Independent derivations against which the package is tested."""
