@@ -19,9 +19,7 @@ def floor_capability(entry: Bearing, fluid_density: float = 0.0) -> float:
     """Capability with the count of the source, the next integer below pi / (2 a)."""
     alpha = half_sector(entry.orbit_radius, entry.ball_diameter)
     count = math.floor(math.pi / 2.0 / alpha)
-    return capability(
-        entry.orbit_radius, entry.ball_diameter, TABLE_DENSITY, count, fluid_density=fluid_density
-    )
+    return capability(entry.orbit_radius, entry.ball_diameter, TABLE_DENSITY, count, fluid_density=fluid_density)
 
 
 def test_the_table_has_412_bearings_of_which_97_say_that_they_are_reconstructed() -> None:
@@ -34,9 +32,7 @@ def test_the_table_has_412_bearings_of_which_97_say_that_they_are_reconstructed(
 
 def test_every_printed_capability_follows_from_the_law() -> None:
     for entry in bearings():
-        assert floor_capability(entry) == pytest.approx(entry.capability_printed, rel=4.6e-3), (
-            entry.designation
-        )
+        assert floor_capability(entry) == pytest.approx(entry.capability_printed, rel=4.6e-3), entry.designation
 
 
 def test_verified_rows_agree_with_air_around_the_balls_to_the_last_printed_digit() -> None:

@@ -24,13 +24,9 @@ def run(*arguments: str) -> str:
 
 
 def test_bearings_prints_what_suitable_bearings_finds() -> None:
-    answer = json.loads(
-        run("bearings", "--unbalance", "594 g*mm", "--max-outer", "80 mm", "--json", "--limit", "0")
-    )
+    answer = json.loads(run("bearings", "--unbalance", "594 g*mm", "--max-outer", "80 mm", "--json", "--limit", "0"))
     found = suitable_bearings(594e-6, max_outer=0.08)
-    assert [row["bearing"]["designation"] for row in answer] == [
-        choice.bearing.designation for choice in found
-    ]
+    assert [row["bearing"]["designation"] for row in answer] == [choice.bearing.designation for choice in found]
     assert [row["count"] for row in answer] == [choice.count for choice in found]
 
 
@@ -47,9 +43,7 @@ def test_bearings_marks_reconstructed_rows() -> None:
 
 def test_bearings_takes_material_and_fluid() -> None:
     plain = json.loads(run("bearings", "--limit", "1", "--json"))[0]["largest_capability"]
-    heavy = json.loads(run("bearings", "--limit", "1", "--json", "--material", "tungsten"))[0][
-        "largest_capability"
-    ]
+    heavy = json.loads(run("bearings", "--limit", "1", "--json", "--material", "tungsten"))[0]["largest_capability"]
     wet = json.loads(run("bearings", "--limit", "1", "--json", "--fluid", "water"))[0]["largest_capability"]
     assert heavy / plain == pytest.approx(19300.0 / 7860.0, rel=1e-12)
     assert wet / plain == pytest.approx(1.0 - fluid("water").density / 7860.0, rel=1e-12)
@@ -105,9 +99,7 @@ def test_every_help_has_an_example(command: str) -> None:
         (("capability", "--orbit-radius", "77", "--ball-diameter", "12 mm"), UnitError),
     ],
 )
-def test_a_users_error_is_an_error_of_the_package(
-    arguments: tuple[str, ...], error: type[AutobalancerError]
-) -> None:
+def test_a_users_error_is_an_error_of_the_package(arguments: tuple[str, ...], error: type[AutobalancerError]) -> None:
     result = RUNNER.invoke(app, list(arguments))
     assert isinstance(result.exception, error)
 

@@ -100,9 +100,7 @@ def test_without_glycerol_the_mixture_is_water() -> None:
 
 
 def test_glycerol_and_water_contract_when_mixed() -> None:
-    parts = 1.0 / (
-        0.5 / glycerol.glycerol_density(1.0, 293.15) + 0.5 / glycerol.glycerol_density(0.0, 293.15)
-    )
+    parts = 1.0 / (0.5 / glycerol.glycerol_density(1.0, 293.15) + 0.5 / glycerol.glycerol_density(0.0, 293.15))
     assert 1.005 < glycerol.glycerol_density(0.5, 293.15) / parts < 1.015
 
 
@@ -110,9 +108,7 @@ def test_volume_and_mass_fraction_name_the_same_mixture() -> None:
     share = float(glycerol.glycerol_mass_fraction(0.5))
     assert share == pytest.approx(1261.06 / (1261.06 + 998.05), rel=1e-5)
     by_volume = fluid("glycerol 50 vol%", 293.15)
-    assert by_volume.viscosity == pytest.approx(
-        fluid(f"glycerol {100.0 * share} wt%", 293.15).viscosity, rel=1e-12
-    )
+    assert by_volume.viscosity == pytest.approx(fluid(f"glycerol {100.0 * share} wt%", 293.15).viscosity, rel=1e-12)
 
 
 def test_water_and_air_have_their_handbook_values() -> None:
@@ -124,9 +120,7 @@ def test_water_and_air_have_their_handbook_values() -> None:
 
 @pytest.mark.parametrize("grade", mineral_oil.ISO_VG)
 def test_iso_oils_meet_their_grade_at_40_degc(grade: int) -> None:
-    assert fluid(f"ISO VG {grade}", KELVIN + 40.0).viscosity == pytest.approx(
-        mineral_oil.ISO_VG[grade], rel=1e-9
-    )
+    assert fluid(f"ISO VG {grade}", KELVIN + 40.0).viscosity == pytest.approx(mineral_oil.ISO_VG[grade], rel=1e-9)
 
 
 def test_the_reference_oil_of_the_viscosity_index_standard() -> None:
@@ -168,9 +162,7 @@ def test_mixing_and_unmixing_are_inverse() -> None:
     for density in (None, 820.0):
         for share in np.linspace(0.0, 1.0, 11):
             nu = viscosity.blend_viscosity(share, thin, thick, density=density)
-            assert viscosity.blend_fraction(nu, thin, thick, density=density) == pytest.approx(
-                share, abs=1e-12
-            )
+            assert viscosity.blend_fraction(nu, thin, thick, density=density) == pytest.approx(share, abs=1e-12)
 
 
 def test_a_blend_is_the_same_from_either_side() -> None:
@@ -213,9 +205,7 @@ def test_names_do_not_mind_case_and_spacing() -> None:
         ("air", math.nan, "not at nan degC"),
     ],
 )
-def test_unknown_fluids_and_temperatures_are_refused_in_words(
-    name: str, temperature: float, words: str
-) -> None:
+def test_unknown_fluids_and_temperatures_are_refused_in_words(name: str, temperature: float, words: str) -> None:
     with pytest.raises(CatalogError, match=words):
         fluid(name, temperature)
 

@@ -101,9 +101,7 @@ BENCHMARKS = Ledger(
 )
 
 
-def main(
-    ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: Sequence[str] | None = None
-) -> int:
+def main(ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: Sequence[str] | None = None) -> int:
     """Run the modules of ``ledger``, show and keep their rows; 1 if a module crashed, else 0.
 
     ``call(module, name)`` runs one of them. A missed target is a result, not a failure.
@@ -112,9 +110,7 @@ def main(
     from rich.progress import Progress
 
     parser = argparse.ArgumentParser(prog=f"python -m {ledger.name}")
-    parser.add_argument(
-        "--only", default="*", metavar="PATTERN", help="modules whose name contains or fits this"
-    )
+    parser.add_argument("--only", default="*", metavar="PATTERN", help="modules whose name contains or fits this")
     only = parser.parse_args(arguments).only
     names = ledger.modules(only)
     if only != "*" and not names:

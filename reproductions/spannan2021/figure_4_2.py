@@ -31,12 +31,24 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     common = {"source": "Spannan 2021", "figure": "4.2 in kind"}
     rows = [
         ("speed in space of the hanging balls, mean", "rad/s", 248.0, float(in_space.mean()), 2.0),
-        ("release speed, against (4.73)", "rad/s", release, float(ab.release_speed(run).max()), 0.015 * release),
+        (
+            "release speed, against (4.73)",
+            "rad/s",
+            release,
+            float(ab.release_speed(run).max()),
+            0.015 * release,
+        ),
         ("peak deflection at release", "mm", 1.33, 1e3 * float(peak["deflection"]), 0.01),
         ("peak deflection, against 2 m_b eps w_c / b", "mm", 1.25, 1e3 * float(peak["deflection"]), 0.1),
         ("rotor speed at the peak", "rad/s", 387.0, float(peak["speed"]), 2.0),
         ("deflection at the end, to be below 1 um", "um", 0.0, 1e6 * ab.residual_vibration(run, 0.5), 1.0),
-        ("ball speed in the rotor at the end", "rad/s", 0.0, float(np.abs(run["ball_speed_in_rotor"][-1]).max()), 1e-3),
+        (
+            "ball speed in the rotor at the end",
+            "rad/s",
+            0.0,
+            float(np.abs(run["ball_speed_in_rotor"][-1]).max()),
+            1e-3,
+        ),
     ]
     return [
         compared(**common, quantity=name, unit=unit, target=target, obtained=obtained, tolerance=tolerance)

@@ -39,7 +39,14 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         figure = f"6.{ {5: 25, 20: 26, 50: 27}[viscosity] } in kind"
         ratio = ab.residual_vibration(run) / ab.residual_vibration(bare)
         rows += [
-            ("deflection at 1200 rpm with ball / without", figure, "1", 1.0 - moment / UNBALANCE, ratio, 0.02),
+            (
+                "deflection at 1200 rpm with ball / without",
+                figure,
+                "1",
+                1.0 - moment / UNBALANCE,
+                ratio,
+                0.02,
+            ),
             ("ball opposite to the unbalance at the end", figure, "deg", 180.0, angle, 3.0),
         ]
         if viscosity == 20:
@@ -47,10 +54,25 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     fewer = float(turns[0] > turns[1] > turns[2])
     rows += [
         ("the thinner the oil, the more turns the ball lags (1 = true)", "6.25-6.27", "1", 1.0, fewer, 0.0),
-        ("resonance passed at (planar: no stiffening rubber)", "section 6.1.2", "Hz", 10.7, _resonance(bare), 0.1),
+        (
+            "resonance passed at (planar: no stiffening rubber)",
+            "section 6.1.2",
+            "Hz",
+            10.7,
+            _resonance(bare),
+            0.1,
+        ),
     ]
     return [
-        compared(**common, figure=figure, quantity=name, unit=unit, target=target, obtained=value, tolerance=tolerance)
+        compared(
+            **common,
+            figure=figure,
+            quantity=name,
+            unit=unit,
+            target=target,
+            obtained=value,
+            tolerance=tolerance,
+        )
         for name, figure, unit, target, value, tolerance in rows
     ]
 

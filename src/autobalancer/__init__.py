@@ -54,7 +54,40 @@ _HOME = {
 }
 _MODULES = {"machine", "errors", "units"}
 
-__all__ = sorted([*_HOME, "errors", "machine", "units"])
+__all__ = [
+    "Event",
+    "animate",
+    "ball_angle_to_unbalance",
+    "bearings",
+    "blend",
+    "border_speeds",
+    "capability",
+    "deflection_envelope",
+    "errors",
+    "fluid",
+    "fluids",
+    "largest_useful_count",
+    "load_machine",
+    "load_run",
+    "machine",
+    "machine_text",
+    "materials",
+    "measures",
+    "peak_deflection",
+    "plot_orbit",
+    "plot_race",
+    "plot_run_up",
+    "release_speed",
+    "residual_vibration",
+    "save_machine",
+    "save_run",
+    "settling_time",
+    "simulate",
+    "suitable_bearings",
+    "summary",
+    "sweep",
+    "units",
+]
 
 
 def __getattr__(name: str) -> Any:

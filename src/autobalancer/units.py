@@ -78,7 +78,9 @@ def to_si(value: float | int | str, unit: str) -> float:
     if isinstance(value, Given):
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise UnitError(f"given {value!r}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}")
+        raise UnitError(
+            f"given {value!r}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}"
+        )
     if not isinstance(value, str):
         number = float(value)
         if not math.isfinite(number):
@@ -86,14 +88,20 @@ def to_si(value: float | int | str, unit: str) -> float:
         return number
     match = _NUMBER.match(value)
     if match is None:
-        raise UnitError(f"given {value!r}, which does not start with a finite number; write for example {_sample(unit)}")
+        raise UnitError(
+            f"given {value!r}, which does not start with a finite number; write for example {_sample(unit)}"
+        )
     number, written = float(match[1]), match[2].strip()
     if not written and unit not in ("", "rad"):
-        raise UnitError(f"given {value!r} without a unit; write it with one, such as {_sample(unit)}, or as a plain number in {unit}")
+        raise UnitError(
+            f"given {value!r} without a unit; give one, such as {_sample(unit)}, or as a plain number in {unit}"
+        )
     source = _unit(written) if written else _unit(unit)
     target = _unit(unit)
     if source.dimensionality != target.dimensionality:
-        raise UnitError(f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {_sample(unit)}")
+        raise UnitError(
+            f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {_sample(unit)}"
+        )
     quantity = _registry().Quantity(number, source).to(target)
     si = float(f"{float(quantity.magnitude):.15g}")  # no 1.9999999999999998e-05 from the conversion
     if not math.isfinite(si):

@@ -94,12 +94,9 @@ class Planar:
 
     def angular_momentum(self, time: float, q: np.ndarray, v: np.ndarray) -> float:
         """About the rest position of the shaft; kept if all is isotropic and nothing drives or brakes."""
-        host, speed = q[0] + 1j * q[1], v[0] + 1j * v[1]
-        around = np.zeros_like(v)
-        around[0], around[1], around[2] = -host.imag, host.real, 1.0  # all turns as one body
-        matrix = self.mass_matrix(time, q)
-        assert speed.real == v[0]
-        return float(around @ matrix @ v)
+        turn = np.zeros_like(v)
+        turn[0], turn[1], turn[2] = -q[1], q[0], 1.0  # all turns as one body
+        return float(turn @ self.mass_matrix(time, q) @ v)
 
     # equations ------------------------------------------------------------------------------------------------------
 
@@ -243,9 +240,8 @@ def profile_value(profile: Any, time: float) -> tuple[float, float]:
             values += [speed, speed]
     else:
         raise NotImplementedError(profile)
-    step = 1e-3
-    value = np.interp([time - step, time, time + step], times, values)
-    return float(value[1]), float((value[2] - value[0]) / (2 * step))
+    slopes = [0.0, *(np.diff(values) / np.diff(times)), 0.0]
+    return float(np.interp(time, times, values)), float(slopes[int(np.searchsorted(times, time, side="right"))])
 
 
 def _factor(unbalance: Any, time: float) -> float:

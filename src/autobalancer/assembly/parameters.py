@@ -35,7 +35,9 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
     for piece in path.split("."):
         match = _STEP.fullmatch(piece)
         if match is None:
-            raise QuestionError(f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.beta'")
+            raise QuestionError(
+                f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.beta'"
+            )
         steps.append(match[1])
         steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
     changed = _changed(machine, steps, value, path)

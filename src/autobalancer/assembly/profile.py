@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from autobalancer.errors import MachineError
 from autobalancer.kernels.system import HILL, LINEAR
@@ -30,7 +31,12 @@ class Piece:
 def profile_pieces(profile: SpeedProfile) -> list[Piece]:
     """The pieces of a profile, the first one starting at time 0."""
     if isinstance(profile, Hill):
-        numbers = (float(profile.end), float(profile.half_time), float(profile.exponent), float(profile.start))
+        numbers = (
+            float(profile.end),
+            float(profile.half_time),
+            float(profile.exponent),
+            float(profile.start),
+        )
         return [Piece(0.0, HILL, numbers)]
     return _straight(corners(profile))
 
@@ -74,7 +80,7 @@ def _staircase(stops: list[tuple[float, float]], acceleration: float) -> list[tu
 
 def _straight(points: list[tuple[float, float]]) -> list[Piece]:
     pieces = [Piece(0.0, LINEAR, (points[0][1], 0.0, 0.0, 0.0))] if points[0][0] > 0.0 or len(points) == 1 else []
-    for (t0, w0), (t1, w1) in zip(points, points[1:], strict=False):
+    for (t0, w0), (t1, w1) in pairwise(points):
         pieces.append(Piece(t0, LINEAR, (w0, (w1 - w0) / (t1 - t0), 0.0, 0.0)))
     if len(points) > 1:
         pieces.append(Piece(points[-1][0], LINEAR, (points[-1][1], 0.0, 0.0, 0.0)))

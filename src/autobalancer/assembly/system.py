@@ -149,7 +149,13 @@ def _drive_pieces(machine: Machine) -> list[Piece]:
         for piece in pieces:
             a, b, c, d = piece.numbers
             linear = piece.kind == LINEAR
-            scaled.append(Piece(piece.start, piece.kind, (gain * a, gain * b if linear else b, c, d if linear else gain * d)))
+            scaled.append(
+                Piece(
+                    piece.start,
+                    piece.kind,
+                    (gain * a, gain * b if linear else b, c, d if linear else gain * d),
+                )
+            )
         return scaled
     return [Piece(0.0, LINEAR, (0.0, 0.0, 0.0, 0.0))]
 

@@ -54,9 +54,7 @@ def glycerol_offer(percent: float, kind: str) -> Offer:
 
     def properties(temperature: float) -> tuple[float, float, str]:
         density = float(glycerol.glycerol_density(w, temperature))
-        remark = (
-            "" if 288.15 <= temperature <= 303.15 else "density extrapolated: law fitted from 15 to 30 degC"
-        )
+        remark = "" if 288.15 <= temperature <= 303.15 else "density extrapolated: law fitted from 15 to 30 degC"
         return density, float(glycerol.glycerol_dynamic_viscosity(w, temperature)) / density, remark
 
     return entry, properties
@@ -105,9 +103,7 @@ def _experiment_fluid(row: dict[str, str]) -> Offer:
 
 
 def _mineral_oils() -> tuple[Offer, ...]:
-    return tuple(
-        _mineral_oil(int(row["grade"]), float(row["density_15C_kg_m3"])) for row in rows("iso_vg_oils.csv")
-    )
+    return tuple(_mineral_oil(int(row["grade"]), float(row["density_15C_kg_m3"])) for row in rows("iso_vg_oils.csv"))
 
 
 def _mineral_oil(grade: int, at_15_degc: float) -> Offer:

@@ -130,9 +130,7 @@ def blend(
     one, two = (_state(part, temperature) for part in (first, second))
     w = blend_fraction(viscosity, (one.viscosity, one.density), (two.viscosity, two.density))
     if not 0.0 <= w <= 1.0 + 1e-12:
-        raise QuestionError(
-            f"a viscosity of {viscosity!r} m^2/s asks for the fraction {w:.4g}, which is no share"
-        )
+        raise QuestionError(f"a viscosity of {viscosity!r} m^2/s asks for the fraction {w:.4g}, which is no share")
     density = w * one.density + (1.0 - w) * two.density
     if basis == "mass":
         density = 1.0 / (w / one.density + (1.0 - w) / two.density)

@@ -53,9 +53,7 @@ class Ball:
     @property
     def inertia(self) -> float:
         """Inertia of the ball angle: mass, virtual mass and rolling, kg m^2 (1 + j) m eps^2 without fluid."""
-        return (
-            (1.0 + self.spin_ratio) * self.mass + self.virtual_mass * self.displaced
-        ) * self.orbit_radius**2
+        return ((1.0 + self.spin_ratio) * self.mass + self.virtual_mass * self.displaced) * self.orbit_radius**2
 
     @property
     def moment(self) -> float:
@@ -111,11 +109,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         if race.race_radius is not None and diameter == 0.0:
             problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
             return []
-        orbit = (
-            float(race.orbit_radius)
-            if race.orbit_radius is not None
-            else float(race.race_radius or 0.0) - radius
-        )
+        orbit = float(race.orbit_radius) if race.orbit_radius is not None else float(race.race_radius or 0.0) - radius
         if orbit <= radius:
             problems.append(
                 (
@@ -126,18 +120,12 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             return []
         for key, room in (("width", race.width), ("height", race.height)):
             if room is not None and diameter > room:
-                problems.append(
-                    (keys, f"a ball of {_mm(diameter)} does not fit into a chamber of {key} {_mm(room)}")
-                )
+                problems.append((keys, f"a ball of {_mm(diameter)} does not fit into a chamber of {key} {_mm(room)}"))
         displaced = density * volume
         if displaced >= mass:
-            problems.append(
-                (keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
-            )
+            problems.append((keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid"))
         if not isinstance(race.drag, DragTorque) and diameter == 0.0:
-            problems.append(
-                (keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'")
-            )
+            problems.append((keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'"))
         for i in range(group.count):
             balls.append(
                 Ball(
@@ -158,9 +146,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                 )
             )
     if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
-        problems.append(
-            (("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead")
-        )
+        problems.append((("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead"))
     elif not problems:
         occupied = occupied_angle(balls)
         if occupied > 2.0 * math.pi * (1.0 + 1e-12):
@@ -177,15 +163,14 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         )
     for i, one in enumerate(given):
         for other in given[i + 1 :]:
-            apart = abs(
-                math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi)
-            )
+            apart = abs(math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi))
             needed = 0.5 * occupied_angle([one, other])
             if apart < needed * (1.0 - 1e-9):
                 problems.append(
                     (
                         ("balls",),
-                        f"start_angles put two balls {math.degrees(apart):.2f} deg apart; they need {math.degrees(needed):.2f} deg",
+                        f"start_angles put two balls {math.degrees(apart):.2f} deg apart; "
+                        f"they need {math.degrees(needed):.2f} deg",
                     )
                 )
     return balls

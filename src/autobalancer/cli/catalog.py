@@ -13,22 +13,16 @@ if TYPE_CHECKING:
 
     from autobalancer.catalog.fluids import FluidState
 
-app = typer.Typer(
-    help="Look up bearings, ball materials and fluids.", no_args_is_help=True, rich_markup_mode="rich"
-)
+app = typer.Typer(help="Look up bearings, ball materials and fluids.", no_args_is_help=True, rich_markup_mode="rich")
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
-FluidName = Annotated[
-    str | None, typer.Option(help="Fluid around the balls, at 25 degC; without it no buoyancy.")
-]
+FluidName = Annotated[str | None, typer.Option(help="Fluid around the balls, at 25 degC; without it no buoyancy.")]
 
 
 @app.command()
 def bearings(
-    unbalance: Annotated[
-        str | None, typer.Option(help='Unbalance to compensate, such as "594 g*mm".')
-    ] = None,
+    unbalance: Annotated[str | None, typer.Option(help='Unbalance to compensate, such as "594 g*mm".')] = None,
     max_outer: Annotated[str | None, typer.Option(help='Largest outer diameter, such as "80 mm".')] = None,
     min_bore: Annotated[str | None, typer.Option(help="Smallest catalog bore.")] = None,
     max_width: Annotated[str | None, typer.Option(help="Largest width.")] = None,
@@ -116,9 +110,7 @@ def fluids(temperature: Temperature = "25 degC", as_json: Json = False) -> None:
     ]
     title = f"Fluids at {kelvin - 273.15:.5g} degC"
     _table(title, ["fluid", "density\nkg/m^3", "viscosity\nmm^2/s", "remark"], table)
-    typer.echo(
-        "Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME"
-    )
+    typer.echo("Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME")
 
 
 @app.command()
@@ -159,9 +151,7 @@ def blend(
     if as_json:
         typer.echo(json.dumps(asdict(result), indent=2))
         return
-    typer.echo(
-        f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}"
-    )
+    typer.echo(f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}")
     _show(result.fluid)
 
 
@@ -185,9 +175,7 @@ def capability(
     orbit_radius: Annotated[str, typer.Option(help='Radius of the circle of ball centers, such as "77 mm".')],
     ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')],
     material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
-    count: Annotated[
-        int | None, typer.Option(help="Number of balls; by default the most useful one.")
-    ] = None,
+    count: Annotated[int | None, typer.Option(help="Number of balls; by default the most useful one.")] = None,
     fluid: FluidName = None,
     as_json: Json = False,
 ) -> None:

@@ -45,7 +45,12 @@ def run(
     _say_if_first(console)
     from autobalancer import simulate
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.fields[now]}"),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(described.name, total=1.0, now="")
         result = simulate(
@@ -61,7 +66,9 @@ def run(
     save_run(result, out)
     found = measures(result) if samples or envelope else None
     if as_json:
-        numbers = {str(name): value.values.tolist() for name, value in found.data_vars.items()} if found is not None else {}
+        numbers = (
+            {str(name): value.values.tolist() for name, value in found.data_vars.items()} if found is not None else {}
+        )
         outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")}
         typer.echo(json.dumps({"result": str(out), **outcome, "measures": numbers}, indent=2))
     else:

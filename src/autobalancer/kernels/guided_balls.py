@@ -35,15 +35,18 @@ from autobalancer.kernels.system import (
     System,
     X,
     Y,
-    vector_type,
     system_type,
+    vector_type,
 )
 
 
-_FLAGS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
-
-
-@njit(void(float64, vector_type, vector_type, system_type), **_FLAGS)
+@njit(
+    void(float64, vector_type, vector_type, system_type),
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+    fastmath={"contract", "nsz", "arcp"},
+)
 def planar(time: float, y: Floats, dy: Floats, p: System) -> None:
     """Time derivative of the state of :mod:`autobalancer.kernels.system`."""
     count = p.balls.shape[0]

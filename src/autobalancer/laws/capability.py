@@ -92,9 +92,7 @@ def ball_mass(ball_diameter: float, ball_density: float, *, fluid_density: float
     _positive(ball_diameter, "ball_diameter", "m")
     _positive(ball_density, "ball_density", "kg/m^3")
     if not 0.0 <= fluid_density < math.inf:
-        raise QuestionError(
-            f"given fluid_density = {fluid_density!r} kg/m^3; write a finite number from 0 up"
-        )
+        raise QuestionError(f"given fluid_density = {fluid_density!r} kg/m^3; write a finite number from 0 up")
     if ball_density <= fluid_density:
         raise QuestionError(
             f"balls of {ball_density:g} kg/m^3 float in a fluid of {fluid_density:g} kg/m^3 and balance "

@@ -13,9 +13,7 @@ def annulus_cd_re(width_ratio: float, radius_ratio: float) -> float:
     return float(248.0 * width_ratio ** (-11.0 / 8.0) + 245.0 + 813.0 * (radius_ratio - 0.08))
 
 
-def linear_drag(
-    cd_re: float, density: float, viscosity: float, ball_radius: float, orbit_radius: float
-) -> float:
+def linear_drag(cd_re: float, density: float, viscosity: float, ball_radius: float, orbit_radius: float) -> float:
     """beta = (c_d Re) (pi/4) rho nu r_b eps^2 in N m s (Spannan 2021, 5.26); SI in.
 
     It is F eps over phi' with F = 1/2 rho (pi r_b^2) c_d u^2, u = eps phi', Re = u (2 r_b) / nu.

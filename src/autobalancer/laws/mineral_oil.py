@@ -76,9 +76,7 @@ def iso_vg_viscosity(grade: int, temperature: npt.ArrayLike) -> Any:
     Source: ISO 3448, ASTM D2270, ASTM D341.
     """
     if grade not in ISO_VG:
-        raise QuestionError(
-            f"given the grade {grade!r}; ISO VG grades here are {', '.join(map(str, ISO_VG))}"
-        )
+        raise QuestionError(f"given the grade {grade!r}; ISO VG grades here are {', '.join(map(str, ISO_VG))}")
     t = np.asarray(temperature, float)
     if not bool(np.all((t >= LOWEST) & (t <= HIGHEST))):
         raise QuestionError(f"given {temperature!r} K; the oils are offered from {LOWEST:g} to {HIGHEST:g} K")

@@ -49,9 +49,7 @@ def double_log_through(
     (t1, nu1), (t2, nu2) = first, second
     z1, z2 = _double_log(nu1, shift), _double_log(nu2, shift)
     if t1 <= 0.0 or t2 <= 0.0 or t1 == t2:
-        raise QuestionError(
-            f"given the temperatures {t1!r} K and {t2!r} K; two different ones above 0 K are needed"
-        )
+        raise QuestionError(f"given the temperatures {t1!r} K and {t2!r} K; two different ones above 0 K are needed")
     p2 = (z2 - z1) / math.log10(t2 / t1)
     return z1 - p2 * math.log10(t1), p2
 
@@ -66,9 +64,7 @@ def vtc(p1: npt.ArrayLike, p2: npt.ArrayLike) -> Any:
     return 1.0 - viscosity_from_double_log(HOT, p1, p2) / viscosity_from_double_log(COLD, p1, p2)
 
 
-def double_log_from_vtc(
-    viscosity: float, coefficient: float, *, temperature: float = 298.15
-) -> tuple[float, float]:
+def double_log_from_vtc(viscosity: float, coefficient: float, *, temperature: float = 298.15) -> tuple[float, float]:
     """P1 and P2 from one viscosity [m^2/s] at ``temperature`` [K] and the viscosity-temperature coefficient.
 
     Of the two solutions it takes the flatter one, the other belongs to no liquid. Raises ``QuestionError`` if
@@ -89,9 +85,7 @@ def double_log_from_vtc(
             f"given a viscosity-temperature coefficient of {coefficient!r}; a liquid of {viscosity:g} m^2/s "
             f"at {temperature:g} K can have 0 to {values[top]:.3f} in this law"
         )
-    p2 = float(
-        brentq(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13)
-    )
+    p2 = float(brentq(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13))
     return float(p1_of(p2)), p2
 
 
@@ -142,9 +136,7 @@ def blend_fraction(
     return math.log(viscosity * mean / (nu2 * rho2)) / math.log(nu1 * rho1 / (nu2 * rho2))
 
 
-def expanded_density(
-    density: float, expansion: float, temperature: npt.ArrayLike, *, reference: float = 298.15
-) -> Any:
+def expanded_density(density: float, expansion: float, temperature: npt.ArrayLike, *, reference: float = 298.15) -> Any:
     """Density [kg/m^3] at ``temperature`` [K] of a liquid that has ``density`` at ``reference``.
 
     ``expansion`` is the coefficient of volume expansion [1/K]: the volume grows linearly, the mass stays.
@@ -155,7 +147,6 @@ def expanded_density(
 def _double_log(viscosity: float, shift: float) -> float:
     if not 1e-6 < viscosity + shift < math.inf:
         raise QuestionError(
-            f"given a viscosity of {viscosity!r} m^2/s; the double logarithm needs more than "
-            f"{1e-6 - shift:.2g} m^2/s"
+            f"given a viscosity of {viscosity!r} m^2/s; the double logarithm needs more than {1e-6 - shift:.2g} m^2/s"
         )
     return math.log10(math.log10((viscosity + shift) * 1e6))

@@ -47,7 +47,9 @@ class TorqueTable(Part):
         if not self.speed:
             raise ValueError("speed: the table is empty; give at least one speed and one torque")
         if len(self.speed) != len(self.torque):
-            raise ValueError(f"given {len(self.speed)} speeds and {len(self.torque)} torques; give as many of one as of the other")
+            raise ValueError(
+                f"given {len(self.speed)} speeds and {len(self.torque)} torques; give as many of one as of the other"
+            )
         if any(b <= a for a, b in zip(self.speed, self.speed[1:], strict=False)):
             raise ValueError("speed: must increase from entry to entry")
         return self

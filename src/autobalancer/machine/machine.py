@@ -54,5 +54,3 @@ class Machine(Part):
         if prescribed and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
         return self
-
-

@@ -23,7 +23,9 @@ class Schedule(Part):
         if not self.time:
             raise ValueError("time: given an empty list; give at least one time")
         if len(self.time) != len(self.factor):
-            raise ValueError(f"given {len(self.time)} times and {len(self.factor)} factors; give as many of one as of the other")
+            raise ValueError(
+                f"given {len(self.time)} times and {len(self.factor)} factors; give as many of one as of the other"
+            )
         if any(b < a for a, b in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time: must not decrease")
         if any(a == c for a, c in zip(self.time, self.time[2:], strict=False)):

@@ -8,7 +8,14 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import length_axis, speed_axis
-from autobalancer.plots.history import SAVE_MORE, critical_speeds_of, deflections_of, history_of, passages, span_of
+from autobalancer.plots.history import (
+    SAVE_MORE,
+    critical_speeds_of,
+    deflections_of,
+    history_of,
+    passages,
+    span_of,
+)
 from autobalancer.plots.panels import angle_panel, deflection_panel, speed_panel
 from autobalancer.plots.style import CRITICAL, look, picture
 

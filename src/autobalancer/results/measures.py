@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 
@@ -29,7 +31,7 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     else:
         t, r, w = _series(run, "time", "deflection", "speed")
         edges = np.linspace(0, t.size, min(bins, t.size) + 1).astype(int)
-        pairs = [(a, b) for a, b in zip(edges, edges[1:], strict=False) if b > a]
+        pairs = [(a, b) for a, b in pairwise(edges) if b > a]
         low = np.array([r[a:b].min() for a, b in pairs])
         high = np.array([r[a:b].max() for a, b in pairs])
         time = np.array([0.5 * (t[a] + t[b - 1]) for a, b in pairs])
@@ -106,7 +108,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
     angle = run["ball_angle_in_rotor"] - run["unbalance_angle_in_rotor"]
     result = xr.apply_ufunc(wrapped, angle)
     result.attrs.update(long_name="ball angle from the unbalance", units="rad", frame="rotor")
-    return result.rename("ball_angle_to_unbalance")
+    return xr.DataArray(result.rename("ball_angle_to_unbalance"))
 
 
 def measures(run: xr.Dataset) -> xr.Dataset:
@@ -115,7 +117,11 @@ def measures(run: xr.Dataset) -> xr.Dataset:
     found = _scalars(
         peak_deflection=(float(peak["deflection"]), "m", "greatest deflection"),
         peak_speed=(float(peak["speed"]), "rad/s", "rotor speed at the greatest deflection"),
-        residual_vibration=(residual_vibration(run), "m", "greatest deflection in the last twentieth of the run"),
+        residual_vibration=(
+            residual_vibration(run),
+            "m",
+            "greatest deflection in the last twentieth of the run",
+        ),
     )
     if run.sizes.get("ball", 0):
         found["settling_time"] = settling_time(run)
@@ -123,7 +129,9 @@ def measures(run: xr.Dataset) -> xr.Dataset:
         if "ball_angle_in_rotor" in run:
             final = ball_angle_to_unbalance(run).isel(time=-1, drop=True)
             found["final_ball_angle_to_unbalance"] = final.drop_vars([n for n in final.coords if n != "ball"])
-    found.attrs = {key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs}
+    found.attrs = {
+        key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs
+    }
     return found
 
 
@@ -136,7 +144,9 @@ def _scalars(**values: tuple[float, str, str]) -> xr.Dataset:
 
 def _series(run: xr.Dataset, *names: str) -> list[np.ndarray]:
     if any(name not in run.variables for name in names):
-        raise QuestionError("the run kept neither samples over time nor an envelope; run it with save=Samples() or Envelope()")
+        raise QuestionError(
+            "the run kept neither samples over time nor an envelope; run it with save=Samples() or Envelope()"
+        )
     if run[names[0]].size == 0:
         raise QuestionError("the run ended before its first sample; there is nothing to measure")
     return [run[name].values for name in names]

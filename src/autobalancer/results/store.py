@@ -8,6 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from autobalancer.errors import ResultError
+from autobalancer.results.provenance import MAKER
 
 
 def save_run(run: xr.Dataset, path: str | Path) -> Path:
@@ -46,6 +47,6 @@ def load_run(path: str | Path) -> xr.Dataset:
             run = stored.load()
     except (OSError, ValueError, RuntimeError) as reason:
         raise ResultError(f"{path}: not a readable result file: {reason}") from None
-    if not str(run.attrs.get("source", "")).startswith("autobalancer"):
+    if not str(run.attrs.get("source", "")).startswith(MAKER):
         raise ResultError(f"{path}: was not written by autobalancer; its attribute 'source' says nothing of the kind")
     return run

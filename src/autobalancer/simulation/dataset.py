@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import datetime
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-import autobalancer
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
+from autobalancer.results.provenance import provenance
 
 
 def run_dataset(
@@ -40,7 +39,10 @@ def run_dataset(
     if record.bin_low.size:
         states = record.bin_states[:bins]
         n = len(balls)
-        coordinates["envelope_time"] = ("bin", 0.5 * (record.bin_edges[:bins] + record.bin_edges[1 : bins + 1]))
+        coordinates["envelope_time"] = (
+            "bin",
+            0.5 * (record.bin_edges[:bins] + record.bin_edges[1 : bins + 1]),
+        )
         data["envelope_low"] = ("bin", record.bin_low[:bins])
         data["envelope_high"] = ("bin", record.bin_high[:bins])
         data["envelope_speed"] = ("bin", states[:, SPEED])
@@ -64,8 +66,7 @@ def run_dataset(
     dataset = label(xr.Dataset(data, coordinates))
     dataset.attrs = {
         "title": f"Run of {attributes['machine_name']}",
-        "source": f"autobalancer {autobalancer.__version__}",
-        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        **provenance(),
         **attributes,
     }
     return dataset

@@ -26,7 +26,8 @@ def outcome(status: int, time: float, duration: float, *, interrupted: bool, ste
     if status == STEP_TOO_SMALL:
         return Outcome(
             "step too small",
-            f"at {time:.6g} s the step size fell below rounding; the tolerance may be too tight or a value absurdly large",
+            f"at {time:.6g} s the step size fell below rounding; "
+            "the tolerance may be too tight or a value absurdly large",
         )
     if status == NOT_FINITE:
         return Outcome("not finite", f"at {time:.6g} s the motion left all bounds; check masses, drag and drive")

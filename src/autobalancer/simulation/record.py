@@ -49,7 +49,7 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         if event.ball is not None and not 1 <= event.ball <= len(assembly.balls):
             raise QuestionError(f"event: given ball {event.ball}; the machine has balls 1 to {len(assembly.balls)}")
     numbers = [event.numbers for event in events]
-    column = [np.array([row[i] for row in numbers], np.float64 if i == 2 else np.int64) for i in range(5)]
+    kinds, places, levels, ways, ends = ([row[i] for row in numbers] for i in range(5))
     return Record(
         sample_times=times,
         samples=np.full((times.size, n), np.nan),
@@ -60,11 +60,11 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         turn_states=turns,
         turn_step=step,
         turn_count=revolutions,
-        event_kinds=column[0],
-        event_balls=column[1],
-        event_levels=column[2],
-        event_directions=column[3],
-        event_terminal=column[4],
+        event_kinds=np.array(kinds, np.int64),
+        event_balls=np.array(places, np.int64),
+        event_levels=np.array(levels, np.float64),
+        event_directions=np.array(ways, np.int64),
+        event_terminal=np.array(ends, np.int64),
         event_seen=np.zeros(len(events), np.int64),
         event_states=np.zeros((LOGGED_EVENTS if events else 0, n + 2)),
     )
@@ -75,5 +75,7 @@ def _checked(wish: SampleTimes, end: float) -> np.ndarray:
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):
         raise QuestionError("SampleTimes: give a list of finite times in seconds")
     if np.any(np.diff(times) <= 0.0) or times[0] < 0.0 or times[-1] > end:
-        raise QuestionError(f"SampleTimes: the times must increase and lie within 0 and {end:g} s, the duration of the run")
+        raise QuestionError(
+            f"SampleTimes: the times must increase and lie within 0 and {end:g} s, the duration of the run"
+        )
     return times

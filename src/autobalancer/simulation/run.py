@@ -14,7 +14,15 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, EVENTS_SEEN, REJECTED, TIME, Memory, memory
+from autobalancer.kernels.integrators.memory import (
+    ACCEPTED,
+    EVALUATIONS,
+    EVENTS_SEEN,
+    REJECTED,
+    TIME,
+    Memory,
+    memory,
+)
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.machine import Machine
@@ -27,6 +35,7 @@ from autobalancer.simulation.sampling import Envelope, Samples, Sampling
 Method = Literal["dormand_prince_8", "tsitouras"]
 Progress = Callable[[float, float], None]
 
+DEFAULT_SAVE = (Samples(), Envelope())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
 
 
@@ -34,7 +43,7 @@ def simulate(
     machine: Machine | str | Path,
     *,
     duration: float | None = None,
-    save: Sampling | Sequence[Sampling] = (Samples(), Envelope()),
+    save: Sampling | Sequence[Sampling] = DEFAULT_SAVE,
     events: Sequence[Event] = (),
     tolerance: float = 1e-8,
     method: Method = "dormand_prince_8",
@@ -53,7 +62,8 @@ def simulate(
     duration
         Seconds; by default the ``run.duration`` of the machine.
     save
-        What to keep: :class:`Samples`, :class:`SampleTimes`, :class:`Envelope`, :class:`LastRevolutions` or several of them.
+        What to keep: :class:`Samples`, :class:`SampleTimes`, :class:`Envelope`, :class:`LastRevolutions`
+        or several of them.
     events
         Passages to be noted, or to end the run.
     tolerance

@@ -65,8 +65,16 @@ def border_speeds(machine: Machine | str | Path, unbalance: float | None = None)
     averaged = critical * math.sqrt((1.0 + share) / (1.0 - share)) if share < 1.0 else math.inf
     worst = worst_case_border(balancer)
     found = [
-        Border("averaged border", averaged, "" if share < 1.0 else "never: S reaches its limit (Spannan 2021, 4.75)"),
-        Border("exact border, worst case", worst, "" if math.isfinite(worst) else "never, for balls at right angles"),
+        Border(
+            "averaged border",
+            averaged,
+            "" if share < 1.0 else "never: S reaches its limit (Spannan 2021, 4.75)",
+        ),
+        Border(
+            "exact border, worst case",
+            worst,
+            "" if math.isfinite(worst) else "never, for balls at right angles",
+        ),
     ]
     size = largest_unbalance(machine) if unbalance is None else unbalance
     if count == 2:

@@ -99,8 +99,10 @@ def worst_case_border(balancer: PlanarBalancer) -> float:
 
 
 def exact_border(balancer: PlanarBalancer, spread: float, highest: float) -> float:
-    """Lowest speed from which on the balanced state is stable up to ``highest`` (rad/s); infinite if it is not there."""
-    speeds = balancer.critical_speed + np.geomspace(1e-6 * balancer.critical_speed, highest - balancer.critical_speed, 600)
+    """Lowest speed from which on the balanced state is stable up to ``highest`` (rad/s); infinite if not there."""
+    speeds = balancer.critical_speed + np.geomspace(
+        1e-6 * balancer.critical_speed, highest - balancer.critical_speed, 600
+    )
     rates = np.array([growth_rate(balancer, speed, spread) for speed in speeds])
     unstable = np.flatnonzero(rates >= 0.0)
     if unstable.size == 0:

@@ -78,7 +78,9 @@ def summary(machine: Machine | str | Path) -> Summary:
     critical = tuple(math.sqrt(k / system.mass) for k, _ in pairs)  # along x, y
     highest = None
     if isinstance(machine.drive, PrescribedSpeed):
-        highest = max(float(max(row[DRIVE], row[DRIVE + 3]) if row[KIND] == HILL else row[DRIVE]) for row in system.segments)
+        highest = max(
+            float(max(row[DRIVE], row[DRIVE + 3]) if row[KIND] == HILL else row[DRIVE]) for row in system.segments
+        )
     borders = () if reason else border_speeds(machine)
     return Summary(
         name=machine.name,
@@ -135,10 +137,15 @@ def _warnings(
 ) -> tuple[str, ...]:
     found = []
     if has_balls and unbalance > capability:
-        found.append(f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; take more or heavier balls")
+        found.append(
+            f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; "
+            "take more or heavier balls"
+        )
     if has_balls and highest is not None and highest < max(critical):
         found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
     if highest is not None and exact and highest > max(critical) and not highest > exact[0]:
-        found.append("the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid")
+        found.append(
+            "the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid"
+        )
     return tuple(found)

@@ -23,6 +23,7 @@ from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_BIN, TIME
 from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
+from autobalancer.results.provenance import provenance
 from autobalancer.results.series import released_at, settled_from, wrapped
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
@@ -184,23 +185,29 @@ def _dataset(
 ) -> xr.Dataset:
     names = [path.replace("[", "_").replace("]", "").replace(".", "_") for path in variations]
     dims = tuple(names) if grid else ("run",)
-    result = xr.Dataset(attrs={
-        "title": f"Sweep of {machine.name}",
-        "source": f"autobalancer {_version()}",
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
-        "parameters": list(variations),
-        "duration": end,
-        "tolerance": tolerance,
-        "seed": seed,
-    })
+    result = xr.Dataset(
+        attrs={
+            "title": f"Sweep of {machine.name}",
+            **provenance(),
+            "machine": machine_text(machine),
+            "machine_name": machine.name,
+            "parameters": list(variations),
+            "duration": end,
+            "tolerance": tolerance,
+            "seed": seed,
+        }
+    )
     for name, (path, values) in zip(names, variations.items(), strict=True):
         numbers = [_number(machine, path, value) for value in values]
         result = result.assign_coords({name: (name if grid else "run", numbers, {"long_name": path})})
     for name, (text, unit) in LABELS.items():
         cells = np.array([np.asarray(row.get(name, np.nan)) for row in rows], np.float64)
         extra = ("ball",) if cells.ndim == 2 else ()
-        result[name] = ((*dims, *extra), cells.reshape(shape + cells.shape[1:]), {"long_name": text, "units": unit})
+        result[name] = (
+            (*dims, *extra),
+            cells.reshape(shape + cells.shape[1:]),
+            {"long_name": text, "units": unit},
+        )
     result["outcome"] = (dims, np.array([row["outcome"] for row in rows], dtype=object).reshape(shape))
     return result
 
@@ -216,9 +223,3 @@ def _number(machine: Machine, path: str, value: Any) -> Any:
         for place in places:
             entry = entry[int(place) - 1]
     return float(entry) if isinstance(entry, float) else entry
-
-
-def _version() -> str:
-    import autobalancer
-
-    return autobalancer.__version__

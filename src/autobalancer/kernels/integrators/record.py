@@ -18,7 +18,17 @@ from autobalancer.kernels.integrators.memory import (
     NEXT_TURN,
     Memory,
 )
-from autobalancer.kernels.system import THETA, Floats, Integers, System, X, Y, integers_type, matrix_type, vector_type
+from autobalancer.kernels.system import (
+    THETA,
+    Floats,
+    Integers,
+    System,
+    X,
+    Y,
+    integers_type,
+    matrix_type,
+    vector_type,
+)
 
 PIECES = 8  # parts into which a step is cut in search of extrema and events
 
@@ -201,7 +211,7 @@ def find_events(left: float, right: float, p: System, r: Record, m: Memory) -> f
                     sign = 1.0 if rising else -1.0
                     for _ in range(60):
                         middle = 0.5 * (low + high)
-                        if middle == low or middle == high:
+                        if middle in (low, high):
                             break
                         evaluate(middle, m, m.trial)
                         if sign * event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], m.trial) >= 0.0:

@@ -120,7 +120,12 @@ def _shorten(x: float, m) -> None:  # type: ignore[no-untyped-def]
             m.dense[j, i] *= factor
 
 
-@njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), cache=True, nogil=True, error_model="numpy")
+@njit(
+    int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64),
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
 def advance(
     rhs: Callable[[float, Floats, Floats, System], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
 ) -> int:

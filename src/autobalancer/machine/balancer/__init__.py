@@ -5,4 +5,14 @@ from autobalancer.machine.balancer.drag import AnnulusDrag, CoefficientDrag, Dra
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.race import Balancer, Race
 
-__all__ = ["AnnulusDrag", "Balancer", "Balls", "CoefficientDrag", "Drag", "DragTorque", "Fluid", "PlaneDrag", "Race"]
+__all__ = [
+    "AnnulusDrag",
+    "Balancer",
+    "Balls",
+    "CoefficientDrag",
+    "Drag",
+    "DragTorque",
+    "Fluid",
+    "PlaneDrag",
+    "Race",
+]

@@ -15,7 +15,7 @@ from autobalancer.machine.part import Angle, Length, Offset, Part
 class Race(Part):
     """A circular race with balls.
 
-    Give ``orbit_radius`` (of the ball centers) or, for balls of unequal size, ``race_radius`` (of the wall they run on).
+    Give ``orbit_radius`` (of the ball centers) or, for unequal balls, ``race_radius`` (of the wall they run on).
     ``eccentricity`` is the distance of the race center from the rotor's axis, in the direction ``eccentricity_angle``
     of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
     """

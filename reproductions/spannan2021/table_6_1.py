@@ -1,0 +1,104 @@
+"""Tables 6.1 and 6.3: the viscosity law of the silicone oils and the densities of their blends.
+
+The tolerances are half a unit of the last printed digit; where a viscosity follows from printed coefficients, what their
+rounding allows. The temperatures behind the coefficient of temperature are 99 and 38 degC, which the source truncates to
+372 and 311 K. The printed densities of the three blends follow from no rule of mixing and are kept as missed rows.
+"""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer import blend, fluid
+from autobalancer.catalog.tables import rows as catalog_rows
+from autobalancer.laws.viscosity import COLD, HOT, double_log_from_vtc, viscosity_from_double_log, vtc
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from reproductions import compared
+
+HALF_DIGIT = 5e-4
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Viscosity and VTC from the printed coefficients, the coefficients refitted, and the blends of Table 6.3."""
+    rows: list[tuple[str, str, str, float, float, float]] = []
+    exact = 0
+    for oil in catalog_rows("silicone_oils.csv"):
+        nominal, coefficient = float(oil["nu_nominal_mm2_s"]), float(oil["VTC"])
+        printed = float(oil["P1"]), float(oil["P2"])
+        name = f"oil {nominal:g}"
+        nu, steady = from_coefficients(*printed)
+        corners = [
+            from_coefficients(printed[0] + a, printed[1] + b)
+            for a, b in itertools.product((-HALF_DIGIT, HALF_DIGIT), repeat=2)
+        ]
+        slack = max(abs(corner[0] - nu) for corner in corners), max(abs(corner[1] - steady) for corner in corners)
+        refit = double_log_from_vtc(1e-6 * nominal, coefficient)
+        exact += tuple(round(value, 3) for value in refit) == printed
+        rows += [
+            ("Table 6.1", f"{name}: viscosity at 25 degC from printed P1, P2", "mm^2/s", nominal, nu, slack[0]),
+            ("Table 6.1", f"{name}: VTC from printed P1, P2", "-", coefficient, steady, slack[1] + HALF_DIGIT),
+            ("Table 6.1", f"{name}: P1 from viscosity and VTC", "-", printed[0], refit[0], HALF_DIGIT),
+            ("Table 6.1", f"{name}: P2 from viscosity and VTC", "-", printed[1], refit[1], HALF_DIGIT),
+        ]
+    rows.append(("Table 6.1", "oils with P1 and P2 exact to three decimals", "oils", 8, exact, 0))
+    for target in (2, 5, 10):
+        printed_density = fluid(f"silicone oil {target} (blend)").density
+        for basis in ("mass", "volume"):
+            mixed = blend("silicone oil 0.65", "silicone oil 50 (experiment)", target * 1e-6, basis=basis)
+            name = f"blend {target} mm^2/s: density by {basis} shares"
+            rows.append(("Table 6.3", name, "kg/m^3", printed_density, mixed.fluid.density, 0.5))
+    draw(out)
+    return [
+        compared(
+            source="Spannan 2021",
+            figure=figure,
+            quantity=name,
+            unit=unit,
+            target=target,
+            obtained=obtained,
+            tolerance=tolerance,
+        )
+        for figure, name, unit, target, obtained, tolerance in rows
+    ]
+
+
+def from_coefficients(p1: float, p2: float) -> tuple[float, float]:
+    """Viscosity at 25 degC [mm^2/s] and coefficient of temperature."""
+    return 1e6 * float(viscosity_from_double_log(298.15, p1, p2)), float(vtc(p1, p2))
+
+
+def draw(out: Path) -> None:
+    """Viscosity against temperature, as in figure 6.2 of the source."""
+    celsius = np.linspace(0.0, 100.0, 201)
+
+    def curve(name: str) -> Any:
+        return [1e6 * fluid(name, 273.15 + t).viscosity for t in celsius]
+
+    with look():
+        figure = picture(7.2, 5.0)
+        axes = figure.subplots()
+        for point in (25.0, COLD - 273.15, HOT - 273.15):
+            axes.axvline(point, color=CRITICAL, lw=0.8, ls=(0, (2, 2)))
+        for oil in catalog_rows("silicone_oils.csv"):
+            name = oil["nu_nominal_mm2_s"]
+            line = curve(f"silicone oil {name}")
+            label = "silicone oils" if name == "1" else "_"
+            axes.plot(celsius, line, color=BALLS[0], label=label)
+            axes.plot(25.0, float(name), "o", ms=4.5, color=BALLS[0])
+            axes.annotate(name, (101.0, line[-1]), va="center", fontsize=8.5, color=BALLS[0])
+        axes.plot(celsius, curve("ISO VG 10"), "--", color=UNBALANCE, label="ISO VG 10, viscosity index 100")
+        for share in (40, 60, 80):
+            line = curve(f"glycerol {share} vol%")
+            label = "glycerol-water" if share == 40 else "_"
+            axes.plot(celsius, line, ":", color=BALLS[2], lw=1.8, label=label)
+            axes.annotate(f"{share} vol%", (1.0, 1.06 * line[2]), fontsize=8.5, color=BALLS[2])
+        for point, text in ((25.0, "25 °C"), (COLD - 273.15, "38 °C"), (HOT - 273.15, "99 °C")):
+            axes.annotate(text, (point, 0.31), xytext=(3, 0), textcoords="offset points", fontsize=8, color=INK)
+        axes.set(yscale="log", xlim=(0, 107), ylim=(0.28, 400), xlabel="temperature [°C]")
+        axes.set(ylabel="kinematic viscosity [mm²/s]", title="silicone oils by the double-logarithmic law (6.1)")
+        axes.legend(loc="upper right")
+        figure.savefig(out / "table_6_1.png", dpi=150)
