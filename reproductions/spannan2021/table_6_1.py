@@ -1,8 +1,9 @@
 """Tables 6.1 and 6.3: the viscosity law of the silicone oils and the densities of their blends.
 
-The tolerances are half a unit of the last printed digit; where a viscosity follows from printed coefficients, what their
-rounding allows. The temperatures behind the coefficient of temperature are 99 and 38 degC, which the source truncates to
-372 and 311 K. The printed densities of the three blends follow from no rule of mixing and are kept as missed rows.
+The tolerances are half a unit of the last printed digit; where a viscosity follows from printed coefficients, what
+their rounding allows. The temperatures behind the coefficient of temperature are 99 and 38 degC, which the source
+truncates to 372 and 311 K. The printed densities of the three blends follow from no rule of mixing and stay as
+missed rows.
 """
 
 from __future__ import annotations
@@ -91,11 +92,14 @@ def draw(out: Path) -> None:
             axes.plot(25.0, float(name), "o", ms=4.5, color=BALLS[0])
             axes.annotate(name, (101.0, line[-1]), va="center", fontsize=8.5, color=BALLS[0])
         axes.plot(celsius, curve("ISO VG 10"), "--", color=UNBALANCE, label="ISO VG 10, viscosity index 100")
-        for share in (40, 60, 80):
+        for share, place in ((40, 52), (60, 46), (80, 44)):
             line = curve(f"glycerol {share} vol%")
             label = "glycerol-water" if share == 40 else "_"
             axes.plot(celsius, line, ":", color=BALLS[2], lw=1.8, label=label)
-            axes.annotate(f"{share} vol%", (1.0, 1.06 * line[2]), fontsize=8.5, color=BALLS[2])
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+            axes.annotate(
+                f"{share} vol%", (place, line[2 * place]), ha="center", va="center", fontsize=8.5, color=BALLS[2], bbox=box
+            )
         for point, text in ((25.0, "25 °C"), (COLD - 273.15, "38 °C"), (HOT - 273.15, "99 °C")):
             axes.annotate(text, (point, 0.31), xytext=(3, 0), textcoords="offset points", fontsize=8, color=INK)
         axes.set(yscale="log", xlim=(0, 107), ylim=(0.28, 400), xlabel="temperature [°C]")

@@ -72,21 +72,22 @@ class Motion:
         return Moments(
             time,
             np.interp(time, self.time, self.speed),
-            self._cubic(time, self.rotor_angle, self.speed),
-            self._cubic(time, self.deflection_in_rotor, slope),
-            self._cubic(time, self.ball_angle, self.ball_slip),
+            cubic(time, self.time, self.rotor_angle, self.speed),
+            cubic(time, self.time, self.deflection_in_rotor, slope),
+            cubic(time, self.time, self.ball_angle, self.ball_slip),
             np.interp(time, self.time, self.unbalance_in_rotor),
         )
 
-    def _cubic(self, time: Floats, value: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
-        """Hermite's cubic through values with slopes."""
-        i = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 2)
-        across = (slice(None),) + (None,) * (value.ndim - 1)
-        step = (self.time[i + 1] - self.time[i])[across]
-        s = (time - self.time[i])[across] / step
-        rise = value[i + 1] - value[i]
-        a, b = slope[i] * step - rise, rise - slope[i + 1] * step
-        return np.asarray(value[i] + s * rise + s * (1.0 - s) * (a * (1.0 - s) + b * s))
+
+def cubic(at: Floats, time: Floats, value: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
+    """Hermite's cubic through values with slopes, at the times ``at``."""
+    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
+    across = (slice(None),) + (None,) * (value.ndim - 1)
+    step = (time[i + 1] - time[i])[across]
+    s = (at - time[i])[across] / step
+    rise = value[i + 1] - value[i]
+    a, b = slope[i] * step - rise, rise - slope[i + 1] * step
+    return np.asarray(value[i] + s * rise + s * (1.0 - s) * (a * (1.0 - s) + b * s))
 
 
 class Races(NamedTuple):

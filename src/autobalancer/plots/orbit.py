@@ -8,14 +8,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import length_axis, significant, speed_axis
+from autobalancer.plots.motion import Complexes, Floats, Moments, cubic
 from autobalancer.plots.style import INK, UNBALANCE, look, picture
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it
 
 
@@ -60,21 +58,23 @@ def plot_orbit(
     if frame not in ("space", "rotor"):
         raise QuestionError(f"frame: given {frame!r}; must be 'space' or 'rotor'")
     speeds = speed_axis(speed_unit)
-    time, turned, speed, z = _path(run, start, end)
-    if frame == "rotor":
-        z = z * np.exp(-1j * turned)
+    path = _path(run, start, end)
+    time, turned = path.time, path.rotor_angle
+    z = path.deflection_in_space if frame == "space" else path.deflection_in_rotor
     unit = length_axis(deflection_unit, float(np.abs(z).max()))
     x, y = z.real * unit.factor, z.imag * unit.factor
-    strobe = frame == "space" and float(np.abs(np.diff(turned)).max()) > 2.0 * np.pi / POINTS_A_TURN
+    rate = 2.0 * np.pi / max(float(np.abs(np.diff(turned)).max()), 1e-12)
+    strobe = rate < POINTS_A_TURN
     with look():
         figure = picture(5.4, 5.9)
         axes = figure.subplots()
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal")
         if strobe:
-            axes.plot(x, y, ".", ms=3, color=INK, label="samples, several turns apart" if _rare(turned) else "samples")
-        else:
-            axes.plot(x, y, color=INK, lw=1.0, label="rotor center")
-            _direction(axes, x, y)
+            axes.plot(x, y, ".", ms=3, color=INK, label=f"samples, {rate:.2g} a revolution")
+        if not strobe or frame == "rotor":
+            line = _between(path) * unit.factor if frame == "rotor" else x + 1j * y
+            axes.plot(line.real, line.imag, color=INK, lw=0.9, alpha=0.8, label="rotor center")
+            _direction(axes, line.real, line.imag)
         axes.plot(x[0], y[0], "o", ms=6, mfc="white", mec=UNBALANCE, mew=1.8, label=f"start, {time[0]:.5g} s")
         axes.plot(0.0, 0.0, "+", ms=9, mew=1.2, color="#808080", label="at rest", zorder=1.5)
         span = max(float(np.abs(z).max()) * unit.factor, 1e-300)
@@ -83,40 +83,42 @@ def plot_orbit(
         where = "in space" if frame == "space" else "in the rotor"
         axes.set_xlabel(f"deflection along x {where} ({unit.sign})")
         axes.set_ylabel(f"deflection along y {where} ({unit.sign})")
-        figure.suptitle(_title(run, time, turned, speed * speeds.factor, speeds.sign), fontsize=10.5, weight="bold")
-        figure.legend(loc="outside lower center", ncols=3)
+        figure.suptitle(_title(run, time, turned, path.speed * speeds.factor, speeds.sign), fontsize=10.5, weight="bold")
+        figure.legend(loc="outside lower center", ncols=2 if strobe else 3)
     return figure
 
 
-def _path(run: xr.Dataset, start: float | None, end: float | None) -> tuple[Floats, Floats, Floats, Complexes]:
-    """Time, rotor angle, speed and x + i y."""
+def _path(run: xr.Dataset, start: float | None, end: float | None) -> Moments:
+    """The moments to draw, as they were kept."""
     names = ("time", "rotor_angle", "speed", "x", "y")
     turns = ("turn_time", "turn_rotor_angle", "turn_speed", "turn_x", "turn_y")
-    whole = start is None and end is None
     for kind in (turns, names):
         if not all(name in run for name in kind) or run[kind[0]].size < 2:
             continue
         time, angle, speed, x, y = (np.asarray(run[name].values, np.float64) for name in kind)
         first, last = float(time[0]), float(time[-1])
-        if not whole:
-            begin, final = first if start is None else start, last if end is None else end
-            if kind is turns and (begin < first - 1e-9 or final > last + 1e-9):
-                continue  # the samples reach farther
-        else:
-            begin, final = (first if kind is turns else last - 0.05 * (last - first)), last
+        begin = start if start is not None else first if kind is turns else last - 0.05 * (last - first)
+        final = last if end is None else end
+        if kind is turns and (begin < first - 1e-9 or final > last + 1e-9) and "time" in run:
+            continue  # the samples reach farther
         inside = (time >= begin - 1e-9) & (time <= final + 1e-9)
         if inside.sum() < 2:
             raise QuestionError(
                 f"from {begin:g} s to {final:g} s: fewer than two samples; the run has {first:g} s to {last:g} s"
             )
-        return time[inside], angle[inside], speed[inside], x[inside] + 1j * y[inside]
-    raise QuestionError(
-        "the run has no samples there; save Samples() or LastRevolutions() with simulate(..., save=...)"
-    )
+        in_rotor = (x + 1j * y) * np.exp(-1j * angle)
+        return Moments(
+            time[inside], speed[inside], angle[inside], in_rotor[inside], np.empty((0, 0)), np.empty(0, np.complex128)
+        )
+    raise QuestionError("the run has no samples; save Samples() or LastRevolutions() with simulate(..., save=...)")
 
 
-def _rare(turned: Floats) -> bool:
-    return float(np.abs(np.diff(turned)).min()) > 2.0 * np.pi
+def _between(path: Moments) -> Complexes:
+    """The path in the rotor with seven points between two samples."""
+    count = path.time.size
+    fine = np.interp(np.linspace(0.0, count - 1.0, 8 * (count - 1) + 1), np.arange(count), path.time)
+    slope = np.gradient(path.deflection_in_rotor, path.time)
+    return cubic(fine, path.time, path.deflection_in_rotor, slope)
 
 
 def _direction(axes: Axes, x: Floats, y: Floats) -> None:

@@ -79,8 +79,9 @@ def angle_panel(axes: Axes, history: History) -> None:
     if history.unbalance_angle_in_rotor.size:
         heavy = history.unbalance_angle_in_rotor
         axes.plot(*wrapped(history.time, heavy), color=UNBALANCE, lw=1.2, ls="--", label="unbalance")
-        for side, label in ((np.pi, "opposite"), (-np.pi, "_")):  # at ±180 degrees both edges show it
-            axes.plot(*wrapped(history.time, heavy + side), color=UNBALANCE, lw=1.2, ls=":", label=label)
+        time, degrees = wrapped(history.time, heavy + np.pi)
+        for turn, label in ((0.0, "opposite"), (360.0, "_"), (-360.0, "_")):  # at ±180 degrees both edges show it
+            axes.plot(time, degrees + turn, color=UNBALANCE, lw=1.2, ls=":", label=label)
     span = float(np.ptp(history.time))
     count = history.ball_angle_in_rotor.shape[1]
     for i in range(count):
@@ -100,4 +101,4 @@ def angle_panel(axes: Axes, history: History) -> None:
 
 def _width(number: int, count: int) -> float:
     """Balls that move together stay visible together: the first is drawn broad below the others."""
-    return 2.4 if number == 0 and count > 1 else 1.2
+    return 2.2 if number == 0 and count > 1 else 1.2

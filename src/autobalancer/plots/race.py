@@ -7,11 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_text, moment_text, round_down, significant, speed_axis
-from autobalancer.plots.motion import Moments, Motion, Races, races_of
-from autobalancer.plots.style import BALLS, INK, RACE, UNBALANCE, ball_color, look, picture
+from autobalancer.plots.motion import Floats, Moments, Motion, Races, races_of
+from autobalancer.plots.style import ALL_BALLS, INK, RACE, UNBALANCE, ball_color, look, picture
 
 
 def plot_race(
@@ -59,6 +60,8 @@ def plot_race(
             _draw(panel, races, moments, np.flatnonzero(races.balancer == number))
             if len(present) > 1:
                 panel.set_title(f"balancer {number}")
+        handles, _ = panels[0].get_legend_handles_labels()
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
         figure.suptitle(_title(run, moments, speeds), fontsize=10.5, fontweight="bold")
     return figure
 
@@ -69,7 +72,7 @@ def _title(run: xr.Dataset, moments: Moments, unit: AxisUnit) -> str:
     return f"{name}, {moments.time[0]:.6g} s, {speed} {unit.sign}"
 
 
-def _draw(axes: Axes, races: Races, moments: Moments, balls: np.ndarray[tuple[int], np.dtype[np.intp]]) -> None:
+def _draw(axes: Axes, races: Races, moments: Moments, balls: NDArray[np.intp]) -> None:
     """One balancer; lengths in mm."""
     radius, diameter = races.orbit_radius[balls] * 1e3, races.ball_diameter[balls] * 1e3
     outside = float((radius + 0.5 * diameter).max())
@@ -80,28 +83,35 @@ def _draw(axes: Axes, races: Races, moments: Moments, balls: np.ndarray[tuple[in
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_xlim(-1.3 * reach, 1.3 * reach)
-    axes.set_ylim(-1.52 * reach, 1.22 * reach)
+    axes.set_ylim(-1.52 * reach, 1.26 * reach)
     _protractor(axes, reach)
     for r, d, c in sorted({*zip(radius, diameter, center, strict=True)}, key=lambda race: -race[0]):
         _race(axes, r, d, c)
     angle = moments.ball_angle_in_rotor[0, balls]
+    least = 0.03 * outside
     for i, place in enumerate(center + radius * np.exp(1j * angle)):
-        _ball(axes, place, diameter[i], int(balls[i]), 0.03 * outside)
+        _ball(axes, place, diameter[i], int(balls[i]), least)
+    inside = radius - np.maximum(0.5 * diameter, least) - 2.2 * least
+    for i, place in enumerate(center + inside * np.exp(1j * _apart(angle, 0.12))):
+        axes.text(
+            place.real, place.imag, f"{balls[i] + 1}", ha="center", va="center", fontsize=8.5, color=INK, zorder=5
+        )
     _vectors(axes, races, moments, 0.72 * float(radius.min()))
     axes.plot(0.0, 0.0, "+", ms=9, mew=1.3, color=INK)
     deflection = complex(moments.deflection_in_rotor[0])
-    if abs(deflection) > 0.0:
+    if abs(deflection) > 1e-12:
         side = deflection / abs(deflection) * 1.06 * reach
         turned = (3, 0, np.rad2deg(np.angle(deflection)) - 90.0)
         axes.plot(side.real, side.imag, marker=turned, ms=10, color=INK, clip_on=False)
-    notes = [f"▲ rotor deflected {length_text(abs(deflection))} this way"]
+    sizes = [f"orbit radius {r:.4g} mm" for r in sorted({*radius})]
+    sizes += [f"ball {d:.4g} mm" if d > 0.0 else "point balls" for d in sorted({*diameter})]
+    away = f"▲ rotor deflected {length_text(abs(deflection))} this way" if abs(deflection) > 1e-12 else "rotor at rest"
+    notes = [", ".join(sizes), away]
     if eccentric:
         direction = np.rad2deg(np.angle(races.center[balls][np.argmax(np.abs(races.center[balls]))]))
         drawn = f", drawn {exaggeration:g} times larger (×)" if exaggeration > 1.0 else " (×)"
         notes.append(f"eccentricity {length_text(eccentric * 1e-3)} at {direction:.0f}°{drawn}")
-    axes.text(0.0, -1.5 * reach, "\n".join(notes), ha="center", va="bottom", fontsize=8.5)
-    handles, _ = axes.get_legend_handles_labels()
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.155), ncols=3)
+    axes.text(0.0, -1.52 * reach, "\n".join(notes), ha="center", va="bottom", fontsize=8.5)
 
 
 def _protractor(axes: Axes, reach: float) -> None:
@@ -129,14 +139,27 @@ def _race(axes: Axes, radius: float, diameter: float, center: complex) -> None:
 
 
 def _ball(axes: Axes, place: complex, diameter: float, number: int, least: float) -> None:
-    """A ball to scale, or a ring for a point; its number beside it."""
+    """A ball to scale, or a ring for a point."""
     spot, color = (place.real, place.imag), ball_color(number)
     if diameter > 0.0:
-        axes.add_patch(Circle(spot, 0.5 * diameter, fc=color, ec=INK, lw=0.8, zorder=4))
+        axes.add_patch(Circle(spot, 0.5 * diameter, fc=color, ec=INK, lw=0.8, alpha=0.9, zorder=4))
     else:
-        axes.add_patch(Circle(spot, least, fc="white", ec=color, lw=2.2, zorder=4))
-    inward = place * (1.0 - (max(0.5 * diameter, least) + 2.2 * least) / abs(place))
-    axes.text(inward.real, inward.imag, str(number + 1), ha="center", va="center", fontsize=8.5, color=INK, zorder=5)
+        axes.add_patch(Circle(spot, least, fc="white", ec=color, lw=2.2, alpha=0.9, zorder=4))
+
+
+def _apart(angle: Floats, gap: float) -> Floats:
+    """Angles for numbers: those of the balls, pushed apart to ``gap`` (rad) where balls are close."""
+    if angle.size * gap >= 2.0 * np.pi:
+        return angle
+    placed = angle % (2.0 * np.pi)
+    for _ in range(50):
+        order = np.argsort(placed)
+        ring = np.append(placed[order], placed[order[0]] + 2.0 * np.pi)
+        lacking = np.maximum(gap - np.diff(ring), 0.0)
+        if lacking.max() < 1e-3 or angle.size < 2:
+            break
+        placed[order] += 0.5 * (np.roll(lacking, 1) - lacking)
+    return placed
 
 
 def _vectors(axes: Axes, races: Races, moments: Moments, length: float) -> None:
@@ -145,7 +168,7 @@ def _vectors(axes: Axes, races: Races, moments: Moments, length: float) -> None:
     resultant = complex(races.resultant(moments)[0])
     balls = resultant - unbalance
     scale = length / (max(abs(unbalance), abs(balls), abs(resultant)) or 1.0)
-    arrows = (("unbalance", unbalance, UNBALANCE), ("balls", balls, BALLS[0]), ("resultant", resultant, INK))
+    arrows = (("unbalance", unbalance, UNBALANCE), ("balls", balls, ALL_BALLS), ("resultant", resultant, INK))
     for name, vector, color in arrows:
         tip = vector * scale
         if abs(tip) > 0.05 * length:

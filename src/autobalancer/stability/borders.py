@@ -11,13 +11,13 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.characteristic import PlanarBalancer, exact_border, worst_case_border
+from autobalancer.stability.lateral import largest_unbalance
 
 SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
 
@@ -122,22 +122,3 @@ def planar_balancer(machine: Machine, balls: tuple[Ball, ...]) -> PlanarBalancer
         inertia=balls[0].inertia,
         drag=balls[0].drag,
     )
-
-
-def largest_unbalance(machine: Machine) -> float:
-    """Greatest resultant of all unbalances over time, kg m."""
-    times = {0.0}
-    for unbalance in machine.unbalances:
-        if unbalance.schedule is not None:
-            times |= {float(t) for t in unbalance.schedule.time}
-    return max(abs(unbalance_vector(machine, time, before)) for time in times for before in (False, True))
-
-
-def unbalance_vector(machine: Machine, time: float, before: bool = False) -> complex:
-    """Resultant unbalance in the rotor at a time, kg m; just before it if ``before``."""
-    total = 0j
-    for unbalance in machine.unbalances:
-        angle = float(unbalance.angle)
-        size = unbalance.size * unbalance_factor(unbalance, time, before=before)
-        total += size * complex(math.cos(angle), math.sin(angle))
-    return total

@@ -12,7 +12,8 @@ from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.files.machine_file import load_machine
 from autobalancer.kernels.system import DRIVE, HILL, KIND
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.stability.borders import Border, border_speeds, largest_unbalance, planar_balancer, why_not
+from autobalancer.stability.borders import Border, border_speeds, planar_balancer, why_not
+from autobalancer.stability.lateral import largest_unbalance
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,49 @@
+"""
+More balls, less balance
+========================
+
+A race compensates at most what its balls add up to. Each ball that joins the group stands further aside and adds less;
+beyond half of the annulus every further ball takes something away. For the outer ring and the balls of a 6304 bearing
+the rule to fill half of the annulus and round down is one ball short.
+"""
+
+# %%
+# The bearing comes from the catalog, in SI units. It is one of the verified rows of the table.
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import autobalancer as ab
+from autobalancer.catalog.bearings import bearing
+from autobalancer.laws.capability import largest_count
+
+ring = bearing("6304")
+race = (ring.orbit_radius, ring.ball_diameter)
+steel = 7860.0
+counts = np.arange(1, largest_count(*race) + 1)
+unbalance = 1e6 * np.array([ab.capability(*race, steel, int(n)) for n in counts])
+
+# %%
+# The closed form :math:`\sin(n\alpha)/\sin(\alpha)` of Spannan (2021), eq. (2.3), has its greatest value at the integer
+# nearest to :math:`\pi/2\alpha`.
+
+best = ab.largest_useful_count(*race)
+alpha = np.arcsin(ring.ball_diameter / (2.0 * ring.orbit_radius))
+lower = int(np.pi / (2.0 * alpha))
+
+figure, axes = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
+colors = np.where(counts == best, "#D55E00", np.where(counts == lower, "#E69F00", "#0072B2"))
+axes.bar(counts, unbalance, color=colors, width=0.7)
+axes.set_xticks(counts)
+axes.set_xlabel("number of balls")
+axes.set_ylabel("capability [g mm]")
+axes.set_title(f"6304: {lower} balls by the printed rule, {best} are better")
+axes.spines[["top", "right"]].set_visible(False)
+plt.show()
+
+# %%
+# The gain of the sixth ball is small, but it comes for nothing.
+
+gain = unbalance[best - 1] / unbalance[lower - 1] - 1.0
+print(f"{best} balls compensate {100.0 * gain:.1f} % more than {lower}")
+assert abs(gain - 0.0269) < 0.0001

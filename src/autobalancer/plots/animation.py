@@ -1,0 +1,172 @@
+"""Films of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import round_down, significant, speed_axis
+from autobalancer.plots.film_files import Frame, film_format, write_film
+from autobalancer.plots.film_rotor import unit_length
+from autobalancer.plots.film_scene import Scene
+from autobalancer.plots.motion import Floats, Moments, Motion, races_of
+from autobalancer.plots.style import look
+
+PATH_POINTS = 16  # points of the path of the rotor center for each frame
+
+
+def animate(
+    run: xr.Dataset,
+    path: str | Path,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    duration: float = 10.0,
+    fps: int = 25,
+    frame: Literal["rotor", "space"] = "rotor",
+    deflection_scale: float | Literal["auto"] = "auto",
+    speed_unit: str = "rpm",
+    width: int = 960,
+    progress: Callable[[int, int], None] | None = None,
+) -> Path:
+    """Make a film of a run: rotor, races, balls and unbalance beside speeds and deflection over time.
+
+    A rotor at 3000 rpm turns twice between two frames of a film in real time, and its picture would seem to stand or
+    to creep. In the frame of the rotor, the default, it stands still as under a stroboscope, and one sees what
+    matters: how the balls wander against it, and to which side it is deflected. In space the rotor turns as it does;
+    choose a short interval, so that the film is slow motion. The caption says how fast the film is, how much larger
+    the deflection is drawn, and, in space, how often the rotor turns between two frames. The pale arc behind a ball
+    is the way it went since the frame before; a full ring means that it went round at least once.
+
+    Frames lie on the samples of the run where the samples are denser than the frames; between samples the motion is a
+    cubic in the frame of the rotor. For slow motion of a machine that is not isotropic save some ten samples to a
+    revolution (``SampleTimes``).
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`, with samples.
+    path
+        The film, ``.mp4`` or ``.gif``. MP4 needs no program on the system. An existing film is replaced when the new
+        one is complete.
+    start, end
+        Interval of the run in s; by default all samples.
+    duration
+        Length of the film in s.
+    fps
+        Frames in a second of film, 1 to 100.
+    frame
+        ``"rotor"``: the rotor stands still; ``"space"``: it turns.
+    deflection_scale
+        How much larger the deflection is drawn; by default so that the greatest is 15 % of the orbit radius.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    width
+        Pixels, 320 to 3840; the height follows.
+    progress
+        Called with (frames done, frames in all).
+
+    Returns
+    -------
+    pathlib.Path
+        The file that was written.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no samples there, or the extension, a unit or a number makes no sense.
+    ResultError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    film_format(path)
+    unit = speed_axis(speed_unit)
+    if frame not in ("rotor", "space"):
+        raise QuestionError(f"frame: given {frame!r}; must be 'rotor' or 'space'")
+    if not 1 <= fps <= 100:
+        raise QuestionError(f"fps: given {fps}; must be between 1 and 100 frames a second")
+    if not (np.isfinite(duration) and 2.0 <= round(duration * fps) <= 1e5):
+        raise QuestionError(f"duration: given {duration:g} s at {fps} frames a second; a film has 2 to 100000 frames")
+    if not 320 <= width <= 3840:
+        raise QuestionError(f"width: given {width} pixels; must be between 320 and 3840")
+    motion, races = Motion(run), races_of(run)
+    times = _frame_times(motion.time, start, end, round(duration * fps))
+    moments = motion.at(times)
+    index = np.arange(times.size)
+    fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
+    turns = frame == "space"
+    scale = _magnification(moments, unit_length(moments, races), deflection_scale)
+    with look():
+        scene = Scene(
+            run,
+            moments,
+            races,
+            moments.rotor_angle if turns else np.zeros_like(times),
+            fine.deflection_in_space if turns else fine.deflection_in_rotor,
+            per_frame=PATH_POINTS,
+            magnification=scale,
+            unit=unit,
+            caption=_caption(moments, turns, duration, scale, bool(races.orbit_radius.size)),
+            width=width - width % 16,
+        )
+        write_film(path, _frames(scene, times.size, progress), fps)
+    return path
+
+
+def _frames(scene: Scene, count: int, progress: Callable[[int, int], None] | None) -> Iterator[Frame]:
+    for k in range(count):
+        yield scene.frame(k)
+        if progress is not None:
+            progress(k + 1, count)
+
+
+def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:
+    """Equal steps, moved to the nearest sample where the samples are the denser."""
+    first = float(samples[0]) if start is None else float(start)
+    last = float(samples[-1]) if end is None else float(end)
+    if not samples[0] - 1e-9 <= first < last <= samples[-1] + 1e-9:
+        raise QuestionError(
+            f"from {first:g} s to {last:g} s: the samples go from {samples[0]:g} s to {samples[-1]:g} s; "
+            "choose an interval within"
+        )
+    times = np.linspace(first, last, count)
+    inner = samples[(samples >= first) & (samples <= last)]
+    if inner.size < 2 or np.diff(inner).max() > times[1] - times[0]:
+        return times
+    right = np.clip(np.searchsorted(inner, times), 1, inner.size - 1)
+    nearest = np.where(times - inner[right - 1] < inner[right] - times, right - 1, right)
+    return np.asarray(inner[nearest])
+
+
+def _magnification(moments: Moments, length: float, asked: float | Literal["auto"]) -> float:
+    if asked != "auto":
+        if not (np.isfinite(asked) and asked > 0.0):
+            raise QuestionError(f"deflection_scale: given {asked!r}; must be 'auto' or a number greater than zero")
+        return float(asked)
+    greatest = float(np.abs(moments.deflection_in_rotor).max())
+    return round_down(0.15 * length / greatest) if greatest > 1e-12 * length else 1.0
+
+
+def _caption(moments: Moments, turns: bool, duration: float, scale: float, with_race: bool) -> str:
+    shown = float(np.ptp(moments.time))
+    ratio = duration / shown
+    if 0.95 < ratio < 1.05:
+        pace = "real time"
+    elif ratio > 1.0:
+        pace = f"slow motion, {significant(ratio)} times slower"
+    else:
+        pace = f"{significant(1.0 / ratio)} times faster than real"
+    fastest = float(np.abs(np.diff(moments.rotor_angle)).max()) / (2.0 * np.pi)
+    if not turns:
+        view = "in the frame of the rotor, as under a stroboscope"
+    elif fastest < 0.1:
+        view = "in space"
+    else:
+        view = f"in space, up to {significant(fastest)} turns between two frames"
+    size = f"deflection drawn {scale:g} times larger" if with_race else "not to scale"
+    return f"{view}\n{pace}, {size}"

@@ -1,0 +1,80 @@
+"""Frames to a film: MP4 through the ffmpeg that comes with imageio-ffmpeg, GIF through Pillow."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError, ResultError
+
+Frame = NDArray[np.uint8]
+
+
+def film_format(path: Path) -> str:
+    """``"mp4"`` or ``"gif"``, from the extension.
+
+    Raises
+    ------
+    QuestionError
+        If the extension is neither.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in ("mp4", "gif"):
+        raise QuestionError(f"{path}: films are saved as .mp4 or .gif; end the name with one of these")
+    return kind
+
+
+def write_film(path: Path, frames: Iterator[Frame], fps: int) -> None:
+    """Write a film; an existing file is replaced only when the new one is complete.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written.
+    """
+    write = _mp4 if film_format(path) == "mp4" else _gif
+    unfinished = path.with_name(f"{path.stem}.unfinished{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(unfinished, frames, fps)
+        os.replace(unfinished, path)
+    except (OSError, RuntimeError) as reason:
+        raise ResultError(f"{path}: cannot be written: {reason}") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _mp4(path: Path, frames: Iterator[Frame], fps: int) -> None:
+    from imageio_ffmpeg import write_frames
+
+    first = next(frames)
+    height, width = first.shape[:2]
+    writer = write_frames(
+        str(path), (width, height), fps=fps, quality=7, macro_block_size=2, output_params=["-movflags", "+faststart"]
+    )
+    writer.send(None)
+    try:
+        writer.send(first)
+        for frame in frames:
+            writer.send(frame)
+    finally:
+        writer.close()
+
+
+def _gif(path: Path, frames: Iterator[Frame], fps: int) -> None:
+    from PIL import Image
+
+    pictures = [Image.fromarray(frame) for frame in frames]
+    palette = pictures[len(pictures) // 2].quantize(colors=128)  # one palette: no flicker, and a quarter of the time
+    small = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    small[0].save(path, save_all=True, append_images=small[1:], duration=_hundredths(len(small), fps), loop=0)
+
+
+def _hundredths(count: int, fps: int) -> list[int]:
+    """Milliseconds a frame. GIF knows only hundredths of a second: rounded so that the whole film has its length."""
+    ends: Iterable[int] = [round(100.0 * k / fps) for k in range(count + 1)]
+    return [10 * int(step) for step in np.diff(np.array(list(ends)))]

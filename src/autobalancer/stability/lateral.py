@@ -1,0 +1,109 @@
+"""What stability needs of a machine at one speed: the rotor's receptance, unbalance, and the balls with their races."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.system import total_mass
+from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A planar machine at constant speed W without gravity, SI; mass includes the balls (effective)."""
+
+    mass: float
+    stiffness: tuple[float, float]
+    damping: tuple[float, float]
+    unbalance: complex  # in the rotor, kg m
+    ball_mass: Floats  # (n,) effective
+    moment: Floats  # (n,) effective mass x orbit radius
+    inertia: Floats  # (n,) of the ball angle
+    drag: Floats  # (n,)
+    race: NDArray[np.int64]  # (n,) number of the ball's race, from 0
+    offset: Complexes  # (n,) race center in the rotor
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether x and y are alike."""
+        return self.stiffness[0] == self.stiffness[1] and self.damping[0] == self.damping[1]
+
+    def dynamic_stiffness(self, speed: float) -> complex:
+        """Force over forward whirl, N/m; on orthotropic supports that of the forward component of the whirl."""
+        x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
+        if x == 0.0 or y == 0.0:
+            return 0.0
+        total = x + y
+        if total == 0.0:
+            return complex(math.inf)
+        return 2.0 * x * y / total
+
+    def backward_ratio(self, speed: float) -> complex:
+        """Backward over forward component of the whirl, for a rotating force along +x at time 0."""
+        x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
+        return complex(np.conj((y - x) / (x + y)))
+
+    @property
+    def fixed_load(self) -> complex:
+        """Unbalance and the eccentric masses of the balls, kg m."""
+        return self.unbalance + complex((self.ball_mass * self.offset).sum())
+
+
+def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
+    """The plane of a machine; its unbalance is, unless given, the resultant at the end of all schedules.
+
+    Raises
+    ------
+    QuestionError
+        If gravity acts in the plane: then there is no steady state at rest in the rotor.
+    """
+    if machine.axis == "horizontal" and machine.gravity > 0.0:
+        raise QuestionError("steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead")
+    balls: tuple[Ball, ...] = resolve(machine)
+    races = sorted({(ball.balancer, ball.race) for ball in balls})
+    return Plane(
+        mass=total_mass(machine, balls),
+        stiffness=machine.rotor.stiffness_xy,
+        damping=machine.rotor.damping_xy,
+        unbalance=final_unbalance(machine) if unbalance is None else complex(unbalance),
+        ball_mass=np.array([ball.effective_mass for ball in balls]),
+        moment=np.array([ball.moment for ball in balls]),
+        inertia=np.array([ball.inertia for ball in balls]),
+        drag=np.array([ball.drag for ball in balls]),
+        race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
+        offset=np.array([ball.eccentricity for ball in balls], np.complex128),
+    )
+
+
+def unbalance_vector(machine: Machine, time: float, before: bool = False) -> complex:
+    """Resultant unbalance in the rotor at a time, kg m; just before it if ``before``."""
+    total = 0j
+    for unbalance in machine.unbalances:
+        angle = float(unbalance.angle)
+        size = unbalance.size * unbalance_factor(unbalance, time, before=before)
+        total += size * complex(math.cos(angle), math.sin(angle))
+    return total
+
+
+def final_unbalance(machine: Machine) -> complex:
+    """Resultant unbalance after all schedules have run out, kg m."""
+    return unbalance_vector(machine, 1e300)
+
+
+def largest_unbalance(machine: Machine) -> float:
+    """Greatest resultant of all unbalances over time, kg m."""
+    times = {0.0}
+    for unbalance in machine.unbalances:
+        if unbalance.schedule is not None:
+            times |= {float(t) for t in unbalance.schedule.time}
+    return max(abs(unbalance_vector(machine, time, before)) for time in times for before in (False, True))
