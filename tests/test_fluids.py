@@ -119,8 +119,27 @@ def test_water_and_air_have_their_handbook_values() -> None:
 
 
 @pytest.mark.parametrize("grade", mineral_oil.ISO_VG)
-def test_iso_oils_meet_their_grade_at_40_degc(grade: int) -> None:
-    assert fluid(f"ISO VG {grade}", KELVIN + 40.0).viscosity == pytest.approx(mineral_oil.ISO_VG[grade], rel=1e-9)
+def test_iso_oils_have_at_40_degc_the_viscosity_they_are_named_after(grade: int) -> None:
+    at_40 = fluid(f"ISO VG {grade}", KELVIN + 40.0).viscosity
+    assert at_40 == pytest.approx(6.8e-6 if grade == 7 else grade * 1e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize("grade", mineral_oil.ISO_VG)
+def test_iso_oils_have_the_viscosity_index_100(grade: int) -> None:
+    hot = fluid(f"ISO VG {grade}", KELVIN + 100.0).viscosity
+    assert mineral_oil.reference_viscosity(hot) == pytest.approx(mineral_oil.ISO_VG[grade], rel=1e-9)
+
+
+# Basic values H [mm^2/s] against the viscosity at 100 degC, ASTM D2270, Table 1: one in each piece of the fit
+REFERENCE = {
+    2.5: 9.063, 4.0: 19.56, 4.8: 26.57, 6.0: 38.19, 6.8: 46.44, 7.4: 52.88, 8.2: 61.89, 10.0: 82.87, 13.0: 121.5,
+    16.0: 164.6, 20.0: 229.5, 25.0: 320.9, 34.0: 509.6, 48.0: 863.0, 62.0: 1286.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("at_100", REFERENCE)
+def test_the_reference_oil_meets_the_table_of_the_standard(at_100: float) -> None:
+    assert mineral_oil.reference_viscosity(at_100 * 1e-6) == pytest.approx(REFERENCE[at_100] * 1e-6, rel=1.2e-3)
 
 
 def test_the_reference_oil_of_the_viscosity_index_standard() -> None:

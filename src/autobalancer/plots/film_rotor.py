@@ -53,8 +53,8 @@ class RotorView:
         outside = float((self.radii + 0.5 * diameter).max(initial=1.0))
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_xlim(-1.24 * outside, 1.24 * outside)
-        axes.set_ylim(-1.24 * outside, 1.24 * outside)
+        axes.set_xlim(-1.22 * outside, 1.22 * outside)
+        axes.set_ylim(-1.22 * outside, 1.22 * outside)
         self._races(axes, diameter, outside)
         self._balls(axes, diameter)
         reach = 0.72 * float(self.radii.min(initial=outside))
@@ -68,6 +68,11 @@ class RotorView:
         self.artists.append(self.trace)
         self.artists += axes.plot([0.0], [0.0], "o", ms=5, color=INK, transform=self.turning)
         self.artists += axes.plot([0.0], [0.0], "+", ms=14, mew=1.0, color="#606060")
+        self.key = [
+            Line2D([], [], color=UNBALANCE, lw=2.0, marker="o", ms=6, label="unbalance"),
+            Line2D([], [], color=INK, lw=3.0, label="zero mark"),
+            Line2D([], [], color="#606060", lw=0.0, marker="+", ms=9, label="rotor center at rest"),
+        ]
 
     def show(self, k: int) -> None:
         """Move every artist to frame ``k``."""

@@ -15,7 +15,7 @@ from autobalancer.plots.film_rotor import RotorView
 from autobalancer.plots.history import Deflections, critical_speeds_of, deflections_of, history_of
 from autobalancer.plots.motion import Complexes, Floats, Moments, Races
 from autobalancer.plots.panels import deflection_panel, speed_panel
-from autobalancer.plots.style import UNBALANCE, picture
+from autobalancer.plots.style import INK, picture
 
 SIZE = (9.6, 5.44)  # inches; the width in pixels sets the resolution
 
@@ -39,24 +39,23 @@ class Scene:
     ) -> None:
         self.moments, self.unit = moments, unit
         figure = picture(*SIZE, dpi=width / SIZE[0])
+        figure.set_layout_engine("none")  # fixed places: the picture must not shift with its labels
         self.canvas = FigureCanvasAgg(figure)
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.0, 1.06])
-        above = figure.add_subplot(grid[:, 0])
-        above.set_title(str(run.attrs.get("machine_name", "")), loc="center")
+        above = figure.add_axes((0.0, 0.13, 0.49, 0.75))
         self.rotor = RotorView(above, moments, races, turned, path, per_frame, magnification)
-        above.text(0.5, 0.0, caption, transform=above.transAxes, ha="center", va="top", fontsize=8.5, color="#404040")
-        upper = figure.add_subplot(grid[0, 1])
-        lower = figure.add_subplot(grid[1, 1], sharex=upper)
+        figure.text(0.245, 0.955, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
+        self.text = figure.text(0.245, 0.91, "", ha="center", va="center", fontsize=11, family="monospace")
+        figure.text(0.245, 0.015, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
+        figure.legend(handles=self.rotor.key, loc="lower center", bbox_to_anchor=(0.245, 0.085), ncols=3)
+        upper = figure.add_axes((0.57, 0.565, 0.405, 0.37))
+        lower = figure.add_axes((0.57, 0.09, 0.405, 0.37), sharex=upper)
         cursors = self._panels(run, upper, lower)
-        self.text = above.text(
-            0.5, 1.0, "", transform=above.transAxes, ha="center", va="top", fontsize=11, family="monospace"
-        )
+        figure.align_ylabels([upper, lower])
         self.cursors = cursors
         self.moving: list[Artist] = [*self.rotor.artists, self.text, *cursors]
         for artist in self.moving:
             artist.set_animated(True)
         self.canvas.draw()
-        figure.set_layout_engine("none")
         self.still = self.canvas.copy_from_bbox(figure.bbox)
 
     def frame(self, k: int) -> NDArray[np.uint8]:
@@ -91,4 +90,4 @@ class Scene:
         deflection_panel(lower, deflections, length_axis(None, float(deflections.high.max())))
         lower.set_xlabel("time (s)")
         lower.set_xlim(first, last)
-        return [panel.axvline(first, color=UNBALANCE, lw=1.4, zorder=6) for panel in (upper, lower)]
+        return [panel.axvline(first, color=INK, lw=1.0, zorder=6, clip_on=False) for panel in (upper, lower)]

@@ -13,7 +13,12 @@ from autobalancer.plots.style import CRITICAL, FILL, INK, UNBALANCE, ball_color,
 
 def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisUnit) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
+    drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
+    least, most = float(drawn.min()), float(drawn.max())
+    least = min(least, 0.0) if least < 0.6 * most else least
     for level in critical:
+        if not 0.9 * least <= level <= 1.1 * most:
+            continue  # would squeeze what is asked for
         axes.axhline(level * unit.factor, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), zorder=1.5)
         axes.annotate(
             f"critical speed {significant(level * unit.factor)} {unit.sign}",
@@ -25,13 +30,15 @@ def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisU
             fontsize=8.5,
             color=CRITICAL,
         )
+        least, most = min(least, level), max(most, level)
     axes.plot(history.time, history.speed * unit.factor, color=INK, lw=1.6, label="rotor")
     count = history.ball_speed_in_space.shape[1]
     for i in range(count):
         speed = history.ball_speed_in_space[:, i] * unit.factor
         axes.plot(history.time, speed, color=ball_color(i), lw=_width(i, count), label=ball_label(i, count))
     axes.set_ylabel(f"speed in space ({unit.sign})" if count else f"rotor speed ({unit.sign})")
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    room = 0.1 * (most - least) or 0.1 * abs(most) or 1.0
+    axes.set_ylim((least - (room if least else 0.0)) * unit.factor, (most + room) * unit.factor)
     legend(axes)
 
 
@@ -53,7 +60,7 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     if deflections.is_envelope:
         legend(axes)
     peak = int(np.nanargmax(high))
-    late = time[peak] > 0.6 * (time[0] + time[-1])
+    late = time[peak] - time[0] > 0.6 * (time[-1] - time[0])
     axes.plot(time[peak], high[peak], "o", ms=4, color=INK, label="_peak")
     axes.annotate(
         f"{length_text(float(deflections.high[peak]))} at {time[peak]:.4g} s",
@@ -64,14 +71,15 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
         va="center",
         fontsize=8.5,
     )
-    axes.annotate(
-        f"at the end {length_text(float(deflections.high[-1]))}",
-        (time[-1], high[-1]),
-        xytext=(-2, 6),
-        textcoords="offset points",
-        ha="right",
-        fontsize=8.5,
-    )
+    if time[-1] - time[peak] > 0.2 * (time[-1] - time[0]):  # else it says the same once more
+        axes.annotate(
+            f"at the end {length_text(float(deflections.high[-1]))}",
+            (time[-1], high[-1]),
+            xytext=(-2, 6),
+            textcoords="offset points",
+            ha="right",
+            fontsize=8.5,
+        )
 
 
 def angle_panel(axes: Axes, history: History) -> None:

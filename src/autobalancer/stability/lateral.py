@@ -15,6 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 
 Floats = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
@@ -48,10 +49,10 @@ class Plane:
             return complex(math.inf)
         return 2.0 * x * y / total
 
-    def backward_ratio(self, speed: float) -> complex:
-        """Backward over forward component of the whirl, for a rotating force along +x at time 0."""
+    def backward(self, speed: float, whirl: complex) -> complex:
+        """Backward component of the whirl that comes with the forward component ``whirl``: z = a e^iWt + b e^-iWt."""
         x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
-        return complex(np.conj((y - x) / (x + y)))
+        return complex(np.conj(whirl * (y - x) / (y + x)))
 
     @property
     def fixed_load(self) -> complex:
