@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -241,7 +242,7 @@ def test_what_does_not_mix_is_refused() -> None:
 
 
 def test_laws_refuse_what_lies_outside_their_range() -> None:
-    refusals = [
+    refusals: list[Callable[[], object]] = [
         lambda: glycerol.glycerol_density(1.2, 293.15),
         lambda: glycerol.glycerol_dynamic_viscosity(0.5, 20.0),
         lambda: mineral_oil.iso_vg_viscosity(5, 313.15),

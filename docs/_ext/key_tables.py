@@ -16,134 +16,123 @@ from sphinx.util import logging
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 
-TAGS = ("kind", "law")
+TAGS = ("kind", "law")  # keys whose value says which class it is
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
+
+Variants = tuple[type[Part], ...]
 
 
 def machine_keys() -> str:
     """One section for each table of the file, in the order in which the classes contain each other."""
-    used: set[str] = set()
-    text = "".join(_section(header, variants, used) for header, variants in _tables("", (Machine,), set()))
-    for name in sorted(set(MEANINGS) - used):
+    explained: set[str] = set()
+    text = "".join(_section(header, variants, explained) for header, variants in _tables("", (Machine,), set(), False))
+    for name in sorted(set(MEANINGS) - explained):
         logging.getLogger(__name__).warning("docs/_ext/meanings.py explains %s, which no machine has", name)
     return text
 
 
-def _tables(
-    path: str, variants: tuple[type[Part], ...], seen: set[type[Part]], many: bool = False
-) -> Iterator[tuple[str, tuple[type[Part], ...]]]:
-    """(header, the classes that may stand there) of every table below ``path``, each class once."""
+def _tables(path: str, variants: Variants, seen: set[type[Part]], many: bool) -> Iterator[tuple[str, Variants]]:
+    """Header and classes of every table from ``path`` on; a class that has its table already is left out."""
     if variants[0] in seen:
         return
     seen.update(variants)
-    brackets = f"[[{path}]]" if many else f"[{path}]"
-    yield (f"`{brackets}`" if path else "At the top"), variants
+    yield (f"`[[{path}]]`" if many else f"`[{path}]`") if path else "At the top", variants
     for part in variants:
         for key, field in part.model_fields.items():
-            inner = tuple(_parts(field.annotation))
+            inner = tuple(leaf for leaf in _leaves(field.annotation) if _is_part(leaf))
             if inner:
-                listed = any(get_origin(kind) is tuple for kind in _leaves(field.annotation, through=False))
-                yield from _tables(f"{path}.{key}".lstrip("."), inner, seen, listed)
+                yield from _tables(f"{path}.{key}".lstrip("."), inner, seen, _is_list(field.annotation))
 
 
-def _section(header: str, variants: tuple[type[Part], ...], used: set[str]) -> str:
-    text = f"### {header}\n\n"
-    if len(variants) == 1:
-        text += f"{_prose(variants[0])}\n\n"
-    return text + HEAD + "".join(_rows(part, len(variants) > 1, used) for part in variants) + "\n"
+def _section(header: str, variants: Variants, explained: set[str]) -> str:
+    one = len(variants) == 1
+    lead = f"{_prose(variants[0])}\n\n" if one else ""
+    rows = "".join(_row(part, key, field, one, explained) for part in variants for key, field in _fields(part))
+    return f"### {header}\n\n{lead}{HEAD}{rows}\n"
 
 
-def _rows(part: type[Part], named: bool, used: set[str]) -> str:
-    """The keys of one class; which one it is goes first."""
-    text = ""
-    for key, field in part.model_fields.items():
-        tag = key in TAGS
-        if tag and not named:
-            text += f"| `{key}` | {_value(field)} | {_default(field)} | the only one so far |\n"
-        elif tag:
-            short = _prose(part).split("\n\n")[0]
-            needed = "one of these" if key == "kind" else "one of these"
-            text += f"| **`{key} = \"{field.default}\"`** | | {needed} | {short} |\n"
-        else:
-            text += f"| `{key}` | {_value(field)} | {_default(field)} | {_meaning(part, key, field, used)} |\n"
-    return text
+def _fields(part: type[Part]) -> list[tuple[str, FieldInfo]]:
+    """The keys of a class, the one that says which it is first."""
+    return sorted(part.model_fields.items(), key=lambda entry: entry[0] not in TAGS)
 
 
-def _meaning(part: type[Part], key: str, field: FieldInfo, used: set[str]) -> str:
-    """What the class says about its key, else the list of this folder."""
+def _row(part: type[Part], key: str, field: FieldInfo, one: bool, explained: set[str]) -> str:
+    if key in TAGS:
+        meaning = "the only one so far" if one else _prose(part).split("\n\n")[0]
+        return f'| **`{key} = "{field.default}"`** | | | {meaning} |\n'
     name = f"{part.__name__}.{key}"
-    used.add(name)
-    if field.description is None and name not in MEANINGS:
+    explained.add(name)
+    meaning = field.description or MEANINGS.get(name, "")
+    if not meaning:
         logging.getLogger(__name__).warning("nobody says what %s means; add it to docs/_ext/meanings.py", name)
-    return field.description or MEANINGS.get(name, "")
+    return f"| `{key}` | {_value(field)} | {_default(field)} | {meaning} |\n"
 
 
 def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    if value is None:
-        return "none"
+    if value is None or value in ((), ""):
+        return "–"
     if isinstance(value, Part):
-        return "its defaults"
+        return "all at rest"
     if isinstance(value, tuple):
-        return ", ".join(f"{entry:g}" for entry in value) if value else "none"
-    return f'"{value}"' if isinstance(value, str) else f"{value:g}"
+        return ", ".join(f"{entry:g}" for entry in value)
+    return f'`"{value}"`' if isinstance(value, str) else f"{value:g}"
 
 
 def _value(field: FieldInfo) -> str:
-    """Unit and bound, or the words allowed, or the table that goes there."""
-    parts = list(_parts(field.annotation))
-    annotation = Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
-    found = list(dict.fromkeys(_leaf(leaf) for leaf in _leaves(annotation)))
-    listed = any(get_origin(kind) is tuple for kind in _leaves(field.annotation, through=False))
-    if parts:
-        return "tables" if listed else "table"
-    text = " or ".join(entry for entry in found if entry)
-    return f"list: {text}" if listed and "or a pair" not in text and "x, y" not in text else text
+    """Unit and bound, or the words allowed, or that a table goes there."""
+    metadata = tuple(extra for extra in field.metadata if isinstance(extra, PlainValidator))
+    leaves = list(_leaves(Annotated[(field.annotation, *metadata)] if metadata else field.annotation))
+    several = _is_list(field.annotation)
+    if any(_is_part(leaf) for leaf in leaves):
+        return "list of tables" if several else "table"
+    lowest = [extra.ge for extra in field.metadata if hasattr(extra, "ge")]
+    text = " or ".join(dict.fromkeys(_leaf(leaf) for leaf in leaves)) + "".join(f", ≥ {bound}" for bound in lowest)
+    pair = "pair of " if len(leaves) == 2 and get_origin(field.annotation) is tuple else ""
+    return f"{'list of ' if several else pair}{text}"
 
 
 def _leaf(leaf: Any) -> str:
     if get_origin(leaf) is Literal:
         return " or ".join(f'`"{word}"`' for word in get_args(leaf))
-    if get_origin(leaf) is Annotated:
-        for extra in get_args(leaf)[1:]:
-            if isinstance(extra, PlainValidator):
-                return _quantity(extra.func)
-        return _leaf(get_args(leaf)[0])
-    return {str: "text", int: "whole number, at least 1"}.get(leaf, "")
+    for extra in get_args(leaf)[1:]:
+        if isinstance(extra, PlainValidator):
+            return _quantity(extra.func)
+    return {str: "text", int: "whole number"}[leaf]
 
 
 def _quantity(read: Any) -> str:
-    """Unit and bound that a validator of ``machine.part`` was made with."""
+    """Unit and bound with which a validator of ``machine.part`` was made."""
     made_with = getclosurevars(read).nonlocals
     if "single" in made_with:
         return f"{_quantity(made_with['single'])}; one, or a pair along x and y"
     unit = made_with["unit"].replace("*", " ").replace("^2", "²").replace("^3", "³") or "number"
-    bound = ", > 0" if made_with["positive"] else ", ≥ 0" if made_with["non_negative"] else ""
-    return f"{unit}{bound}"
+    return unit + (", > 0" if made_with["positive"] else ", ≥ 0" if made_with["non_negative"] else "")
 
 
-def _parts(annotation: Any) -> Iterator[type[Part]]:
-    for leaf in _leaves(annotation):
-        bare = get_args(leaf)[0] if get_origin(leaf) is Annotated else leaf
-        if isinstance(bare, type) and issubclass(bare, Part):
-            yield bare
-
-
-def _leaves(annotation: Any, through: bool = True) -> Iterator[Any]:
-    """What an annotation is made of, without ``None``; lists are opened if ``through``."""
+def _leaves(annotation: Any) -> Iterator[Any]:
+    """What may stand in a place, one entry of a list for all of it, without ``None``."""
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated and not any(isinstance(extra, PlainValidator) for extra in arguments[1:]):
-        yield from _leaves(arguments[0], through)
-    elif origin in (Union, UnionType):
+        yield from _leaves(arguments[0])
+    elif origin in (Union, UnionType, tuple):
         for entry in arguments:
-            yield from _leaves(entry, through)
-    elif origin is tuple and through:
-        for entry in arguments:
-            yield from () if entry is Ellipsis else _leaves(entry, through)
+            yield from () if entry is Ellipsis else _leaves(entry)
     elif annotation is not NoneType:
         yield annotation
+
+
+def _is_part(leaf: Any) -> bool:
+    return isinstance(leaf, type) and issubclass(leaf, Part)
+
+
+def _is_list(annotation: Any) -> bool:
+    """Whether a list of any length goes there."""
+    return get_origin(annotation) is tuple and Ellipsis in get_args(annotation) or any(
+        _is_list(entry) for entry in get_args(annotation)
+    )
 
 
 def _prose(part: type[Part]) -> str:

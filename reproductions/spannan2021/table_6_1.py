@@ -98,11 +98,17 @@ def draw(out: Path) -> None:
             axes.plot(celsius, line, ":", color=BALLS[2], lw=1.8, label=label)
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
             axes.annotate(
-                f"{share} vol%", (place, line[2 * place]), ha="center", va="center", fontsize=8.5, color=BALLS[2], bbox=box
+                f"{share} vol%",
+                (place, line[2 * place]),
+                ha="center",
+                va="center",
+                fontsize=8.5,
+                color=BALLS[2],
+                bbox=box,
             )
         for point, text in ((25.0, "25 °C"), (COLD - 273.15, "38 °C"), (HOT - 273.15, "99 °C")):
             axes.annotate(text, (point, 0.31), xytext=(3, 0), textcoords="offset points", fontsize=8, color=INK)
         axes.set(yscale="log", xlim=(0, 107), ylim=(0.28, 400), xlabel="temperature [°C]")
         axes.set(ylabel="kinematic viscosity [mm²/s]", title="silicone oils by the double-logarithmic law (6.1)")
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper right", frameon=True, facecolor="white", edgecolor="none", framealpha=1.0)
         figure.savefig(out / "table_6_1.png", dpi=150)

@@ -45,7 +45,7 @@ def wrapped(time: Floats, angle: Floats) -> tuple[Floats, Floats]:
 
 
 def slipping(time: Floats, angle: Floats, span: float) -> NDArray[np.bool_]:
-    """Where an angle goes round so fast that its line would be a solid block: over two turns in 1/100 of ``span`` (s)."""
+    """Where an angle goes round over twice in 1/100 of ``span`` (s), so that its line would be a solid block."""
     if time.size < 2:
         return np.zeros(time.shape, np.bool_)
     window = 0.01 * span

@@ -59,8 +59,8 @@ def length_axis(unit: str | None, greatest: float) -> AxisUnit:
 
 def length_text(value: float) -> str:
     """A length in m as text in its natural unit: ``"8.8 nm"``."""
-    if abs(value) < 1e-12:
-        return "0" if value == 0.0 else "< 0.001 nm"
+    if abs(value) < 1e-11:
+        return "0" if value == 0.0 else "< 0.01 nm"
     unit = length_axis(None, abs(value))
     return f"{significant(value * unit.factor)} {unit.sign}"
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -63,8 +65,8 @@ class RotorView:
         if np.abs(moments.unbalance_in_rotor).any():
             self.artists += [self.heavy_line, self.heavy_spot]
         resolved = np.abs(np.diff(turned)).max(initial=0.0) / per_frame < 0.5
-        style = {"lw": 0.9} if resolved else {"lw": 0.0, "marker": ".", "ms": 2.0}
-        self.trace = axes.plot([], [], color=INK, alpha=0.7, **style)[0]  # type: ignore[arg-type]
+        style: dict[str, Any] = {"lw": 0.9} if resolved else {"lw": 0.0, "marker": ".", "ms": 2.0}
+        self.trace = axes.plot([], [], color=INK, alpha=0.7, **style)[0]
         self.artists.append(self.trace)
         self.artists += axes.plot([0.0], [0.0], "o", ms=5, color=INK, transform=self.turning)
         self.artists += axes.plot([0.0], [0.0], "+", ms=14, mew=1.0, color="#606060")
@@ -113,5 +115,6 @@ class RotorView:
             self.trails += axes.plot([], [], color=ball_color(i), lw=4.0, alpha=0.35, transform=self.turning)
             size = 0.5 * thick if thick > 0.0 else 0.04
             ball = Circle((0.0, 0.0), size, fc=ball_color(i), ec=INK, lw=0.8, transform=self.turning)
-            self.balls.append(axes.add_patch(ball))
+            axes.add_patch(ball)
+            self.balls.append(ball)
         self.artists += [*self.trails, *self.balls]

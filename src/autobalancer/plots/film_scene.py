@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
@@ -40,7 +42,7 @@ class Scene:
         self.moments, self.unit = moments, unit
         figure = picture(*SIZE, dpi=width / SIZE[0])
         figure.set_layout_engine("none")  # fixed places: the picture must not shift with its labels
-        self.canvas = FigureCanvasAgg(figure)
+        self.canvas = cast(Any, FigureCanvasAgg(figure))
         above = figure.add_axes((0.0, 0.13, 0.49, 0.75))
         self.rotor = RotorView(above, moments, races, turned, path, per_frame, magnification)
         figure.text(0.245, 0.955, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")

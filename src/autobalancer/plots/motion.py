@@ -65,9 +65,8 @@ class Motion:
         """
         first, last = float(self.time[0]), float(self.time[-1])
         if time.size and not (first - 1e-9 <= time.min() and time.max() <= last + 1e-9):
-            raise QuestionError(
-                f"time: given {time.min():g} s to {time.max():g} s; the samples go from {first:g} s to {last:g} s"
-            )
+            given = f"{time.min():g} s" + (f" to {time.max():g} s" if time.size > 1 else "")
+            raise QuestionError(f"time: given {given}; the samples go from {first:g} s to {last:g} s")
         slope = np.gradient(self.deflection_in_rotor, self.time)
         return Moments(
             time,

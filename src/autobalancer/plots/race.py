@@ -99,13 +99,13 @@ def _draw(axes: Axes, races: Races, moments: Moments, balls: NDArray[np.intp]) -
     _vectors(axes, races, moments, 0.72 * float(radius.min()))
     axes.plot(0.0, 0.0, "+", ms=9, mew=1.3, color=INK)
     deflection = complex(moments.deflection_in_rotor[0])
-    if abs(deflection) > 1e-12:
+    if abs(deflection) > 1e-11:
         side = deflection / abs(deflection) * 1.06 * reach
         turned = (3, 0, np.rad2deg(np.angle(deflection)) - 90.0)
         axes.plot(side.real, side.imag, marker=turned, ms=10, color=INK, clip_on=False)
     sizes = [f"orbit radius {r:.4g} mm" for r in sorted({*radius})]
     sizes += [f"ball {d:.4g} mm" if d > 0.0 else "point balls" for d in sorted({*diameter})]
-    away = f"▲ rotor deflected {length_text(abs(deflection))} this way" if abs(deflection) > 1e-12 else "rotor at rest"
+    away = f"▲ rotor deflected {length_text(abs(deflection))} this way" if abs(deflection) > 1e-11 else "rotor at rest"
     notes = [", ".join(sizes), away]
     if eccentric:
         direction = np.rad2deg(np.angle(races.center[balls][np.argmax(np.abs(races.center[balls]))]))

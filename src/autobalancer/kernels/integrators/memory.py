@@ -13,6 +13,7 @@ from autobalancer.kernels.system import Floats, Integers, integers_type, matrix_
 TIME, STEP, END, LONGEST, ERROR = range(5)
 # places in Memory.counts
 ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, NEXT_BIN, NEXT_TURN, EVENTS_SEEN, FRESH = range(8)
+COUNTS = 8
 
 
 class Memory(NamedTuple):

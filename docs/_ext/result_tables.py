@@ -1,0 +1,75 @@
+"""The tables of what a run holds, read off runs and off the vocabulary of results."""
+
+from __future__ import annotations
+
+import xarray as xr
+from sphinx.util import logging
+
+import autobalancer as ab
+from autobalancer.kernels.integrators import runge_kutta as endings
+from autobalancer.machine import Machine
+from autobalancer.results.labels import LABELS
+from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+
+SMALL = Machine(
+    name="small",
+    axis="vertical",
+    rotor={"mass": "10 kg", "stiffness": "600 kN/m", "damping": "100 N*s/m"},
+    unbalances=[{"moment": "300 g*mm"}],
+    balancers=[
+        {"races": [{"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-3}, "balls": [{"mass": 3e-3, "motion": "point"}]}]}
+    ],
+    drive={"kind": "speed", "profile": {"kind": "ramp", "end": 400.0, "duration": 0.5}},
+    run={"duration": 1.0},
+)
+
+
+def result_variables() -> str:
+    """Every variable with its dimensions, unit and frame, grouped by what was asked to be kept."""
+    passage = ab.Event("speed", 200.0)
+    kept: list[tuple[str, xr.Dataset]] = [
+        ("always", ab.simulate(SMALL, save=())),
+        ("`Samples` or `SampleTimes`", ab.simulate(SMALL, save=Samples(9))),
+        ("`Envelope`", ab.simulate(SMALL, save=Envelope(9))),
+        ("`LastRevolutions`", ab.simulate(SMALL, save=LastRevolutions(1, 8))),
+        ("events", ab.simulate(SMALL, save=(), events=[passage])),
+    ]
+    text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[str]()
+    for wish, run in kept:
+        text += f"| *{wish}* | | | | |\n"
+        for name in sorted(set(map(str, run.variables)) - listed, key=list(LABELS).index):
+            label, dimensions = LABELS[name], ", ".join(map(str, run[name].dims))
+            text += f"| `{name}` | {dimensions} | {label.units} | {label.frame} | {label.long_name} |\n"
+            listed.add(name)
+    for name in sorted(set(LABELS) - listed):
+        logging.getLogger(__name__).warning("no run holds %s, which results/labels.py explains", name)
+    return text
+
+
+def result_outcomes() -> str:
+    """Every way in which a run may end, in its own words."""
+    ways = [
+        (endings.FINISHED, False, ""),
+        (endings.EVENT, False, ab.Event("speed", 250.0, "rising").name),
+        (endings.RUNNING, True, ""),
+        (endings.RUNNING, False, ""),
+        (endings.STEP_TOO_SMALL, False, ""),
+        (endings.NOT_FINITE, False, ""),
+    ]
+    text = "| `outcome` | `outcome_text`, for example |\n|---|---|\n"
+    for status, interrupted, event in ways:
+        ended = outcome(status, 12.5, 20.0, interrupted=interrupted, steps=4598, event=event)
+        text += f"| `{ended.name}` | {ended.text} |\n"
+    return text
+
+
+def result_attributes() -> str:
+    """The provenance in the attributes of a run."""
+    run = ab.simulate(SMALL, save=Samples(9))
+    return "".join(f"| `{name}` | {_shortly(value)} |\n" for name, value in run.attrs.items())
+
+
+def _shortly(value: object) -> str:
+    text = " ".join(str(value).split())
+    return text if len(text) < 60 else f"{text[:40]} ..."

@@ -1,0 +1,56 @@
+"""``autobalancer animate``: a film of a result file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def animate(
+    result: Annotated[Path, typer.Argument(help="Result file of a run.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Film, .mp4 or .gif; by default an .mp4 named as the result.")
+    ] = None,
+    start: Annotated[str, typer.Option(help='Begin in the run, such as "5 s".')] = "",
+    end: Annotated[str, typer.Option(help="End in the run.")] = "",
+    seconds: Annotated[str, typer.Option(help='Length of the film, such as "10 s".')] = "10 s",
+    fps: Annotated[int, typer.Option(help="Frames in a second of film.")] = 25,
+    frame: Annotated[str, typer.Option(help="rotor: it stands as under a stroboscope; space: it turns.")] = "rotor",
+    deflection_scale: Annotated[float, typer.Option(help="How much larger it is drawn; 0 for what suits.")] = 0.0,
+    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
+    width: Annotated[int, typer.Option(help="Pixels.")] = 960,
+) -> None:
+    """Make a film of a result file: rotor, balls and unbalance beside speeds and deflection.
+
+    Example: autobalancer animate stall.nc --out slow.mp4 --start "7 s" --end "7.5 s" --frame space
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from autobalancer import animate as make_film
+    from autobalancer import load_run
+    from autobalancer.units import to_si
+
+    path = out if out is not None else result.with_suffix(".mp4")
+    length = to_si(seconds, "s")
+    first, last = (float(to_si(text, "s")) if text else None for text in (start, end))
+    run = load_run(result)
+    columns = (TextColumn(path.name), BarColumn(), MofNCompleteColumn(), TextColumn("frames"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("film")
+        made = make_film(
+            run,
+            path,
+            start=first,
+            end=last,
+            duration=length,
+            fps=fps,
+            frame=frame,  # type: ignore[arg-type]
+            deflection_scale=deflection_scale or "auto",
+            speed_unit=speed_unit,
+            width=width,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+    typer.echo(made)

@@ -1,0 +1,333 @@
+"""Which end state follows from which start: basins of attraction, as a map and in percent.
+
+Rule by which an end is named, in this order:
+
+- *balanced*: the balls rest and every race with balls that are not in one row runs true (center within 1/1000 of the
+  deflection scale of the axis of rotation);
+- *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
+- *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
+- *chaotic*: the balls swing for ever, and two runs that start close together part exponentially;
+- *oscillating*: the balls swing for ever, and they do not.
+
+Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.kernels.guided_balls import planar
+from autobalancer.kernels.integrators import tableau as tableaus
+from autobalancer.kernels.integrators.memory import memory
+from autobalancer.kernels.settle import FAILED, RESTING, settle
+from autobalancer.kernels.system import (
+    BALLS,
+    DRIVE,
+    LINEAR,
+    PRESCRIBED,
+    SEGMENT_COLUMNS,
+    SPEED,
+    START,
+    THETA,
+    UNBALANCE,
+    VX,
+    VY,
+    Floats,
+    Matrix,
+    System,
+    X,
+    Y,
+)
+from autobalancer.machine import Machine
+from autobalancer.results.provenance import provenance
+from autobalancer.simulation.record import record_for
+from autobalancer.stability.floquet import Turn
+from autobalancer.stability.lateral import Plane, plane
+
+STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed")
+REST = 1e-5  # ball speed over rotor speed
+TRUE = 1e-3  # distance of a race center over the deflection scale
+TURNING = 1e-2  # mean ball speed over rotor speed
+ROWS = 128  # runs handed to a thread at once
+
+
+@dataclass(frozen=True)
+class _Question:
+    assembly: Assembly
+    p: Plane
+    speed: float
+    hold: float
+    tolerance: float
+
+
+def basin(
+    machine: Machine | str | Path,
+    speed: float,
+    axes: Mapping[str, Sequence[float]] | None = None,
+    *,
+    random: int = 0,
+    seed: int = 0,
+    hold: float | None = None,
+    tolerance: float = 1e-6,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """End states of a machine at a speed, from many starts.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file; its unbalance is that after all schedules.
+    speed
+        Final rotor speed, rad/s.
+    axes
+        Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls (rad/s,
+        in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at rest with a
+        ramp), each with its values. What is not varied is as in the machine; without ``acceleration`` the rotor
+        starts at ``speed``, undeflected.
+    random
+        Instead of axes: so many starts with random ball angles in the rotor.
+    seed
+        For random starts, and for balls without start angles.
+    hold
+        Longest time at the final speed, s; by default 400 revolutions or forty decay times of the slowest motion,
+        whichever is longer, at most 20000 revolutions.
+    workers
+        Threads; the result does not depend on it.
+    progress
+        Called with (runs done, runs in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``; ``share`` of each
+        state with a 95 % interval (Wilson 1927) for random starts.
+
+    Raises
+    ------
+    QuestionError
+        For unknown axes, no axes and no random starts, gravity in the plane, no balls.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    p = plane(machine)
+    if not p.moment.size:
+        raise QuestionError("basin: the machine has no balls")
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
+    axes = dict(axes or {})
+    if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
+        raise QuestionError("basin: give one or two axes, or a number of random starts")
+    assembly = assemble(machine, seed=seed)
+    question = _Question(assembly, p, speed, hold or _long_enough(machine, p, speed), tolerance)
+    starts, rates, shape = _starts(question, axes, random, seed)
+    ends = _settle(question, starts, rates, workers, progress)
+    states = np.array([_name(machine, question, end) for end in ends])
+    return _dataset(machine, question, axes, shape, ends, states, seed)
+
+
+def _long_enough(machine: Machine, p: Plane, speed: float) -> float:
+    turn = 2.0 * math.pi / speed
+    rates = [min(p.damping) / (2.0 * p.mass), *(p.drag / (2.0 * p.inertia))]
+    slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
+    return min(max(400.0 * turn, 40.0 / slowest if slowest else 0.0), 20000.0 * turn)
+
+
+def _starts(
+    question: _Question, axes: Mapping[str, Sequence[float]], random: int, seed: int
+) -> tuple[Matrix, Floats, tuple[int, ...]]:
+    n, speed = question.p.moment.size, question.speed
+    values = [np.asarray(v, np.float64) for v in axes.values()]
+    if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
+        raise QuestionError("basin: each axis needs a list of finite numbers")
+    shape = tuple(v.size for v in values) if axes else (random,)
+    count = int(np.prod(shape))
+    first = question.assembly.state.copy()
+    first[[X, Y, VX, VY, THETA]] = 0.0
+    first[SPEED] = 0.0 if "acceleration" in axes else speed
+    starts, rates = np.tile(first, (count, 1)), np.zeros(count)
+    if not axes:
+        starts[:, BALLS : BALLS + n] = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, n))
+    for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
+        column = grid.ravel()
+        kind, _, ball = name.partition("[")
+        if kind == "acceleration" and not ball:
+            if column.min() <= 0.0:
+                raise QuestionError("basin: an acceleration must be greater than zero")
+            rates[:] = column
+        elif kind == "ball_speed" and not ball:
+            starts[:, BALLS + n :] = column[:, None]
+        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdigit() and 1 <= int(ball.rstrip("]")) <= n:
+            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
+        else:
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, acceleration"
+            )
+    return starts, rates, shape
+
+
+def _system(question: _Question, ramp: bool) -> System:
+    """A copy for one thread: constant speed, or a ramp up to it."""
+    rows = np.zeros((2 if ramp else 1, SEGMENT_COLUMNS))
+    rows[:, 1] = LINEAR
+    rows[-1, DRIVE] = question.speed
+    rows[:, UNBALANCE], rows[:, UNBALANCE + 1] = question.p.unbalance.real, question.p.unbalance.imag
+    rows[-1, START] = 1.0 if ramp else 0.0
+    system = question.assembly.system
+    return system._replace(drive=PRESCRIBED, segments=rows, now=np.zeros(1, np.int64), balls=system.balls.copy())
+
+
+def _settle(
+    question: _Question,
+    starts: Matrix,
+    rates: Floats,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> Matrix:
+    size, n = starts.shape[1], question.p.moment.size
+    ends = np.zeros((starts.shape[0], size + 2 + 2 * n))
+    pair = tableaus.dormand_prince_8()
+    done = 0
+
+    def part(first: int) -> None:
+        nonlocal done
+        rows = slice(first, min(first + ROWS, starts.shape[0]))
+        a = question.assembly
+        tolerance = question.tolerance
+        m = memory(
+            starts[first],
+            1.0,
+            tolerance * a.scale,
+            tolerance * a.growing,
+            total=pair.total,
+            degree=pair.dense.shape[1],
+            longest=1e9,
+        )
+        system = _system(question, bool(rates.any()))
+        record = record_for((), (), a, 1.0)
+        rest = REST * question.speed
+        settle(planar, system, pair, record, m, starts[rows], rates[rows], question.hold, rest, ends[rows])
+        done += rows.stop - rows.start
+        if progress is not None:
+            progress(done, starts.shape[0])
+
+    with ThreadPoolExecutor(workers if workers is not None else os.cpu_count() or 1) as pool:
+        list(pool.map(part, range(0, starts.shape[0], ROWS)))
+    return ends
+
+
+def _name(machine: Machine, question: _Question, end: Floats) -> int:
+    p, n = question.p, question.p.moment.size
+    size = BALLS + 2 * n
+    if end[size] == FAILED:
+        return STATES.index("failed")
+    speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
+    if end[size] != RESTING:
+        if np.abs(speed).max() > TURNING * question.speed:
+            return STATES.index("stalled")
+        if swing.max() > math.radians(1.0):
+            return STATES.index("chaotic" if _diverges(machine, question, end) else "oscillating")
+    z = complex(end[X], end[Y])
+    if not question.assembly.system.rotating:
+        z *= np.exp(-1j * end[THETA])
+    center = z + p.offset
+    scale = float(question.assembly.scale[X])
+    along = np.exp(-1j * end[BALLS : BALLS + n]) * center
+    row = np.abs(along.imag) <= 0.02 * np.abs(along)
+    true = np.abs(center) <= TRUE * scale
+    if true.any() and (true | row).all():
+        return STATES.index("balanced")
+    if len(set(np.sign(along.real[~true]))) <= 1:
+        return STATES.index("coincident")
+    return STATES.index("in line")
+
+
+def _diverges(machine: Machine, question: _Question, end: Floats) -> bool:
+    """Whether neighboring runs part: growth of a small distance over 200 revolutions, renewed at every one."""
+    turn = Turn(machine, question.p, question.speed)
+    z = complex(end[X], end[Y])
+    v = complex(end[VX], end[VY])
+    if question.assembly.system.rotating:
+        z, v = z * np.exp(1j * end[THETA]), v * np.exp(1j * end[THETA])
+    n = question.p.moment.size
+    back = np.exp(-1j * end[THETA])
+    z, v = z * back, v * back
+    state = np.concatenate([[z.real, z.imag, v.real, v.imag], end[BALLS : BALLS + 2 * n]])
+    small, total = 1e-7, 0.0
+    other = state.copy()
+    other[4] += small
+    for number in range(300):
+        state, other = turn(state), turn(other)
+        apart = (other - state) / turn.scale
+        distance = float(np.linalg.norm(apart))
+        if number >= 100:
+            total += math.log(max(distance, 1e-300) / small)
+        other = state + (other - state) * small / max(distance, 1e-300)
+    return total / 200.0 > 0.01
+
+
+def _dataset(
+    machine: Machine,
+    question: _Question,
+    axes: Mapping[str, Sequence[float]],
+    shape: tuple[int, ...],
+    ends: Matrix,
+    states: np.ndarray[Any, Any],
+    seed: int,
+) -> xr.Dataset:
+    names = [name.replace("[", "_").rstrip("]") for name in axes]
+    dims = tuple(names) if axes else ("run",)
+    size = question.assembly.state.size
+    n = question.p.moment.size
+    found = xr.Dataset()
+    units = {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}
+    for name, (path, values) in zip(names, axes.items(), strict=True):
+        unit = units[path.partition("[")[0]]
+        text = f"start: {path.replace('_', ' ')}" + (" in the rotor" if path != "acceleration" else "")
+        found = found.assign_coords({name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})})
+    found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
+    found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
+    deflection = np.hypot(ends[:, X], ends[:, Y]).reshape(shape)
+    found["final_deflection"] = (dims, deflection, {"long_name": "deflection at the end", "units": "m"})
+    angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
+    found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
+    counts = np.bincount(states, minlength=len(STATES))
+    low, high = _wilson(counts, states.size)
+    found = found.assign_coords(end=("end", list(STATES)))
+    found["share"] = ("end", counts / states.size, {"long_name": "share of the starts", "units": "1"})
+    if not axes:
+        found["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
+        found["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
+    found.attrs = {
+        **provenance(),
+        "title": f"Basins of {machine.name}",
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "states": list(STATES),
+        "speed": question.speed,
+        "hold": question.hold,
+        "tolerance": question.tolerance,
+        "seed": seed,
+    }
+    return found
+
+
+def _wilson(counts: np.ndarray[Any, Any], total: int) -> tuple[Floats, Floats]:
+    """95 % interval of a share (Wilson 1927)."""
+    z = 1.959964
+    share = counts / total
+    middle = (share + z * z / (2 * total)) / (1 + z * z / total)
+    half = z / (1 + z * z / total) * np.sqrt(share * (1 - share) / total + z * z / (4 * total**2))
+    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
