@@ -24,7 +24,7 @@ COMMANDS = {
 }
 
 
-def transcripts() -> dict[str, str]:
+def pages() -> dict[str, str]:
     """The commands as typed at the top of a checkout, each with its output and, if not 0, its exit code."""
     return {f"{name}.txt": _transcript(command) for name, command in COMMANDS.items()}
 

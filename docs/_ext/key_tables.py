@@ -22,6 +22,11 @@ HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 Variants = tuple[type[Part], ...]
 
 
+def pages() -> dict[str, str]:
+    """What the documentation includes."""
+    return {"machine_keys.md": machine_keys()}
+
+
 def machine_keys() -> str:
     """One section for each table of the file, in the order in which the classes contain each other."""
     explained: set[str] = set()
@@ -130,7 +135,7 @@ def _is_part(leaf: Any) -> bool:
 
 def _is_list(annotation: Any) -> bool:
     """Whether a list of any length goes there."""
-    return get_origin(annotation) is tuple and Ellipsis in get_args(annotation) or any(
+    return (get_origin(annotation) is tuple and Ellipsis in get_args(annotation)) or any(
         _is_list(entry) for entry in get_args(annotation)
     )
 

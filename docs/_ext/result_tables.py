@@ -12,17 +12,25 @@ from autobalancer.results.labels import LABELS
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
+RACE = {"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-3}, "balls": [{"mass": 3e-3, "motion": "point"}]}
 SMALL = Machine(
     name="small",
     axis="vertical",
     rotor={"mass": "10 kg", "stiffness": "600 kN/m", "damping": "100 N*s/m"},
     unbalances=[{"moment": "300 g*mm"}],
-    balancers=[
-        {"races": [{"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-3}, "balls": [{"mass": 3e-3, "motion": "point"}]}]}
-    ],
+    balancers=[{"races": [RACE]}],
     drive={"kind": "speed", "profile": {"kind": "ramp", "end": 400.0, "duration": 0.5}},
     run={"duration": 1.0},
 )
+
+
+def pages() -> dict[str, str]:
+    """What the documentation includes."""
+    return {
+        "result_variables.md": result_variables(),
+        "result_outcomes.md": result_outcomes(),
+        "result_attributes.md": result_attributes(),
+    }
 
 
 def result_variables() -> str:
@@ -67,7 +75,8 @@ def result_outcomes() -> str:
 def result_attributes() -> str:
     """The provenance in the attributes of a run."""
     run = ab.simulate(SMALL, save=Samples(9))
-    return "".join(f"| `{name}` | {_shortly(value)} |\n" for name, value in run.attrs.items())
+    rows = "".join(f"| `{name}` | {_shortly(value)} |\n" for name, value in run.attrs.items())
+    return f"| attribute | for example |\n|---|---|\n{rows}"
 
 
 def _shortly(value: object) -> str:

@@ -34,6 +34,9 @@ _HOME = {
     "Event": "simulation.events",
     "summary": "stability.summary",
     "border_speeds": "stability.borders",
+    "equilibria": "stability.states",
+    "eigenvalues": "stability.states",
+    "basin": "stability.basins",
     # results
     "load_run": "results.store",
     "save_run": "results.store",
@@ -50,6 +53,7 @@ _HOME = {
     "plot_run_up": "plots.run_up",
     "plot_race": "plots.race",
     "plot_orbit": "plots.orbit",
+    "plot_basin": "plots.basins",
     "animate": "plots.animation",
 }
 _MODULES = {"machine", "errors", "units"}
@@ -58,11 +62,14 @@ __all__ = [
     "Event",
     "animate",
     "ball_angle_to_unbalance",
+    "basin",
     "bearings",
     "blend",
     "border_speeds",
     "capability",
     "deflection_envelope",
+    "eigenvalues",
+    "equilibria",
     "errors",
     "fluid",
     "fluids",
@@ -74,6 +81,7 @@ __all__ = [
     "materials",
     "measures",
     "peak_deflection",
+    "plot_basin",
     "plot_orbit",
     "plot_race",
     "plot_run_up",
@@ -113,6 +121,7 @@ if TYPE_CHECKING:
     from autobalancer.files.machine_file import load_machine, machine_text, save_machine
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.plots.animation import animate
+    from autobalancer.plots.basins import plot_basin
     from autobalancer.plots.orbit import plot_orbit
     from autobalancer.plots.race import plot_race
     from autobalancer.plots.run_up import plot_run_up
@@ -128,6 +137,8 @@ if TYPE_CHECKING:
     from autobalancer.results.store import load_run, save_run
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
+    from autobalancer.stability.basins import basin
     from autobalancer.stability.borders import border_speeds
+    from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
     from autobalancer.studies.sweep import sweep

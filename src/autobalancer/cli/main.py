@@ -31,10 +31,11 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-from autobalancer.cli import animate, catalog, check, plot, run  # noqa: E402
+from autobalancer.cli import animate, basin, catalog, check, plot, run  # noqa: E402
 
 app.command()(check.check)
 app.command()(run.run)
 app.command()(plot.plot)
 app.command()(animate.animate)
+app.command()(basin.basin)
 app.add_typer(catalog.app, name="catalog")

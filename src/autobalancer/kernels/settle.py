@@ -127,5 +127,3 @@ def settle(
             ends[k, i] = m.state[i]
         ends[k, size] = verdict
         ends[k, size + 1] = m.clock[TIME]
-
-

@@ -45,11 +45,11 @@ def wrapped(time: Floats, angle: Floats) -> tuple[Floats, Floats]:
 
 
 def slipping(time: Floats, angle: Floats, span: float) -> NDArray[np.bool_]:
-    """Where an angle goes round over twice in 1/100 of ``span`` (s), so that its line would be a solid block."""
+    """Where an angle goes round over 2.5 times in 1/100 of ``span`` (s), so that its line would be a solid block."""
     if time.size < 2:
         return np.zeros(time.shape, np.bool_)
     window = 0.01 * span
     ahead = np.interp(time + 0.5 * window, time, angle)
     behind = np.interp(time - 0.5 * window, time, angle)
-    fast: NDArray[np.bool_] = np.abs(ahead - behind) > 4.0 * np.pi
+    fast: NDArray[np.bool_] = np.abs(ahead - behind) > 5.0 * np.pi
     return fast

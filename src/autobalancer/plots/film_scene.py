@@ -75,7 +75,7 @@ class Scene:
 
     def _words(self, k: int) -> str:
         step = float(np.ptp(self.moments.time)) / max(self.moments.time.size - 1, 1)
-        digits = int(np.clip(np.ceil(-np.log10(step)), 0, 9)) if step > 0.0 else 3
+        digits = int(np.clip(np.ceil(-np.log10(step) - 1e-6), 0, 9)) if step > 0.0 else 3
         speed = significant(float(self.moments.speed[k]) * self.unit.factor)
         deflection = length_text(float(np.abs(self.moments.deflection_in_rotor[k])))
         return f"{self.moments.time[k]:.{digits}f} s  {speed:>6} {self.unit.sign}  {deflection:>10}"

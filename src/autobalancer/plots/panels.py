@@ -10,6 +10,8 @@ from autobalancer.plots.axis_units import AxisUnit, length_text, significant
 from autobalancer.plots.history import Deflections, History
 from autobalancer.plots.style import CRITICAL, FILL, INK, UNBALANCE, ball_color, ball_label, legend
 
+BEHIND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8}
+
 
 def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisUnit) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
@@ -49,10 +51,10 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     if log:
         floor = max(float(np.nanmin(high[high > 0.0], initial=greatest)), 1e-8 * greatest)
         axes.set_yscale("log")
-        axes.set_ylim(0.5 * floor, 4.0 * greatest)
+        axes.set_ylim(0.5 * floor, 8.0 * greatest)
         low = np.maximum(low, 0.5 * floor)
     else:
-        axes.set_ylim(0.0, 1.12 * greatest)
+        axes.set_ylim(0.0, 1.18 * greatest)
     if deflections.is_envelope:
         axes.fill_between(time, low, high, color=FILL, lw=0.0, label="between least and greatest")
     axes.plot(time, high, color=INK, lw=0.9, label="greatest" if deflections.is_envelope else "deflection")
@@ -65,20 +67,22 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     axes.annotate(
         f"{length_text(float(deflections.high[peak]))} at {time[peak]:.4g} s",
         (time[peak], high[peak]),
-        xytext=(-7 if late else 7, 1),
+        xytext=(-7 if late else 7, 3),
         textcoords="offset points",
         ha="right" if late else "left",
-        va="center",
+        va="bottom",
         fontsize=8.5,
+        bbox=BEHIND,
     )
     if time[-1] - time[peak] > 0.2 * (time[-1] - time[0]):  # else it says the same once more
         axes.annotate(
             f"at the end {length_text(float(deflections.high[-1]))}",
-            (time[-1], high[-1]),
+            (time[-1], max(float(high[-1]), axes.get_ylim()[0])),
             xytext=(-2, 6),
             textcoords="offset points",
             ha="right",
             fontsize=8.5,
+            bbox=BEHIND,
         )
 
 
@@ -109,4 +113,4 @@ def angle_panel(axes: Axes, history: History) -> None:
 
 def _width(number: int, count: int) -> float:
     """Balls that move together stay visible together: the first is drawn broad below the others."""
-    return 2.2 if number == 0 and count > 1 else 1.2
+    return 2.2 if number == 0 and 1 < count <= 6 else 1.2

@@ -53,8 +53,10 @@ from autobalancer.kernels.system import (
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.record import record_for
+from autobalancer.stability.equilibria import equilibria_of
 from autobalancer.stability.floquet import Turn
 from autobalancer.stability.lateral import Plane, plane
+from autobalancer.stability.states import eigenvalues_of, growth
 
 STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed")
 REST = 1e-5  # ball speed over rotor speed
@@ -102,8 +104,8 @@ def basin(
     seed
         For random starts, and for balls without start angles.
     hold
-        Longest time at the final speed, s; by default 400 revolutions or forty decay times of the slowest motion,
-        whichever is longer, at most 20000 revolutions.
+        Longest time at the final speed, s; by default 400 revolutions or 25 decay times of the slowest mode of any
+        stable state, whichever is longer, at most 20000 revolutions.
     workers
         Threads; the result does not depend on it.
     progress
@@ -139,10 +141,11 @@ def basin(
 
 
 def _long_enough(machine: Machine, p: Plane, speed: float) -> float:
+    """Some decay times of the slowest mode of all stable states."""
     turn = 2.0 * math.pi / speed
-    rates = [min(p.damping) / (2.0 * p.mass), *(p.drag / (2.0 * p.inertia))]
+    rates = [-growth(eigenvalues_of(machine, p, speed, state), state.freedom) for state in equilibria_of(p, speed)]
     slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
-    return min(max(400.0 * turn, 40.0 / slowest if slowest else 0.0), 20000.0 * turn)
+    return min(max(400.0 * turn, 25.0 / slowest if slowest else 0.0), 20000.0 * turn)
 
 
 def _starts(

@@ -55,7 +55,9 @@ def equilibria_of(p: Plane, speed: float) -> list[Equilibrium]:
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
     stiffness = p.dynamic_stiffness(speed)
     if stiffness == 0.0:
-        raise QuestionError(f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor; no steady state exists there")
+        raise QuestionError(
+            f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor; no steady state exists there"
+        )
     if p.moment.size == 0:
         return [Equilibrium("no balls", np.zeros(0), _whirl(p, np.zeros(0), speed), 0, 0)]
     centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
@@ -176,7 +178,9 @@ def _aligned(p: Plane, speed: float, stiffness: complex) -> list[Equilibrium]:
     """Races with different centers: the two components of Z from many starts, for each pattern of signs."""
     n = p.moment.size
     if 2**n > PATTERNS:
-        raise QuestionError(f"steady states: {n} balls in races of different centers are too many to go through all of them")
+        raise QuestionError(
+            f"steady states: {n} balls in races of different centers are too many to go through all of them"
+        )
     scale = (abs(p.fixed_load) + p.moment.sum()) * speed**2 / abs(stiffness) + np.abs(p.offset).max()
     found: list[Equilibrium] = []
 

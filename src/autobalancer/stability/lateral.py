@@ -69,7 +69,9 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         If gravity acts in the plane: then there is no steady state at rest in the rotor.
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
-        raise QuestionError("steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead")
+        raise QuestionError(
+            "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead"
+        )
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
     return Plane(

@@ -63,9 +63,19 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
         "residual_unbalance": ("state", np.abs(load), "resultant of unbalance and balls", "kg m"),
         "freedom": ("state", [state.freedom for state in states], "dimension of the continuum of such states", ""),
         "outward": ("state", [state.outward for state in states], "balls that stand outward", ""),
-        "eigenvalue_real": (("state", "mode"), np.array([v.real for v, _ in rows]), "real part of the eigenvalue", "1/s"),
+        "eigenvalue_real": (
+            ("state", "mode"),
+            np.array([v.real for v, _ in rows]),
+            "real part of the eigenvalue",
+            "1/s",
+        ),
         "eigenvalue_imag": (("state", "mode"), np.array([v.imag for v, _ in rows]), "imaginary part", "rad/s"),
-        "growth_rate": ("state", [growth(v, s.freedom) for (v, _), s in zip(rows, states, strict=True)], "growth rate", "1/s"),
+        "growth_rate": (
+            "state",
+            [growth(v, s.freedom) for (v, _), s in zip(rows, states, strict=True)],
+            "growth rate",
+            "1/s",
+        ),
         "leading_motion": ("state", [text for _, text in rows], "what moves in the leading mode", ""),
     }
     found = xr.Dataset(coords={"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)})
@@ -77,7 +87,7 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
     return found
 
 
-def stability(
+def eigenvalues(
     machine: Machine | str | Path,
     speeds: Sequence[float],
     *,
