@@ -76,8 +76,9 @@ def test_no_line_runs_across_the_axis_at_a_wrap() -> None:
         for left, right in zip(degrees[gaps - 1], degrees[gaps + 1], strict=True):
             assert left == -right
             assert abs(left) == 180.0
-    time, _ = wrapped(np.array([0.0, 1.0]), np.array([3.0, 3.3]))
+    time, degrees = wrapped(np.array([0.0, 1.0]), np.array([3.0, 3.3]))
     assert time[1] == pytest.approx((np.pi - 3.0) / 0.3)
+    assert degrees == pytest.approx([np.rad2deg(3.0), 180.0, np.nan, -180.0, np.rad2deg(3.3) - 360.0], nan_ok=True)
 
 
 def test_a_ball_that_slips_fast_is_pale_and_hides_no_slow_one(run: xr.Dataset) -> None:
@@ -110,6 +111,8 @@ def test_a_run_with_an_envelope_only_shows_the_same_speeds(run: xr.Dataset) -> N
     time, speed = lines(figure, 0)["rotor"]
     assert len(figure.axes) == 3
     assert np.allclose(np.interp(time, run.time, run.speed), speed, rtol=1e-3)
+    time, speed = lines(figure, 0)["ball 1"]
+    assert speed[(time > 10.0) & (time < 11.0)] == pytest.approx(248.0, rel=0.01)
 
 
 def test_a_run_with_samples_only_shows_the_sampled_deflection(run: xr.Dataset) -> None:
@@ -168,6 +171,14 @@ def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None
     assert labels[2].startswith("resultant 0.06")
 
 
+def test_the_resultant_counts_the_balls_of_an_eccentric_race(tmp_path: Path) -> None:
+    text = (MACHINES / "discoidal.toml").read_text(encoding="utf-8")
+    (tmp_path / "m.toml").write_text(text.replace("width =", 'eccentricity = "1 mm"\nwidth =', 1), encoding="utf-8")
+    run = ab.simulate(tmp_path / "m.toml", duration=5.0, save=Samples(11))
+    resultant = races_of(run).resultant(Motion(run).at(run.time.values))
+    assert np.allclose(np.abs(resultant), run.residual_unbalance.values, rtol=1e-9)
+
+
 def test_an_eccentric_race_says_how_much_larger_it_is_drawn(run: xr.Dataset) -> None:
     shifted = run.assign_coords(race_center_x=("ball", [3e-5, 3e-5]), race_center_y=("ball", [0.0, 0.0]))
     words = " ".join(text.get_text() for text in ab.plot_race(shifted).axes[0].texts)
@@ -223,9 +234,10 @@ def test_pictures_are_saved_by_extension(run: xr.Dataset, tmp_path: Path) -> Non
 
 
 def test_drawing_changes_no_global_setting_and_needs_no_pyplot(run: xr.Dataset) -> None:
-    before = dict(matplotlib.rcParams)
-    figure = ab.plot_run_up(run)
-    assert dict(matplotlib.rcParams) == before
+    with matplotlib.rc_context({"font.size": 7.0, "axes.grid": False}):
+        before = dict(matplotlib.rcParams)
+        figure = ab.plot_run_up(run)
+        assert dict(matplotlib.rcParams) == before
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     assert to_hex(figure.axes[2].get_lines()[-3].get_color()) != UNBALANCE.lower()
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.save import save_figure
+from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Envelope, Samples
 from reproductions import compared
 
@@ -22,21 +22,21 @@ MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_relea
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Speed of the hanging balls, release, peak, residual deflection."""
     run = ab.simulate(MACHINE, save=(Samples(40_001), Envelope(4000)), tolerance=1e-9)
-    save_figure(ab.plot_run_up(run, speed_unit="rad/s"), out / "figure_4_2.png")
-    hanging = (run["speed"] > 280.0) & (run["speed"] < 340.0)
+    save_picture(ab.plot_run_up(run, speed_unit="rad/s"), out / "figure_4_2.png")
+    hanging = (run["speed"] > 265.0) & (run["speed"] < 383.0)
     in_space = run["ball_speed_in_space"].where(hanging, drop=True)
     peak = ab.peak_deflection(run)
     ball, critical, drag, damping = 2.5e-3 * 0.1, 250.0, 1.4685e-4, 100.0
     release = critical * (1.0 + 2.0 * (ball * critical) ** 2 / (damping * drag))
     common = {"source": "Spannan 2021", "figure": "4.2 in kind"}
     rows = [
-        ("speed in space of the hanging balls, mean", "rad/s", 248.0, float(in_space.mean()), 2.0),
+        ("speed in space of the hanging balls, mean from 265 to 383 rad/s", "rad/s", 248.0, float(in_space.mean()), 2.0),
         (
             "release speed, against (4.73)",
             "rad/s",
             release,
             float(ab.release_speed(run).max()),
-            0.015 * release,
+            0.02 * release,
         ),
         ("peak deflection at release", "mm", 1.33, 1e3 * float(peak["deflection"]), 0.01),
         ("peak deflection, against 2 m_b eps w_c / b", "mm", 1.25, 1e3 * float(peak["deflection"]), 0.1),

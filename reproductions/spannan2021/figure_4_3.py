@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.save import save_figure
+from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 from reproductions import compared
 
@@ -27,7 +27,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for name, stiffness in SUPPORTS.items():
         machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", stiffness)
         run = ab.simulate(machine, save=(Samples(), Envelope(), LastRevolutions(20)))
-        save_figure(ab.plot_orbit(run), out / f"figure_4_3_{name}.png")
+        save_picture(ab.plot_orbit(run), out / f"figure_4_3_{name}.png")
         z = run["turn_x"].values + 1j * run["turn_y"].values
         forward = complex((z * np.exp(-1j * run["turn_rotor_angle"].values))[:-1].mean())
         common = {"source": "Spannan 2021", "figure": "4.3 in kind"}

@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.save import save_figure
+from autobalancer.plots.save import save_picture
 from reproductions import compared
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "one_ball_run_up.toml"
@@ -32,7 +32,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         race = "balancers[1].races[1].fluid"
         oil = with_parameter(with_parameter(machine, f"{race}.viscosity", viscosity * 1e-6), f"{race}.density", density)
         run = ab.simulate(oil)
-        save_figure(ab.plot_run_up(run), out / f"one_ball_{viscosity}_mm2_s.png")
+        save_picture(ab.plot_run_up(run), out / f"one_ball_{viscosity}_mm2_s.png")
         moment = 1e6 * float(run["ball_moment"][0])
         angle = abs(float(np.degrees(ab.ball_angle_to_unbalance(run)[-1, 0])))
         turns.append(abs(float(run["ball_angle_in_rotor"][-1, 0] - run["ball_angle_in_rotor"][0, 0])) / (2.0 * np.pi))

@@ -136,3 +136,19 @@ _SAMPLES = {
 
 def _sample(unit: str) -> str:
     return f'"{_SAMPLES[unit]}"' if unit in _SAMPLES else f'"1 {unit}"'
+
+
+def option_to_si(text: str, unit: str) -> float:
+    """Read a quantity from the command line, where a bare number is in the SI unit ``unit``.
+
+    Raises
+    ------
+    UnitError
+        As :func:`to_si`.
+    """
+    try:
+        return to_si(float(text), unit)
+    except ValueError as reason:
+        if isinstance(reason, UnitError):
+            raise
+        return to_si(text, unit)

@@ -31,11 +31,11 @@ def animate(
 
     from autobalancer import animate as make_film
     from autobalancer import load_run
-    from autobalancer.units import to_si
+    from autobalancer.units import option_to_si
 
     path = out if out is not None else result.with_suffix(".mp4")
-    length = to_si(seconds, "s")
-    first, last = (float(to_si(text, "s")) if text else None for text in (start, end))
+    length = option_to_si(seconds, "s")
+    first, last = (float(option_to_si(text, "s")) if text else None for text in (start, end))
     run = load_run(result)
     columns = (TextColumn(path.name), BarColumn(), MofNCompleteColumn(), TextColumn("frames"), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:

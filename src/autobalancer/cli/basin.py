@@ -35,26 +35,26 @@ def basin(
 
     from autobalancer import basin as ask
     from autobalancer import plot_basin, save_run
-    from autobalancer.plots.save import save_figure
-    from autobalancer.units import to_si
+    from autobalancer.plots.save import save_picture
+    from autobalancer.units import option_to_si
 
     axes = dict(_axis(text) for text in axis or [])
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("runs")
         found = ask(
             machine,
-            to_si(speed, "rad/s"),
+            option_to_si(speed, "rad/s"),
             axes or None,
             random=random,
             seed=seed,
-            hold=to_si(hold, "s") if hold else None,
+            hold=option_to_si(hold, "s") if hold else None,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
     if out is not None:
         save_run(found, out)
     if plot is not None:
-        save_figure(plot_basin(found, speed_unit=speed_unit), plot)
+        save_picture(plot_basin(found, speed_unit=speed_unit), plot)
     if as_json:
         typer.echo(json.dumps({"machine": str(machine), "runs": int(found["state"].size), "share": shares}, indent=2))
         return
@@ -69,7 +69,7 @@ def basin(
 def _axis(text: str) -> tuple[str, list[float]]:
     import numpy as np
 
-    from autobalancer.units import to_si
+    from autobalancer.units import option_to_si
 
     name, _, span = text.partition("=")
     parts = span.split(":")
@@ -78,5 +78,5 @@ def _axis(text: str) -> tuple[str, list[float]]:
         raise QuestionError(
             f"--axis: given {text!r}; write it as name=from:to:count, e.g. 'ball_angle[1]=-180 deg:180 deg:50'"
         )
-    low, high = (to_si(part, unit) for part in parts[:2])
+    low, high = (option_to_si(part, unit) for part in parts[:2])
     return name.strip(), [float(v) for v in np.linspace(low, high, int(parts[2]))]

@@ -207,9 +207,9 @@ def capability(
 
 
 def _si(text: str, unit: str) -> float:
-    from autobalancer.units import to_si
+    from autobalancer.units import option_to_si
 
-    return float(to_si(text, unit))
+    return float(option_to_si(text, unit))
 
 
 def _fluid_density(name: str | None) -> float:

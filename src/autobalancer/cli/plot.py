@@ -81,6 +81,6 @@ def _chosen(kind: str) -> tuple[str, ...]:
 
 
 def _seconds(text: str) -> float | None:
-    from autobalancer.units import to_si
+    from autobalancer.units import option_to_si
 
-    return float(to_si(text, "s")) if text else None
+    return float(option_to_si(text, "s")) if text else None

@@ -30,7 +30,7 @@ def run(
 
     from autobalancer import load_machine, measures, save_run
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
-    from autobalancer.units import to_si
+    from autobalancer.units import option_to_si
 
     described = load_machine(machine)
     out = out if out is not None else Path(f"{machine.stem}.nc")
@@ -55,7 +55,7 @@ def run(
         task = bar.add_task(described.name, total=1.0, now="")
         result = simulate(
             described,
-            duration=to_si(duration, "s") if duration else None,
+            duration=option_to_si(duration, "s") if duration else None,
             save=wishes,
             tolerance=tolerance,
             method=method,  # type: ignore[arg-type]

@@ -87,9 +87,9 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
 def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.DataArray:
     """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
 
-    nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is
-    nearer to the critical speed than to the rotor speed by more than 3 : 1, at least 2 % above the critical speed; it
-    is released where it passes the middle for the last time. This measures a run; the formula is Spannan 2021, (4.73).
+    nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is three
+    times nearer to the critical speed than to the rotor speed, at least 2 % above the critical speed; it is released where
+    it passes the critical speed for the last time. This measures a run; the formula is Spannan 2021, (4.73).
     ``critical_speed`` is by default the lowest of the machine.
     """
     _, _, speed, rotor = _balls(run)

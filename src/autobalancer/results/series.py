@@ -31,22 +31,25 @@ def settled_from(time: Floats, angle: Floats, speed: Floats, rotor_speed: Floats
 def released_at(rotor_speed: Floats, ball_speed: Floats, critical_speed: float) -> Floats:
     """Rotor speed at which each stalled ball breaks away; nan if it never stalled or never broke away.
 
-    ``ball_speed`` is (time, ball), in space. With the ratio r = (ball speed - critical speed) / (rotor speed - critical
-    speed) a ball is stalled at r < 1/4 and released where r then passes 1/2 for the last time.
+    ``ball_speed`` is (time, ball), in space. A ball is stalled while it is three times nearer to the critical speed than to
+    the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
+    released where it passes it for the last time, if it then comes nearer to the rotor speed.
     """
     margin = rotor_speed - critical_speed
     above = margin > STALL_MARGIN * critical_speed
     result = np.full(ball_speed.shape[1], np.nan)
-    if not above.any():
-        return result
     for i in range(ball_speed.shape[1]):
-        ratio = np.where(above, (ball_speed[:, i] - critical_speed) / np.where(above, margin, 1.0), 1.0)
-        stalled = np.flatnonzero(ratio < 0.25)
-        if stalled.size < 2:
+        excess = ball_speed[:, i] - critical_speed
+        stalled = np.flatnonzero(above & (excess < 0.25 * margin))
+        if stalled.size < 2 or excess[-1] < 0.5 * margin[-1]:
             continue
-        low = np.flatnonzero(ratio[stalled[0] :] < 0.5)[-1] + stalled[0]
-        if low + 1 < rotor_speed.size and ratio[-1] >= 0.5:
-            result[i] = 0.5 * (rotor_speed[low] + rotor_speed[low + 1])
+        below = np.flatnonzero(above & (excess < 0.0))
+        if below.size == 0:  # it hung above the critical speed: take the end of the stall
+            below = stalled
+        last = min(int(below[-1]), rotor_speed.size - 2)
+        rise = excess[last + 1] - excess[last]
+        part = min(max(-excess[last] / rise, 0.0), 1.0) if rise > 0.0 else 0.5
+        result[i] = rotor_speed[last] + part * (rotor_speed[last + 1] - rotor_speed[last])
     return result
 
 
