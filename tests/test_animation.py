@@ -159,4 +159,4 @@ def test_the_command_line_makes_a_film(run: xr.Dataset, tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, ["animate", str(result), *options], catch_exceptions=False)
     assert answer.exit_code == 0
     assert count_frames_and_secs(str(tmp_path / "stall.mp4"))[0] == 10
-    assert CliRunner().invoke(app, ["animate", str(result), "--seconds", "4"]).exit_code == 2
+    assert CliRunner().invoke(app, ["animate", str(result), "--seconds", "4 mm"]).exit_code == 2

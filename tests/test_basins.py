@@ -59,7 +59,7 @@ def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> Non
     angles = np.linspace(-3.0, 3.0, 6)
     found = ab.basin(DISCOIDAL, 100.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
     figure = ab.plot_basin(found)
-    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any(label.startswith("balanced") for label in labels)
     assert "deg" in figure.axes[0].get_xlabel()
     ab.save_run(found, tmp_path / "basin.nc")

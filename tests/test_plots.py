@@ -251,5 +251,5 @@ def test_the_command_line_writes_one_picture_or_all(run: xr.Dataset, tmp_path: P
     one = ["plot", str(result), "--kind", "race", "--time", "7 s", "--out", str(tmp_path / "race.svg")]
     assert runner.invoke(app, one).exit_code == 0
     assert (tmp_path / "race.svg").read_bytes().startswith(b"<?xml")
-    for wrong in (["--kind", "pie"], ["--format", "bmp"], ["--time", "7"], ["--out", "all.png"]):
+    for wrong in (["--kind", "pie"], ["--format", "bmp"], ["--time", "7 kg"], ["--out", "all.png"]):
         assert runner.invoke(app, ["plot", str(result), *wrong]).exit_code == 2

@@ -197,18 +197,18 @@ def _start(machine: Machine, balls: tuple[Ball, ...], system: System, seed: int)
     place = complex(*machine.start.deflection) * back
     velocity = complex(*machine.start.velocity) * back
     state[[X, Y, VX, VY, THETA, SPEED]] = place.real, place.imag, velocity.real, velocity.imag, angle, speed
-    state[BALLS : BALLS + n] = _start_angles(balls, np.random.default_rng(seed))
+    state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
     state[BALLS + n :] = [ball.start_speed for ball in balls]
     return state
 
 
-def _start_angles(balls: tuple[Ball, ...], random: np.random.Generator) -> list[float]:
-    """Given angles, or random ones at which the balls of a race do not overlap."""
+def start_angles(balls: tuple[Ball, ...], random: np.random.Generator, *, given: bool = True) -> list[float]:
+    """Given angles, or (always if not ``given``) random ones at which the balls of a race do not overlap."""
     angles: list[float] = []
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     for place in places:
         race = [ball for ball in balls if (ball.balancer, ball.race) == place]
-        if race[0].start_angle is not None:
+        if given and race[0].start_angle is not None:
             angles += [float(ball.start_angle or 0.0) for ball in race]
             continue
         gaps = random.dirichlet(np.ones(len(race))) * (2.0 * math.pi - occupied_angle(race))

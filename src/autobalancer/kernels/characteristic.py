@@ -19,8 +19,8 @@ from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 SPEED, DAMPING, DRAG, COUPLING, SPREAD, COLUMNS = range(6)  # columns of a point
 ROOTS = 8
-MOST = 80  # iterations
-NEAR, FAIR = 1e-13, 1e-9  # a step below NEAR ends the iteration; one below FAIR after MOST of them will do
+MOST = 60  # iterations
+NEAR = 1e-12  # a root is found when the steps of Aberth and of Newton are both below
 IN_LINE = 1e-9  # balls count as standing in line if 1 - q is below
 
 
@@ -71,14 +71,13 @@ def _guess(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> N
 def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> bool:
     """Improve the eight roots (real, imaginary) in place; whether they converged."""
     done = 0  # bits
-    greatest = 0.0
     for _ in range(MOST):
-        greatest = 0.0
         for i in range(ROOTS):
             if done >> i & 1:
                 continue
             x, y = roots[i, 0], roots[i, 1]
             re, im = _newton(x, y, w, g, d, h, q)
+            slope = re * re + im * im
             for j in range(ROOTS):
                 if j != i:
                     dx, dy = x - roots[j, 0], y - roots[j, 1]
@@ -93,13 +92,12 @@ def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> b
             step_x, step_y = re / size, -im / size
             roots[i, 0] -= step_x
             roots[i, 1] -= step_y
-            step = math.sqrt(step_x * step_x + step_y * step_y) / (1.0 + abs(x) + abs(y))
-            greatest = max(greatest, step)
-            if step < NEAR:
+            near = NEAR * (1.0 + abs(x) + abs(y))
+            if step_x * step_x + step_y * step_y < near * near and slope * near * near > 1.0:
                 done |= 1 << i
         if done == (1 << ROOTS) - 1:
             break
-    if not greatest < FAIR:
+    if done != (1 << ROOTS) - 1:
         return False
     # two iterates may have met at one root and missed another: then the sum of the roots is wrong
     mass = 1.0 - h

@@ -112,7 +112,7 @@ def animate(
             magnification=scale,
             unit=unit,
             caption=_caption(moments, turns, duration, scale, bool(races.orbit_radius.size)),
-            width=width - width % 16,
+            width=width - width % 2,
         )
         write_film(path, _frames(scene, times.size, progress), fps)
     return path

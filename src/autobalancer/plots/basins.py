@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
@@ -22,6 +23,7 @@ COLORS = {
     "oscillating": "#56B4E9",
     "chaotic": "#CC79A7",
     "failed": "#222222",
+    "overlapping start": "#E3E3E3",
 }
 
 
@@ -67,10 +69,17 @@ def plot_basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         axes.set_xlabel(x_label)
         shading = "nearest" if min(values.shape) > 1 else "auto"
         axes.pcolormesh(x, y, values.T, cmap=colors, norm=norm, shading=shading, rasterized=True)
-        handles = [Patch(color=COLORS[n], label=f"{n} {100 * share[n]:.3g} %") for n in names if share[n] > 0.0]
-        axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), fontsize=8)
+        there = set(np.unique(found["state"].values))
+        handles = [
+            Patch(color=COLORS[name], label=f"{name} {100 * share[name]:.3g} %" if share[name] else name)
+            for number, name in enumerate(names)
+            if number in there
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4))
         if len(axes_names) == 2 and all("angle" in name for name in axes_names):
             axes.set_aspect("equal")
+            axes.xaxis.set_major_locator(MultipleLocator(90))
+            axes.yaxis.set_major_locator(MultipleLocator(90))
     return figure
 
 

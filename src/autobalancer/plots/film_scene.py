@@ -19,7 +19,7 @@ from autobalancer.plots.motion import Complexes, Floats, Moments, Races
 from autobalancer.plots.panels import deflection_panel, speed_panel
 from autobalancer.plots.style import INK, picture
 
-SIZE = (9.6, 5.44)  # inches; the width in pixels sets the resolution
+WIDTH, SHAPE = 9.6, 17.0 / 30.0  # inches, and height by width; the width in pixels sets the resolution
 
 
 class Scene:
@@ -40,7 +40,8 @@ class Scene:
         width: int,
     ) -> None:
         self.moments, self.unit = moments, unit
-        figure = picture(*SIZE, dpi=width / SIZE[0])
+        dpi, height = width / WIDTH, 2 * round(0.5 * SHAPE * width)  # video needs even numbers of pixels
+        figure = picture(WIDTH, (height + 0.01) / dpi, dpi=dpi)
         figure.set_layout_engine("none")  # fixed places: the picture must not shift with its labels
         self.canvas = cast(Any, FigureCanvasAgg(figure))
         above = figure.add_axes((0.0, 0.13, 0.49, 0.75))

@@ -28,8 +28,9 @@ from autobalancer.stability.averaged import (
     balanced_growth_rate,
 )
 from autobalancer.stability.borders import Border
-from autobalancer.stability.equilibria import Equilibrium, close_polygon
-from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.equilibria import Equilibrium
+from autobalancer.stability.lateral import Plane
+from autobalancer.stability.polygon import directions
 
 SEARCHED = 40.0  # borders are sought up to so many times the critical speed
 POINTS = 400
@@ -99,17 +100,12 @@ def _search(rate: object, low: float, high: float) -> tuple[float, str]:
 def _worst_states(p: Plane) -> list[Equilibrium]:
     """Isotropic: the ball positions of least |g2|. Orthotropic: positions from there to all balls in line."""
     weight = p.moment**2 / p.drag
-    g, greatest = float(weight.sum()), float(weight.max())
-    least = max(0.0, 2.0 * greatest - g)
+    g = float(weight.sum())
+    least = max(0.0, 2.0 * float(weight.max()) - g)
     levels = [least] if p.isotropic else list(np.linspace(least, g, 19))
-    return [Equilibrium("balanced", _positions(weight, level), 0j, max(weight.size - 2, 0), 0) for level in levels]
-
-
-def _positions(weight: Floats, level: float) -> Floats:
-    """Ball angles with |g2| = level."""
-    if weight.size == 1:
-        return np.zeros(1)
-    return 0.5 * close_polygon(weight, complex(level))[0]
+    doubled = [directions(weight, complex(level)) for level in levels]
+    freedom = max(weight.size - 2, 0)
+    return [Equilibrium("balanced", 0.5 * angles, 0j, freedom, 0) for angles in doubled if angles is not None]
 
 
 def damping_share(machine: Given, unbalance: complex | float | None = None) -> float:

@@ -9,6 +9,8 @@ Rule by which an end is named, in this order:
 - *chaotic*: the balls swing for ever, and two runs that start close together part exponentially;
 - *oscillating*: the balls swing for ever, and they do not.
 
+Starts at which balls of a race would overlap are marked as such and do not count in the shares.
+
 Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks.
 """
 
@@ -25,7 +27,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.assembly.system import Assembly, assemble, start_angles
+from autobalancer.catalog.resolve import occupied_angle
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.guided_balls import planar
@@ -58,7 +61,7 @@ from autobalancer.stability.floquet import Turn
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.states import eigenvalues_of, growth
 
-STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed")
+STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed", "overlapping start")
 REST = 1e-5  # ball speed over rotor speed
 TRUE = 1e-3  # distance of a race center over the deflection scale
 TURNING = 1e-2  # mean ball speed over rotor speed
@@ -137,6 +140,7 @@ def basin(
     starts, rates, shape = _starts(question, axes, random, seed)
     ends = _settle(question, starts, rates, workers, progress)
     states = np.array([_name(machine, question, end) for end in ends])
+    states[_overlapping(question, starts)] = STATES.index("overlapping start")
     return _dataset(machine, question, axes, shape, ends, states, seed)
 
 
@@ -162,7 +166,9 @@ def _starts(
     first[SPEED] = 0.0 if "acceleration" in axes else speed
     starts, rates = np.tile(first, (count, 1)), np.zeros(count)
     if not axes:
-        starts[:, BALLS : BALLS + n] = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, n))
+        generator = np.random.default_rng(seed)
+        balls = question.assembly.balls
+        starts[:, BALLS : BALLS + n] = [start_angles(balls, generator, given=False) for _ in range(count)]
     for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
         column = grid.ravel()
         kind, _, ball = name.partition("[")
@@ -257,6 +263,17 @@ def _name(machine: Machine, question: _Question, end: Floats) -> int:
     return STATES.index("in line")
 
 
+def _overlapping(question: _Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    found = np.zeros(starts.shape[0], np.bool_)
+    balls = question.assembly.balls
+    for i, one in enumerate(balls):
+        for j, other in enumerate(balls[:i]):
+            if (one.balancer, one.race) == (other.balancer, other.race):
+                apart = np.abs(np.angle(np.exp(1j * (starts[:, BALLS + i] - starts[:, BALLS + j]))))
+                found |= apart < 0.5 * occupied_angle([one, other]) * (1.0 - 1e-9)
+    return found
+
+
 def _diverges(machine: Machine, question: _Question, end: Floats) -> bool:
     """Whether neighboring runs part: growth of a small distance over 200 revolutions, renewed at every one."""
     turn = Turn(machine, question.p, question.speed)
@@ -298,7 +315,7 @@ def _dataset(
     units = {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}
     for name, (path, values) in zip(names, axes.items(), strict=True):
         unit = units[path.partition("[")[0]]
-        text = f"start: {path.replace('_', ' ')}" + (" in the rotor" if path != "acceleration" else "")
+        text = _axis_name(path)
         found = found.assign_coords({name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})})
     found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
     found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
@@ -306,10 +323,11 @@ def _dataset(
     found["final_deflection"] = (dims, deflection, {"long_name": "deflection at the end", "units": "m"})
     angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
     found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
-    counts = np.bincount(states, minlength=len(STATES))
-    low, high = _wilson(counts, states.size)
+    possible = states[states != STATES.index("overlapping start")]
+    counts = np.bincount(possible, minlength=len(STATES))
+    low, high = _wilson(counts, max(possible.size, 1))
     found = found.assign_coords(end=("end", list(STATES)))
-    found["share"] = ("end", counts / states.size, {"long_name": "share of the starts", "units": "1"})
+    found["share"] = ("end", counts / max(possible.size, 1), {"long_name": "share of the starts", "units": "1"})
     if not axes:
         found["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
         found["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
@@ -325,6 +343,14 @@ def _dataset(
         "seed": seed,
     }
     return found
+
+
+def _axis_name(path: str) -> str:
+    kind, _, ball = path.partition("[")
+    if kind == "acceleration":
+        return "acceleration of the run-up"
+    which = f"ball {ball.rstrip(']')}" if ball else "all balls"
+    return f"start {kind.removeprefix('ball_')} of {which} in the rotor"
 
 
 def _wilson(counts: np.ndarray[Any, Any], total: int) -> tuple[Floats, Floats]:

@@ -131,9 +131,13 @@ class Family:
                 _viscosities(self.machine)
             return
         if re.match(r"(drive|start|run)\b", name):
-            raise QuestionError(f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'")
+            raise QuestionError(
+                f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'"
+            )
         if "." not in name:
-            raise QuestionError(f"parameter: given {name!r}; must be a path like 'rotor.mass', or one of {', '.join(NAMES)}")
+            raise QuestionError(
+                f"parameter: given {name!r}; must be a path like 'rotor.mass', or one of {', '.join(NAMES)}"
+            )
         try:
             _entry(self.machine, name)
         except (AttributeError, IndexError):
@@ -191,5 +195,7 @@ def _entry(machine: Machine, path: str) -> float:
         for place in places:
             entry = entry[int(place) - 1]
     if isinstance(entry, bool) or not isinstance(entry, float):
-        raise QuestionError(f"parameter {path!r}: is {entry!r} in this machine; must be a number that can change smoothly")
+        raise QuestionError(
+            f"parameter {path!r}: is {entry!r} in this machine; must be a number that can change smoothly"
+        )
     return float(entry)

@@ -34,7 +34,10 @@ def coincident(angles: Floats, kind: list[tuple[float, ...]]) -> Groups:
     for ball in range(angles.size):
         for group in groups:
             first = group[0]
-            if kind[first] == kind[ball] and abs(math.remainder(angles[ball] - angles[first], 2.0 * math.pi)) < TOGETHER:
+            if (
+                kind[first] == kind[ball]
+                and abs(math.remainder(angles[ball] - angles[first], 2.0 * math.pi)) < TOGETHER
+            ):
                 group.append(ball)
                 break
         else:
@@ -47,7 +50,10 @@ def merged(p: Plane, groups: Groups) -> Plane:
     if len(groups) == p.moment.size:
         return p
     first = [group[0] for group in groups]
-    total = {name: np.array([getattr(p, name)[list(g)].sum() for g in groups]) for name in ("ball_mass", "moment", "inertia", "drag")}
+    total = {
+        name: np.array([getattr(p, name)[list(g)].sum() for g in groups])
+        for name in ("ball_mass", "moment", "inertia", "drag")
+    }
     return replace(p, race=p.race[first], offset=p.offset[first], **total)
 
 
