@@ -63,6 +63,8 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
+    "image_scrapers": ("matplotlib", "gallery_pictures.scrape"),
+    "ignore_repr_types": r"matplotlib|autobalancer\.plots",
 }
 
 # what follows writes the generated pages

@@ -63,6 +63,7 @@ def test_a_gif_has_the_frames_and_the_length_asked_for(run: xr.Dataset, tmp_path
     )
     with Image.open(path) as film:
         assert film.n_frames == 15
+        assert film.convert("RGB").getpixel((2, 2)) == (255, 255, 255)
         lengths = [frame.info["duration"] for frame in ImageSequence.Iterator(film)]
     assert sum(lengths) == 500  # 30 frames a second do not fit the hundredths of a GIF; the whole film does
     assert calls == [(k, 15) for k in range(1, 16)]

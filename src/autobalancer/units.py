@@ -41,7 +41,7 @@ class Given(float):
 def _registry() -> Any:
     import pint
 
-    registry: Any = pint.UnitRegistry(cache_folder=None)
+    registry: Any = pint.UnitRegistry(cache_folder=None, on_redefinition="ignore")
     registry.define("hertz = 2 * pi * radian / second = Hz")  # a speed in Hz counts revolutions
     registry.define("cSt = 1e-6 * m**2 / s = centistokes")
     registry.define("gmm = 1e-6 * kg * m = g_mm")

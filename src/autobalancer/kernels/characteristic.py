@@ -139,5 +139,3 @@ def growth_rates(points: Matrix, rates: Floats, frequencies: Floats, roots: Matr
             if i != skip and (best < 0 or roots[i, 0] > roots[best, 0]):
                 best = i
         rates[n], frequencies[n] = roots[best, 0], abs(roots[best, 1])
-
-

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from numba import njit
 
+from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.system import DRIVE, HILL, KIND, START, UNBALANCE, System
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def drive_value(time: float, system: System) -> tuple[float, float]:
     """The drive's profile (speed or torque) and its rate of change."""
     segment = system.now[0]
@@ -23,7 +24,7 @@ def drive_value(time: float, system: System) -> tuple[float, float]:
     return c0 + (time - system.segments[segment, START]) * c1, c1
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def unbalance_value(time: float, system: System) -> tuple[float, float]:
     """The resultant unbalance (Ux, Uy) in the rotor, kg m."""
     segment = system.now[0]
@@ -32,7 +33,7 @@ def unbalance_value(time: float, system: System) -> tuple[float, float]:
     return ux + s * system.segments[segment, UNBALANCE + 2], uy + s * system.segments[segment, UNBALANCE + 3]
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def table_torque(speed: float, system: System) -> float:
     """Torque from the table over speed, held constant outside it; 0 without a table."""
     table = system.torque_table

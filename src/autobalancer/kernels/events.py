@@ -6,12 +6,13 @@ import math
 
 from numba import njit
 
+from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.system import BALLS, SPEED, Floats, X, Y
 
 DEFLECTION, ROTOR_SPEED, BALL_SPEED_IN_ROTOR, BALL_SPEED_IN_SPACE, FASTEST_BALL = range(5)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def event_value(kind: int, ball: int, level: float, y: Floats) -> float:
     """The quantity less the level; zero at the event."""
     count = (y.size - BALLS) // 2

@@ -8,11 +8,11 @@ unit vectors at the ball, d = c + m eps E cos(gamma - phi), U the unbalance, a =
 
 from __future__ import annotations
 
-import math
-
-from numba import float64, njit, void
+from numba import njit
 
 from autobalancer.kernels.drive import drive_value, table_torque, unbalance_value
+from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.system import (
     BALLS,
     DRAG,
@@ -35,107 +35,110 @@ from autobalancer.kernels.system import (
     System,
     X,
     Y,
-    system_type,
-    vector_type,
 )
+from autobalancer.kernels.trigonometry import sine_cosine
 
 
-@njit(
-    void(float64, vector_type, vector_type, system_type),
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-    fastmath={"contract", "nsz", "arcp"},
-)
-def planar(time: float, y: Floats, dy: Floats, p: System) -> None:
-    """Time derivative of the state of :mod:`autobalancer.kernels.system`."""
-    count = p.balls.shape[0]
+@njit(**EQUATIONS)
+def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
+    """Time derivative ``dy`` of the state ``y`` of :mod:`autobalancer.kernels.system`."""
+    p = behind(system)
+    balls = p.balls
+    count = balls.shape[0]
+    x1, y1, vx, vy = y[X], y[Y], y[VX], y[VY]
     speed, acceleration = y[SPEED], 0.0
     drive, drive_rate = drive_value(time, p)
     if p.drive == PRESCRIBED:
         speed, acceleration = drive, drive_rate
 
-    # axes of the frame: rotor-fixed vectors appear turned by `turn`, space-fixed ones by `back`
-    if p.rotating == 1.0:
-        turn_cos, turn_sin, frame_speed = 1.0, 0.0, speed
-    else:
-        turn_cos, turn_sin, frame_speed = math.cos(y[THETA]), math.sin(y[THETA]), 0.0
+    # axes of the frame: rotor-fixed vectors appear turned by `turn`, space-fixed ones by its inverse
     gx, gy = p.gravity_x, p.gravity_y
-    if p.rotating == 1.0 and (gx != 0.0 or gy != 0.0):
-        c, s = math.cos(y[THETA]), math.sin(y[THETA])
+    heavy = gx != 0.0 or gy != 0.0
+    turn_sin, turn_cos, frame_speed = 0.0, 1.0, speed
+    if p.rotating != 1.0:
+        turn_sin, turn_cos = sine_cosine(y[THETA])
+        frame_speed = 0.0
+    elif heavy:
+        s, c = sine_cosine(y[THETA])
         gx, gy = c * gx + s * gy, c * gy - s * gx
 
     ux, uy = unbalance_value(time, p)
     ux, uy = turn_cos * ux - turn_sin * uy, turn_sin * ux + turn_cos * uy
     square = speed * speed
-    force_x = -p.stiffness_x * y[X] - p.damping_x * y[VX] + ux * square
-    force_y = -p.stiffness_y * y[Y] - p.damping_y * y[VY] + uy * square
+    force_x = -p.stiffness_x * x1 - p.damping_x * vx + ux * square
+    force_y = -p.stiffness_y * y1 - p.damping_y * vy + uy * square
     arm_x, arm_y = -uy, ux  # column that couples A with w'
     mass_xx, mass_xy, mass_yy = p.mass, 0.0, p.mass
     inertia = p.polar_inertia
     torque = ux * gy - uy * gx
 
     for i in range(count):
-        angle, ball_speed = y[BALLS + i], y[BALLS + count + i]
-        c, s = math.cos(angle), math.sin(angle)
-        nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
-        tx, ty = -ny, nx
-        moment, mass = p.balls[i, MOMENT], p.balls[i, MASS]
-        row = moment * (tx * gx + ty * gy) - p.balls[i, DRAG] * ball_speed
-        spin = p.balls[i, SPIN]
+        ball_speed = y[BALLS + count + i]
         in_space = speed + ball_speed
-        lean_x, lean_y = moment * tx, moment * ty
+        moment, spin = balls[i, MOMENT], balls[i, SPIN]
+        s, c = sine_cosine(y[BALLS + i])
+        nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
+        lean_x, lean_y = -moment * ny, moment * nx
+        row = -balls[i, DRAG] * ball_speed
         pull = moment * in_space * in_space
-        force_x += pull * nx + mass * gx
-        force_y += pull * ny + mass * gy
-        torque += moment * (nx * gy - ny * gx)
-        ec, es = p.balls[i, OFFSET_X], p.balls[i, OFFSET_Y]
+        force_x += pull * nx
+        force_y += pull * ny
+        arm_x += lean_x
+        arm_y += lean_y
+        if heavy:
+            row += lean_x * gx + lean_y * gy
+            force_x += balls[i, MASS] * gx
+            force_y += balls[i, MASS] * gy
+            torque += lean_x * gx + lean_y * gy
+        ec, es = balls[i, OFFSET_X], balls[i, OFFSET_Y]
         if ec != 0.0 or es != 0.0:
             along = moment * (ec * c + es * s)  # m eps E cos(gamma - phi)
             across = moment * (es * c - ec * s)  # m eps E sin(gamma - phi)
-            ex, ey = turn_cos * ec - turn_sin * es, turn_sin * ec + turn_cos * es
-            force_x += mass * ex * square
-            force_y += mass * ey * square
-            lean_x -= mass * ey
-            lean_y += mass * ex
+            ex = balls[i, MASS] * (turn_cos * ec - turn_sin * es)
+            ey = balls[i, MASS] * (turn_sin * ec + turn_cos * es)
+            force_x += ex * square
+            force_y += ey * square
+            arm_x -= ey
+            arm_y += ex
             row += across * square
             spin += along
             inertia += 2.0 * along
-            torque += mass * (ex * gy - ey * gx) - across * ball_speed * (in_space + speed)
-        p.balls[i, LEAN_X] = moment * tx
-        p.balls[i, LEAN_Y] = moment * ty
-        p.balls[i, PUSH] = row
-        p.balls[i, TWIST] = spin
-        inverse = 1.0 / p.balls[i, INERTIA]
-        share = moment * inverse
-        mass_xx -= moment * share * tx * tx
-        mass_xy -= moment * share * tx * ty
-        mass_yy -= moment * share * ty * ty
-        force_x -= share * row * tx
-        force_y -= share * row * ty
-        arm_x += lean_x - share * spin * tx
-        arm_y += lean_y - share * spin * ty
-        inertia -= spin * spin * inverse
-        torque -= spin * row * inverse
+            torque += ex * gy - ey * gx - across * ball_speed * (in_space + speed)
+        # the ball row, divided by its inertia, put into the rows of host and rotor
+        inverse = 1.0 / balls[i, INERTIA]
+        push, twist = row * inverse, spin * inverse
+        share_x, share_y = lean_x * inverse, lean_y * inverse
+        mass_xx -= lean_x * share_x
+        mass_xy -= lean_x * share_y
+        mass_yy -= lean_y * share_y
+        force_x -= lean_x * push
+        force_y -= lean_y * push
+        arm_x -= lean_x * twist
+        arm_y -= lean_y * twist
+        inertia -= spin * twist
+        torque -= spin * push
+        balls[i, PUSH], balls[i, TWIST] = push, twist
+        balls[i, LEAN_X], balls[i, LEAN_Y] = share_x, share_y
 
-    determinant = 1.0 / (mass_xx * mass_yy - mass_xy * mass_xy)
+    # A = a - b w'; only one product waits for w', because it comes last and after a division
+    determinant = mass_xx * mass_yy - mass_xy * mass_xy
+    inverse = 1.0 / determinant
+    wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x
+    ax, ay = (mass_yy * force_x - mass_xy * force_y) * inverse, (mass_xx * force_y - mass_xy * force_x) * inverse
+    bx, by = wx * inverse, wy * inverse
     if p.drive != PRESCRIBED:
         torque += drive + table_torque(speed, p) - p.torque_damping * speed
-        wx = (mass_yy * arm_x - mass_xy * arm_y) * determinant
-        wy = (mass_xx * arm_y - mass_xy * arm_x) * determinant
-        acceleration = (torque - wx * force_x - wy * force_y) / (inertia - wx * arm_x - wy * arm_y)
-    force_x -= arm_x * acceleration
-    force_y -= arm_y * acceleration
-    ax = (mass_yy * force_x - mass_xy * force_y) * determinant
-    ay = (mass_xx * force_y - mass_xy * force_x) * determinant
+        needed = torque * determinant - wx * force_x - wy * force_y
+        acceleration = needed / (inertia * determinant - wx * arm_x - wy * arm_y)
 
-    dy[X] = y[VX] + frame_speed * y[Y]
-    dy[Y] = y[VY] - frame_speed * y[X]
-    dy[VX] = ax + frame_speed * y[VY]
-    dy[VY] = ay - frame_speed * y[VX]
+    dy[X] = vx + frame_speed * y1
+    dy[Y] = vy - frame_speed * x1
+    dy[VX] = ax + frame_speed * vy - bx * acceleration
+    dy[VY] = ay - frame_speed * vx - by * acceleration
     dy[THETA] = speed
     dy[SPEED] = acceleration
     for i in range(count):
-        push = p.balls[i, PUSH] - p.balls[i, LEAN_X] * ax - p.balls[i, LEAN_Y] * ay
+        free = balls[i, PUSH] - balls[i, LEAN_X] * ax - balls[i, LEAN_Y] * ay
+        bound = balls[i, TWIST] - balls[i, LEAN_X] * bx - balls[i, LEAN_Y] * by
         dy[BALLS + i] = y[BALLS + count + i]
-        dy[BALLS + count + i] = (push - p.balls[i, TWIST] * acceleration) / p.balls[i, INERTIA]
+        dy[BALLS + count + i] = free - bound * acceleration

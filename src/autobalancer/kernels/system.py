@@ -64,4 +64,5 @@ integers_type = types.Array(types.int64, 1, "C")
 system_type = types.NamedTuple(
     [types.float64] * 9 + [types.int64, types.float64] + [matrix_type] * 3 + [integers_type], System
 )
-rhs_type = types.FunctionType(types.void(types.float64, vector_type, vector_type, system_type))
+numbers_type = types.CPointer(types.float64)
+rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.CPointer(system_type)))

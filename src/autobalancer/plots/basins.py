@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -67,7 +68,7 @@ def plot_basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
             y, values = np.array([0.0, 1.0]), np.column_stack([values, values])
             axes.set_yticks([])
         axes.set_xlabel(x_label)
-        shading = "nearest" if min(values.shape) > 1 else "auto"
+        shading: Literal["nearest", "auto"] = "nearest" if min(values.shape) > 1 else "auto"
         axes.pcolormesh(x, y, values.T, cmap=colors, norm=norm, shading=shading, rasterized=True)
         there = set(np.unique(found["state"].values))
         handles = [

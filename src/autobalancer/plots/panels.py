@@ -16,7 +16,10 @@ BEHIND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8}
 def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisUnit) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
     drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
-    least, most = float(drawn.min()), float(drawn.max())
+    drawn = drawn[np.isfinite(drawn)]
+    least, most = float(drawn.min(initial=np.inf)), float(drawn.max(initial=-np.inf))
+    if not drawn.size:
+        least, most = 0.0, 1.0
     least = min(least, 0.0) if least < 0.6 * most else least
     for level in critical:
         if not 0.9 * least <= level <= 1.1 * most:
@@ -61,6 +64,8 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     axes.set_ylabel(f"deflection ({unit.sign})")
     if deflections.is_envelope:
         legend(axes)
+    if not np.isfinite(high).any():
+        return
     peak = int(np.nanargmax(high))
     late = time[peak] - time[0] > 0.6 * (time[-1] - time[0])
     axes.plot(time[peak], high[peak], "o", ms=4, color=INK, label="_peak")

@@ -5,9 +5,10 @@ With x = Re[a_x e^(i W t)], y = Im[a_y e^(i W t)], a = A + iB (4.18) and the for
     a_x' = -i/(2 M W) [W^2 F + 2 W sum s e^(i phi) phi' - D_x a_x],   D_x = k_x - M W^2 + i b_x W,   likewise a_y
     beta phi' = s W Im[e^(-i phi) (W c - i Z')],   c = Z + E,   F = U + sum m E + sum s e^(i phi),   s = m eps
 
-Corrected against the print: the sign in (4.24), cos to sin in row 4 of matrix B (4.68). The inertia of the ball angle is
-left out, as in the source, so these are results for heavily damped balls: with beta of the order of I w_c or more and S
-below about 0.1 the borders found here are those of the exact equations to a percent; with lighter damping they are not.
+Corrected against the print: the sign in (4.24), cos to sin in row 4 of matrix B (4.68). The inertia of the ball angle
+is left out, as in the source, and motions are slow against the speed. So borders found here are those of the exact
+equations only for heavily damped balls and small S: the decay rate beta/I of a ball large against that of the rotor,
+b/(2M), and against (N S/2) w_c, and N S/2 below about 0.1. Then they agree to better than a percent.
 """
 
 from __future__ import annotations

@@ -1,21 +1,10 @@
-"""Averaged borders, from the eigenvalue problem and in closed form, and the release speed.
-
-On isotropic supports and for races on the axis the averaged equations see the balls only through g = sum s^2/beta and
-|g2|, g2 = sum (s^2/beta) e^(2 i phi), s = m eps. For g2 = 0, the worst case, they are stable if and only if
-
-    (w_c^2 g / (2 b)) (W^2 + w_c^2) < W^2 - w_c^2,
-
-which is (4.74) of Spannan (2021) for two equal balls (g = 2 (m eps)^2/beta) and (A.7) for one ball, for which it is
-sufficient only. N equal balls: g = N (m eps)^2/beta, so the greatest admissible S = (m eps w_c)^2/(b beta) is 2/N.
-
-For balls without inertia the exact equations give W > w_c (1 + w_c^2 g/(2 b)), the same to first order; so the *never* of
-the averaged border is a property of the averaging, not of the balancer.
-"""
+"""The averaged border from the eigenvalue problem of the averaged equations, by root finding."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -75,13 +64,12 @@ def averaged_border(
         return Border("averaged border", *_search(lambda w: balanced_growth_rate(p, w), low, high))
     if np.any(p.offset != 0.0):
         raise QuestionError("averaged border: the worst case over the unbalance needs races on the axis of the rotor")
-    found = [_search(lambda w, s=s: averaged_growth_rate(p, w, s), low, high) for s in _worst_states(p)]
+    found = [_search(partial(averaged_growth_rate, p, state=s), low, high) for s in worst_states(p)]
     speed, note = max(found, key=lambda pair: pair[0])
     return Border("averaged border, worst case", speed, note)
 
 
-def _search(rate: object, low: float, high: float) -> tuple[float, str]:
-    assert callable(rate)
+def _search(rate: Callable[[float], float], low: float, high: float) -> tuple[float, str]:
     speeds = low + np.geomspace(1e-7 * low, high - low, POINTS)
     rates = np.array([rate(speed) for speed in speeds])
     if np.isnan(rates[-1]):
@@ -97,7 +85,7 @@ def _search(rate: object, low: float, high: float) -> tuple[float, str]:
     return float(brentq(rate, speeds[last], speeds[last + 1], xtol=1e-12 * high, rtol=1e-13)), ""
 
 
-def _worst_states(p: Plane) -> list[Equilibrium]:
+def worst_states(p: Plane) -> list[Equilibrium]:
     """Isotropic: the ball positions of least |g2|. Orthotropic: positions from there to all balls in line."""
     weight = p.moment**2 / p.drag
     g = float(weight.sum())
@@ -106,84 +94,3 @@ def _worst_states(p: Plane) -> list[Equilibrium]:
     doubled = [directions(weight, complex(level)) for level in levels]
     freedom = max(weight.size - 2, 0)
     return [Equilibrium("balanced", 0.5 * angles, 0j, freedom, 0) for angles in doubled if angles is not None]
-
-
-def damping_share(machine: Given, unbalance: complex | float | None = None) -> float:
-    """w_c^2 g / (2 b), S N/2 for N equal balls: the averaged balanced state is stable at high speed if it is below 1.
-
-    Raises
-    ------
-    QuestionError
-        If the supports are not isotropic, a race is off the axis, or rotor or balls are undamped.
-    """
-    p = averaged_plane(machine, unbalance)
-    _closed_form(p)
-    return float(p.stiffness[0] / p.mass * (p.moment**2 / p.drag).sum() / (2.0 * p.damping[0]))
-
-
-def explicit_averaged_border(machine: Given) -> Border:
-    """Averaged border in closed form, worst case over the unbalance: (4.74) and (A.7) for any balls on the axis.
-
-    Raises
-    ------
-    QuestionError
-        As :func:`damping_share`.
-    """
-    p = averaged_plane(machine)
-    share = damping_share(p)
-    if share >= 1.0:
-        return Border("averaged border, worst case", math.inf, "never: S reaches its limit (Spannan 2021, 4.75)")
-    speed = math.sqrt(p.stiffness[0] / p.mass * (1.0 + share) / (1.0 - share))
-    return Border("averaged border, worst case", speed, "sufficient only" if p.moment.size == 1 else "")
-
-
-def minimum_drag(machine: Given, speed: float = math.inf) -> float:
-    """Drag beta that every ball needs for an averaged border at ``speed``, N m s; (4.74) solved for beta.
-
-    At infinite speed this is (4.75): N/2 times (m eps w_c)^2 / b for N equal balls.
-
-    Raises
-    ------
-    QuestionError
-        As :func:`damping_share`, or if the speed is not above the critical one.
-    """
-    p = averaged_plane(machine)
-    _closed_form(replace(p, drag=np.ones_like(p.drag)))
-    square = p.stiffness[0] / p.mass
-    if not speed**2 > square:
-        raise QuestionError(
-            f"minimum drag: given a speed of {speed:.6g} rad/s; must be above the critical {math.sqrt(square):.6g} rad/s"
-        )
-    factor = (1.0 + square / speed**2) / (1.0 - square / speed**2)
-    return float(square * (p.moment**2).sum() / (2.0 * p.damping[0]) * factor)
-
-
-def linear_release_speed(machine: Given) -> Border:
-    """Release speed (4.73) for N equal balls with linear drag and without friction, w_c (1 + N S).
-
-    A torque balance: N balls that stall at the critical speed bend the rotor by N m eps w_c/b, which pulls each of them
-    along with (m eps)^2 N w_c^3/b at most; the drag beta (W - w_c) outgrows this at the release speed.
-
-    Raises
-    ------
-    QuestionError
-        As :func:`damping_share`, or if the balls are not equal.
-    """
-    p = averaged_plane(machine)
-    share = damping_share(p)
-    if np.ptp(p.moment) > 0.0 or np.ptp(p.drag) > 0.0:
-        raise QuestionError("release speed: the closed form (4.73) is for equal balls; simulate the run-up instead")
-    critical = math.sqrt(p.stiffness[0] / p.mass)
-    return Border("release speed", critical * (1.0 + 2.0 * share), "for a drag that is linear and no friction")
-
-
-def _closed_form(p: Plane) -> None:
-    reasons = {
-        "it has no balls": p.moment.size == 0,
-        "its supports are not isotropic": not p.isotropic,
-        "a race is off the axis": bool(np.any(p.offset != 0.0)),
-        "its rotor or its balls are undamped": p.damping[0] <= 0.0 or not (p.drag > 0.0).all(),
-    }
-    for reason, true in reasons.items():
-        if true:
-            raise QuestionError(f"averaged border: no closed form for this machine: {reason}")

@@ -1,7 +1,7 @@
 """Two equal balls in one race, eccentric or not, on orthotropic supports: resting angles and deflection in closed form.
 
-Spannan (2021), (4.52)-(4.67), with exp(-i gamma) on the right of (4.51), which is what makes them solutions. The torque on
-each ball vanishes because the forward whirl carries the race center onto the axis of rotation, Z = -E e^(i gamma).
+Spannan (2021), (4.52)-(4.67), with exp(-i gamma) on the right of (4.51), which is what makes them solutions. The torque
+on each ball vanishes because the forward whirl carries the race center onto the axis of rotation, Z = -E e^(i gamma).
 """
 
 from __future__ import annotations

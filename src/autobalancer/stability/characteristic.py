@@ -17,6 +17,9 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+Floats = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class PlanarBalancer:
@@ -59,19 +62,60 @@ def planar_eigenvalues(balancer: PlanarBalancer, speed: float, spread: float) ->
     return np.asarray(w * np.roots(polynomial.coef.real[::-1]), np.complex128)
 
 
+def growth_rates(balancer: PlanarBalancer, speeds: Floats, spreads: Floats | float) -> tuple[Floats, Floats]:
+    """Growth rates (1/s) at many speeds, and the frequencies (rad/s, seen in the rotor) of what grows: compiled.
+
+    The same as :func:`growth_rate`, which also steps in where two eigenvalues nearly coincide and the iteration fails.
+    """
+    return scaled_growth_rates(scaled_points(balancer, speeds, spreads), balancer.critical_speed)
+
+
+def scaled_points(balancer: PlanarBalancer, speeds: Floats, spreads: Floats | float) -> Matrix:
+    """Rows (speed, damping, drag, coupling, spread), all scaled as in :mod:`autobalancer.kernels.characteristic`."""
+    b, critical = balancer, balancer.critical_speed
+    points = np.empty((speeds.size, 5))
+    points[:, 0] = speeds / critical
+    points[:, 1] = b.damping / (b.mass * critical)
+    points[:, 2] = b.drag / (b.inertia * critical)
+    points[:, 3] = 0.5 * b.count * b.moment**2 / (b.inertia * b.mass)
+    points[:, 4] = np.minimum(np.asarray(spreads) / b.count, 1.0)
+    return points
+
+
+def scaled_growth_rates(points: Matrix, critical: Floats | float) -> tuple[Floats, Floats]:
+    """Growth rates and frequencies of scaled points, times the critical speed."""
+    from autobalancer.kernels import characteristic as kernel  # loads compiled code: only when needed
+
+    rates, frequencies = np.empty(len(points)), np.empty(len(points))
+    kernel.growth_rates(points, rates, frequencies, np.zeros((8, 2)))
+    for row in np.flatnonzero(np.isnan(rates)):
+        speed, damping, drag, coupling, spread = (float(x) for x in points[row])
+        unit = PlanarBalancer(1.0, 1.0, damping, 2, float(np.sqrt(coupling)), 1.0, drag)
+        rates[row], frequencies[row] = _leading(unit, speed, 2.0 * spread)
+    return rates * critical, frequencies * critical
+
+
 def growth_rate(balancer: PlanarBalancer, speed: float, spread: float) -> float:
     """Greatest real part of the eigenvalues, 1/s; the balanced state is stable where it is negative.
 
     For balls in line (|S2| = N) one eigenvalue is zero by symmetry and does not count.
     """
+    return _leading(balancer, speed, spread)[0]
+
+
+def _leading(balancer: PlanarBalancer, speed: float, spread: float) -> tuple[float, float]:
     values = planar_eigenvalues(balancer, speed, spread)
     if balancer.count - spread < 1e-9 * balancer.count:
         values = np.delete(values, np.argmin(np.abs(values)))
-    return float(values.real.max())
+    best = values[np.argmax(values.real)]
+    return float(best.real), float(abs(best.imag))
 
 
 def worst_case_border(balancer: PlanarBalancer) -> float:
     """Exact border speed for |S2| = 0, rad/s, from the explicit curve with the whirl frequency as parameter.
+
+    It is the worst case over the unbalance for a well damped rotor; where the rotor is damped lightly, balls in line
+    (|S2| = N) may have a higher border.
 
     With D = M (w^2 - w_c^2): beta(w)^2 = (c N I w^4 / 2) / (D (1 + D^2/(b w)^2)), W = w + beta D / (I b w). beta falls
     with w; below its limit for w to infinity the balanced state is never stable and the border is infinite.
@@ -96,18 +140,3 @@ def worst_case_border(balancer: PlanarBalancer) -> float:
         return critical
     w = critical * (1.0 + np.exp(brentq(miss, low, high, xtol=1e-13)))
     return float(w + b.drag * b.mass * (w * w - critical * critical) / (b.inertia * b.damping * w))
-
-
-def exact_border(balancer: PlanarBalancer, spread: float, highest: float) -> float:
-    """Lowest speed from which on the balanced state is stable up to ``highest`` (rad/s); infinite if not there."""
-    speeds = balancer.critical_speed + np.geomspace(
-        1e-6 * balancer.critical_speed, highest - balancer.critical_speed, 600
-    )
-    rates = np.array([growth_rate(balancer, speed, spread) for speed in speeds])
-    unstable = np.flatnonzero(rates >= 0.0)
-    if unstable.size == 0:
-        return balancer.critical_speed
-    last = unstable[-1]
-    if last == speeds.size - 1:
-        return float("inf")
-    return float(brentq(lambda w: growth_rate(balancer, w, spread), speeds[last], speeds[last + 1], xtol=1e-10))

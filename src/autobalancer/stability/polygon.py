@@ -13,8 +13,8 @@ from autobalancer.stability.lateral import Floats
 def directions(lengths: Floats, target: complex) -> Floats | None:
     """Angles (rad) with sum lengths e^(i angle) = target; none if there are no such.
 
-    The vectors and the target are the sides of a polygon. Cut where half of its perimeter is passed: the sides before, the
-    one that passes it, and those after form a triangle, which exists whenever no side is longer than all others together.
+    The vectors and the target are the sides of a polygon. Cut where half of its perimeter is passed: the sides before,
+    the one that passes it, and those after form a triangle, which exists if no side is longer than all others together.
     The other solutions of two vectors are the mirror image in the target; for more vectors there is a continuum.
     """
     sides = np.append(lengths, abs(target))

@@ -1,8 +1,8 @@
 """Speed ranges in which balls are drawn towards the light side: the forward whirl must lag by more than a quarter turn.
 
-On orthotropic supports the balls feel the forward part of the whirl only; the backward part averages out over a turn. The
-averaged torque balances where Re(1/D) < 0, 1/D = (1/D_x + 1/D_y)/2 the forward receptance. Without damping this gives the
-two ranges of Spannan (2021), section 4.2.1: w_x to w_r and above w_y, w_r^2 = (w_x^2 + w_y^2)/2 (4.71).
+On orthotropic supports the balls feel the forward part of the whirl only; the backward part averages out over a turn.
+The averaged torque balances where Re(1/D) < 0, 1/D = (1/D_x + 1/D_y)/2 the forward receptance. Without damping this
+gives the two ranges of Spannan (2021), section 4.2.1: w_x to w_r and above w_y, w_r^2 = (w_x^2 + w_y^2)/2 (4.71).
 
 It is necessary, not sufficient: within a range the averaged or the exact border says from which speed on the balanced
 state is stable.
@@ -42,13 +42,13 @@ def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
     detuning = [Polynomial([k / (p.mass * unit), -1.0]) for k in p.stiffness]
     amount = [d**2 + Polynomial([0.0, b**2 / (p.mass**2 * unit)]) for d, b in zip(detuning, p.damping, strict=True)]
     lag = detuning[0] * amount[1] + detuning[1] * amount[0]
-    roots = lag.roots()
-    edges = sorted(float(r.real) for r in roots if r.real > 0.0 and abs(r.imag) < 1e-7 * abs(r))
+    roots = np.asarray(lag.roots(), np.complex128)
+    edges = sorted(roots.real[(roots.real > 0.0) & (np.abs(roots.imag) < 1e-7 * np.abs(roots))].tolist())
     points = [0.0, *edges, 2.0 * max(edges, default=1.0)]
     windows: list[Window] = []
     for first, last in zip(points, [*edges, math.inf], strict=False):
         inside = 2.0 * first + 1.0 if last == math.inf else 0.5 * (first + last)
-        if lag(inside) < 0.0 and last > first:
+        if float(lag(inside)) < 0.0 and last > first:
             low, high = math.sqrt(first * unit), math.sqrt(last * unit)
             if windows and windows[-1][1] == low:  # a double root parts nothing
                 low = windows.pop()[0]

@@ -15,6 +15,8 @@ from autobalancer.stability.vector_field import Field, Numbers
 
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
+LARGEST_RESONANCE = 100.0
+
 
 class Range:
     """The free parameter between its ends, and the sizes in which states are counted."""
@@ -57,9 +59,10 @@ class Range:
 
 
 def size(plane: Plane) -> float:
-    """A length that suits the deflections of a machine, m."""
+    """A length that suits the deflections of a machine at resonance, m."""
     drives = abs(plane.unbalance) + float(plane.moment.sum())
     length = drives / plane.mass + float(np.abs(plane.offset).max(initial=0.0))
+    length *= min(max(1.0, math.sqrt(plane.stiffness[0] * plane.mass) / max(plane.damping[0], 1e-300)), LARGEST_RESONANCE)
     if length == 0.0:
         raise QuestionError("branches: the machine has neither unbalance nor balls; nothing can be followed")
     return length

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from autobalancer.kernels.system import Floats, Integers, integers_type, matrix_type, vector_type
+from autobalancer.kernels.system import Floats, Integers, Matrix, integers_type, matrix_type, vector_type
 
 # places in Memory.clock
 TIME, STEP, END, LONGEST, ERROR = range(5)
@@ -15,19 +15,21 @@ TIME, STEP, END, LONGEST, ERROR = range(5)
 ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, NEXT_BIN, NEXT_TURN, EVENTS_SEEN, FRESH = range(8)
 COUNTS = 8
 
+BLOCK = 4  # components that are worked on at once; work arrays are as wide as a multiple of it
+
 
 class Memory(NamedTuple):
-    """State, step size, counters and work arrays of one integration of n equations."""
+    """State, step size, counters and work arrays of one integration of n equations, w >= n wide."""
 
     clock: Floats  # (5,) time, next step, end, longest step, last error
-    counts: Integers  # (8,)
+    counts: Integers  # (COUNTS,)
     state: Floats  # (n,)
-    start: Floats  # (n,) state at the begin of the last step
-    trial: Floats  # (n,) work
-    stages: Floats  # (total, n) work
-    dense: Floats  # (degree, n) dense output of the last step
-    absolute: Floats  # (n,) tolerance
-    relative: Floats  # (n,) tolerance
+    start: Floats  # (w,) state at the begin of the last step
+    trial: Floats  # (w,) work
+    stages: Matrix  # (total, w) work
+    dense: Matrix  # (degree, w) dense output of the last step
+    absolute: Floats  # (w,) tolerance
+    relative: Floats  # (w,) tolerance
 
 
 memory_type = types.NamedTuple(
@@ -44,14 +46,16 @@ def memory(
 ) -> Memory:
     """A fresh memory that starts at time 0 from ``state``; the first step is chosen by the stepper."""
     n = state.size
+    extra = -n % BLOCK
+    width = n + extra
     return Memory(
         np.array([0.0, 0.0, end, longest, 1.0]),
-        np.zeros(8, np.int64),
+        np.zeros(COUNTS, np.int64),
         np.array(state, np.float64),
-        np.array(state, np.float64),
-        np.zeros(n),
-        np.zeros((total, n)),
-        np.zeros((degree, n)),
-        np.array(absolute, np.float64),
-        np.array(relative, np.float64),
+        np.pad(np.asarray(state, np.float64), (0, extra)),
+        np.zeros(width),
+        np.zeros((total, width)),
+        np.zeros((degree, width)),
+        np.pad(np.asarray(absolute, np.float64), (0, extra), constant_values=1.0),
+        np.pad(np.asarray(relative, np.float64), (0, extra)),
     )

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from numba import njit, types
 
 from autobalancer.kernels.events import event_value
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.memory import (
     EVENTS_SEEN,
     NEXT_BIN,
@@ -64,7 +65,7 @@ record_type = types.NamedTuple(
 )  # fmt: skip
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def component(i: int, x: float, m: Memory) -> float:
     """Component i of the state at the fraction x of the step."""
     degree = m.dense.shape[0]
@@ -74,7 +75,7 @@ def component(i: int, x: float, m: Memory) -> float:
     return m.start[i] + value
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def slope(i: int, x: float, m: Memory) -> float:
     """Derivative of :func:`component` with respect to x."""
     degree = m.dense.shape[0]
@@ -84,14 +85,14 @@ def slope(i: int, x: float, m: Memory) -> float:
     return value
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@njit(**COMPILED)
 def evaluate(x: float, m: Memory, out: Floats) -> None:
     """The whole state at the fraction x of the step."""
     for i in range(out.size):
         out[i] = component(i, x, m)
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@njit(**COMPILED)
 def record_samples(left: float, right: float, r: Record, m: Memory) -> None:
     """States at the sample times in (left, right]."""
     while m.counts[NEXT_SAMPLE] < r.sample_times.size:
@@ -103,13 +104,13 @@ def record_samples(left: float, right: float, r: Record, m: Memory) -> None:
         m.counts[NEXT_SAMPLE] += 1
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _growth(x: float, m: Memory) -> float:
     """Half the derivative of the squared deflection."""
     return component(X, x, m) * slope(X, x, m) + component(Y, x, m) * slope(Y, x, m)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _note(x: float, left: float, width: float, r: Record, m: Memory) -> None:
     time = left + x * width
     deflection = math.hypot(component(X, x, m), component(Y, x, m))
@@ -120,7 +121,7 @@ def _note(x: float, left: float, width: float, r: Record, m: Memory) -> None:
     r.bin_high[number] = max(r.bin_high[number], deflection)
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@njit(**COMPILED)
 def record_envelope(left: float, right: float, r: Record, m: Memory) -> None:
     """Extrema of the deflection in every bin: at turning points inside the step and at edges."""
     if m.counts[NEXT_BIN] >= r.bin_low.size:
@@ -156,7 +157,7 @@ def record_envelope(left: float, right: float, r: Record, m: Memory) -> None:
         m.counts[NEXT_BIN] += 1
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@njit(**COMPILED)
 def record_turns(left: float, right: float, end: float, r: Record, m: Memory) -> None:
     """States at equal steps of the rotor angle, in a ring that holds the last revolutions."""
     size = r.turn_states.shape[0]
@@ -166,7 +167,7 @@ def record_turns(left: float, right: float, end: float, r: Record, m: Memory) ->
     if last <= first:
         return
     speed = (last - first) / (right - left)
-    number = int(math.floor(first / r.turn_step)) + 1
+    number = math.floor(first / r.turn_step) + 1
     if speed * (end - left) > 2.0 * math.pi * (2.0 * r.turn_count + 1.0):
         return  # still far from the end
     while number * r.turn_step <= last:
@@ -187,7 +188,7 @@ def record_turns(left: float, right: float, end: float, r: Record, m: Memory) ->
         number += 1
 
 
-@njit(error_model="numpy", cache=True, nogil=True)
+@njit(**COMPILED)
 def find_events(left: float, right: float, p: System, r: Record, m: Memory) -> float:
     """Log the events of a step in order; the fraction of the step at which the run ends, or 2."""
     position = 0.0

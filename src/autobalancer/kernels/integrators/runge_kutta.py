@@ -11,8 +11,10 @@ from collections.abc import Callable
 
 from numba import int64, njit
 
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
+    BLOCK,
     END,
     ERROR,
     EVALUATIONS,
@@ -35,61 +37,70 @@ from autobalancer.kernels.integrators.record import (
     record_type,
 )
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
+from autobalancer.kernels.pointers import address, data
 from autobalancer.kernels.system import START, Floats, System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
 
 
-@njit(inline="always", error_model="numpy")
-def _stages(first: int, last: int, step: float, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
-    n = m.state.size
+@njit(**INLINE)
+def _sums(row: int, i: int, t, m):  # type: ignore[no-untyped-def]
+    """Row of the tableau times the stages, for the BLOCK of components that begins at i."""
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    first, columns, values, stages = data(t.first), data(t.columns), data(t.values), data(m.stages)
+    for entry in range(first[row], first[row + 1]):
+        weight, place = values[entry], columns[entry] * m.trial.size + i
+        a += weight * stages[place]
+        b += weight * stages[place + 1]
+        c += weight * stages[place + 2]
+        d += weight * stages[place + 3]
+    return a, b, c, d
+
+
+@njit(**INLINE)
+def _do_stages(first: int, last: int, step: float, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
+    start, trial = data(m.start), data(m.trial)
     for stage in range(first, last):
-        for i in range(n):
-            m.trial[i] = 0.0
-        for j in range(stage):
-            weight = t.weights[stage, j]
-            if weight != 0.0:
-                for i in range(n):
-                    m.trial[i] += weight * m.stages[j, i]
-        for i in range(n):
-            m.trial[i] = m.start[i] + step * m.trial[i]
-        rhs(m.clock[TIME] + t.nodes[stage] * step, m.trial, m.stages[stage], p)
+        for i in range(0, m.trial.size, BLOCK):
+            a, b, c, d = _sums(stage, i, t, m)
+            a, b = start[i] + step * a, start[i + 1] + step * b
+            c, d = start[i + 2] + step * c, start[i + 3] + step * d
+            trial[i], trial[i + 1], trial[i + 2], trial[i + 3] = a, b, c, d
+        rhs(m.clock[TIME] + t.nodes[stage] * step, trial, data(m.stages[stage]), p)
     m.counts[EVALUATIONS] += last - first
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
+def _weight(i: int, m) -> float:  # type: ignore[no-untyped-def]
+    start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
+    return 1.0 / (absolute[i] + relative[i] * max(abs(start[i]), abs(trial[i])))
+
+
+@njit(**INLINE)
 def _error(step: float, t, m) -> float:  # type: ignore[no-untyped-def]
     """Weighted error of the step; ``m.trial`` holds the new state."""
-    n = m.state.size
     fine, coarse = 0.0, 0.0
-    for i in range(n):
-        weight = 1.0 / (m.absolute[i] + m.relative[i] * max(abs(m.start[i]), abs(m.trial[i])))
-        estimate, correction = 0.0, 0.0
-        for j in range(t.main):
-            estimate += t.error[0, j] * m.stages[j, i]
-            correction += t.error[1, j] * m.stages[j, i]
-        fine += (estimate * weight) ** 2
-        coarse += (correction * weight) ** 2
+    for i in range(0, m.trial.size, BLOCK):
+        wa, wb, wc, wd = _weight(i, m), _weight(i + 1, m), _weight(i + 2, m), _weight(i + 3, m)
+        a, b, c, d = _sums(t.total, i, t, m)
+        fine += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
+        a, b, c, d = _sums(t.total + 1, i, t, m)
+        coarse += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
     if fine == 0.0:
         return 0.0
-    return step * fine / math.sqrt((fine + 0.01 * coarse) * n)
+    return step * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _dense(step: float, t, m) -> None:  # type: ignore[no-untyped-def]
-    n = m.state.size
-    degree = t.dense.shape[1]
-    for j in range(degree):
-        for i in range(n):
-            m.dense[j, i] = 0.0
-        for stage in range(t.total):
-            weight = step * t.dense[stage, j]
-            if weight != 0.0:
-                for i in range(n):
-                    m.dense[j, i] += weight * m.stages[stage, i]
+    for power in range(t.degree):
+        for i in range(0, m.trial.size, BLOCK):
+            a, b, c, d = _sums(t.total + 2 + power, i, t, m)
+            dense = data(m.dense[power])
+            dense[i], dense[i + 1], dense[i + 2], dense[i + 3] = step * a, step * b, step * c, step * d
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _first_step(m) -> float:  # type: ignore[no-untyped-def]
     """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
     size, rate = 0.0, 0.0
@@ -102,7 +113,7 @@ def _first_step(m) -> float:  # type: ignore[no-untyped-def]
     return min(0.01 * math.sqrt(size / rate), m.clock[END] - m.clock[TIME])
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _wanted(reach: float, r, m) -> bool:  # type: ignore[no-untyped-def]
     if r.bin_low.size > 0 or r.turn_states.shape[0] > 0:
         return True
@@ -110,7 +121,7 @@ def _wanted(reach: float, r, m) -> bool:  # type: ignore[no-untyped-def]
     return number < r.sample_times.size and r.sample_times[number] <= reach
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _shorten(x: float, m) -> None:  # type: ignore[no-untyped-def]
     """Rescale the dense output to the part of the step before x."""
     factor = 1.0
@@ -120,12 +131,7 @@ def _shorten(x: float, m) -> None:  # type: ignore[no-untyped-def]
             m.dense[j, i] *= factor
 
 
-@njit(
-    int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64),
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
+@njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
 def advance(
     rhs: Callable[[float, Floats, Floats, System], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
 ) -> int:
@@ -133,6 +139,7 @@ def advance(
 
     Calling it again goes on where it stopped, to the last bit as if it had never stopped.
     """
+    parameters = address(p)
     n = m.state.size
     segments = p.segments.shape[0]
     last = t.main - 1
@@ -151,7 +158,7 @@ def advance(
         if p.now[0] + 1 < segments:
             stop = min(stop, p.segments[p.now[0] + 1, START])
         if m.counts[FRESH] == 0:
-            rhs(time, m.state, m.stages[0], p)
+            rhs(time, data(m.state), data(m.stages), parameters)
             m.counts[EVALUATIONS] += 1
             m.counts[FRESH] = 1
             if m.clock[STEP] == 0.0:
@@ -162,7 +169,7 @@ def advance(
             reach, step = stop, stop - time
         for i in range(n):
             m.start[i] = m.state[i]
-        _stages(1, t.main, step, rhs, p, t, m)
+        _do_stages(1, t.main, step, rhs, parameters, t, m)
         error = _error(step, t, m)
         if not error <= 1.0:  # also when it is not a number
             m.counts[REJECTED] += 1
@@ -179,7 +186,7 @@ def advance(
         ended = 2.0
         if anything:
             if watch or _wanted(reach, r, m):
-                _stages(t.main, t.total, step, rhs, p, t, m)
+                _do_stages(t.main, t.total, step, rhs, parameters, t, m)
                 _dense(step, t, m)
             if watch:
                 ended = find_events(time, reach, p, r, m)

@@ -6,32 +6,52 @@ The dense output is a polynomial in the step fraction x: ``y(x) = y0 + h sum_s k
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from autobalancer.kernels.integrators import dormand_prince_8 as dp8
-from autobalancer.kernels.system import Floats, matrix_type, vector_type
+from autobalancer.kernels.system import Floats, Matrix, vector_type
 
 
 class Tableau(NamedTuple):
-    """One pair. ``s`` main stages, ``s + e`` stages in all, dense output of degree ``d``."""
+    """One pair: ``main`` stages, ``total`` stages with those for the dense output of degree ``degree``.
 
-    main: int  # s
-    total: int  # s + e
+    All sums over stages stand in one sparse matrix: row s makes the argument of stage s, row ``total`` the error
+    estimate, row ``total + 1`` its lower-order correction (perhaps empty), and from ``total + 2`` on the
+    coefficients of x, x^2, ... of the dense output.
+    """
+
+    main: int
+    total: int
+    degree: int
     order: int  # exponent of the error estimate: error ~ h^order
-    nodes: Floats  # (s + e,)
-    weights: Floats  # (s + e, s + e) strictly lower triangular
-    error: Floats  # (2, s) estimate and, if the pair has one, its lower-order correction
-    dense: Floats  # (s + e, d)
+    nodes: Floats  # (total,)
+    first: NDArray[np.int64]  # (rows + 1,) where the entries of a row begin
+    columns: NDArray[np.int64]  # the stage of each entry; ascending in a row, because the latest stage comes last
+    values: Floats  # its weight
+
+    @property
+    def dense(self) -> Matrix:
+        """Weight of each stage in each power of x in the dense output, (total, degree)."""
+        return self.matrix[self.total + 2 :].T
+
+    @property
+    def matrix(self) -> Matrix:
+        """All rows in full, (total + 2 + degree, total)."""
+        full = np.zeros((self.first.size - 1, self.total))
+        rows = np.repeat(np.arange(self.first.size - 1), np.diff(self.first))
+        full[rows, self.columns] = self.values
+        return full
 
 
-tableau_type = types.NamedTuple(
-    [types.int64, types.int64, types.int64, vector_type, matrix_type, matrix_type, matrix_type], Tableau
-)
+_places = types.Array(types.int64, 1, "C")
+tableau_type = types.NamedTuple([types.int64] * 4 + [vector_type, _places, _places, vector_type], Tableau)
 
 
 @cache
@@ -65,36 +85,37 @@ def tsitouras() -> Tableau:
         [0.0, -27.896526289197286, 65.09189467479366, -34.87065786149661],
         [0.0, 1.5, -4.0, 2.5],
     ]
-    return _pack(7, 5, c, rows, [error, [0.0] * 7], dense)
+    return _pack(7, 5, c, [*rows, error, [], *np.transpose(dense)])
 
 
 @cache
 def dormand_prince_8() -> Tableau:
     """Dormand-Prince 8(5,3), twelve stages and three more for the seventh-order dense output."""
-    main, total = 13, 16
-    rows = [list(row) for row in dp8.A]
-    rows[12] = list(dp8.B)  # the first twelve stages make the solution; the thirteenth is taken there
+    total = len(dp8.C)
+    rows = [*dp8.A[:12], dp8.B, *dp8.A[13:]]  # twelve stages make the solution; the thirteenth is taken there
     # nested form of the source: x (F0 + (1-x)(F1 + x (F2 + (1-x)(F3 + ...)))), F linear in the stages
     solution, first, last = np.zeros(total), np.zeros(total), np.zeros(total)
     solution[:12] = dp8.B
     first[0] = last[12] = 1.0
     terms = [solution, first - solution, 2.0 * solution - first - last, *(np.asarray(row) for row in dp8.D)]
-    x, basis, dense = Polynomial([0.0, 1.0]), Polynomial([1.0]), np.zeros((total, 7))
+    x, basis, dense = Polynomial([0.0, 1.0]), Polynomial([1.0]), np.zeros((7, total))
     for number, term in enumerate(terms):
         basis = basis * (x if number % 2 == 0 else 1.0 - x)
         shape = basis.coef[1:]
-        dense[:, : shape.size] += np.outer(term, shape)
-    return _pack(main, 8, list(dp8.C), rows, [list(dp8.E5), list(dp8.E3)], dense.tolist())
+        dense[: shape.size] += np.outer(shape, term)
+    return _pack(13, 8, list(dp8.C), [*rows, dp8.E5, dp8.E3, *dense])
 
 
-def _pack(
-    main: int, order: int, c: list[float], rows: list[list[float]], error: list[list[float]], dense: list[list[float]]
-) -> Tableau:
-    total = len(rows)
-    weights = np.zeros((total, total))
-    for number, row in enumerate(rows):
-        weights[number, : len(row)] = row
-    estimate = np.zeros((2, main))
-    for number, line in enumerate(error):
-        estimate[number, : len(line)] = line
-    return Tableau(main, total, order, np.array(c), weights, estimate, np.array(dense))
+def _pack(main: int, order: int, nodes: list[float], rows: list[Sequence[float]]) -> Tableau:
+    entries = [[(column, value) for column, value in enumerate(row) if value != 0.0] for row in rows]
+    flat = [entry for row in entries for entry in row]
+    return Tableau(
+        main=main,
+        total=len(nodes),
+        degree=len(rows) - len(nodes) - 2,
+        order=order,
+        nodes=np.array(nodes, np.float64),
+        first=np.cumsum([0, *(len(row) for row in entries)]),
+        columns=np.array([column for column, _ in flat], np.int64),
+        values=np.array([value for _, value in flat], np.float64),
+    )

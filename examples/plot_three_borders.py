@@ -1,0 +1,50 @@
+"""
+Three border speeds and one run-up
+==================================
+
+From which speed on does the balancer work? The averaged border, the exact border and the release speed answer
+three different questions. A slow run-up of two lightly damped balls shows which is which.
+"""
+
+# %%
+# The stall-and-release machine, with a run-up of 5 rad/s in each second, slow enough for the release.
+
+from pathlib import Path
+
+import numpy as np
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+
+here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+machine = ab.load_machine(here / "machines" / "stall_and_release.toml")
+slow = with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
+run = ab.simulate(slow, duration=90.0)
+borders = {border.name: border.speed for border in ab.border_speeds(slow)}
+
+# %%
+# The balls leave the rotor at the critical speed. From the exact border on the balanced state is stable: balls
+# that were there would stay, but these are not there. At the averaged border nothing happens at all. They break
+# away at the release speed.
+
+figure = ab.plot_run_up(run, speed_unit="rad/s")
+colors = {"averaged border": "#009E73", "exact border": "#D55E00", "release speed": "#CC79A7"}
+for name, color in colors.items():
+    passed = float(np.interp(borders[name], run["speed"], run["time"]))
+    for axes in figure.axes:
+        axes.axvline(passed, color=color, lw=1.2)
+    label = f"{name}, {borders[name]:.0f} rad/s"
+    figure.axes[0].text(passed - 0.4, 10.0, label, color=color, rotation=90, ha="right", fontsize=8)
+
+# %%
+# The same balls, started on the rotor at 300 rad/s, between exact and averaged border, find their places.
+
+constant = {"kind": "speed", "profile": {"kind": "constant", "speed": "300 rad/s"}}
+there = ab.simulate(with_parameter(slow, "drive", constant), duration=60.0)
+left = ab.residual_vibration(there)
+
+released = ab.release_speed(run).values
+print({name: round(speed, 1) for name, speed in borders.items()})
+print(f"broke away at {released.max():.1f} rad/s; from a start at 300 rad/s {1e6 * left:.2f} um are left")
+assert np.allclose(released, borders["release speed"], rtol=0.01)
+assert left < 1e-6
