@@ -1,17 +1,6 @@
 """Which end state follows from which start: basins of attraction, as a map and in percent.
 
-Rule by which an end is named, in this order:
-
-- *balanced*: the balls rest and every race with balls that are not in one row runs true (center within 1/1000 of the
-  deflection scale of the axis of rotation);
-- *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
-- *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
-- *chaotic*: the balls swing for ever, and two runs that start close together part exponentially;
-- *oscillating*: the balls swing for ever, and they do not.
-
-Starts at which balls of a race would overlap are marked as such and do not count in the shares.
-
-Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks.
+The rule by which an end is named stands in :mod:`autobalancer.stability.end_states`.
 """
 
 from __future__ import annotations
@@ -20,21 +9,19 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble, start_angles
-from autobalancer.catalog.resolve import occupied_angle
+from autobalancer.assembly.system import assemble, start_angles
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
-from autobalancer.kernels.settle import FAILED, RESTING, settle
+from autobalancer.kernels.settle import settle
 from autobalancer.kernels.system import (
     BALLS,
     DRIVE,
@@ -56,25 +43,12 @@ from autobalancer.kernels.system import (
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.record import record_for
+from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
-from autobalancer.stability.floquet import Turn
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.states import eigenvalues_of, growth
 
-STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed", "overlapping start")
-REST = 1e-5  # ball speed over rotor speed
-TRUE = 1e-3  # distance of a race center over the deflection scale
-TURNING = 1e-2  # mean ball speed over rotor speed
 ROWS = 128  # runs handed to a thread at once
-
-
-@dataclass(frozen=True)
-class _Question:
-    assembly: Assembly
-    p: Plane
-    speed: float
-    hold: float
-    tolerance: float
 
 
 def basin(
@@ -136,11 +110,11 @@ def basin(
     if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
         raise QuestionError("basin: give one or two axes, or a number of random starts")
     assembly = assemble(machine, seed=seed)
-    question = _Question(assembly, p, speed, hold or _long_enough(machine, p, speed), tolerance)
+    question = Question(machine, assembly, p, speed, hold or _long_enough(machine, p, speed), tolerance)
     starts, rates, shape = _starts(question, axes, random, seed)
     ends = _settle(question, starts, rates, workers, progress)
-    states = np.array([_name(machine, question, end) for end in ends])
-    states[_overlapping(question, starts)] = STATES.index("overlapping start")
+    states = np.array([end_state(question, end) for end in ends])
+    states[overlapping(question, starts)] = STATES.index("overlapping start")
     return _dataset(machine, question, axes, shape, ends, states, seed)
 
 
@@ -153,7 +127,7 @@ def _long_enough(machine: Machine, p: Plane, speed: float) -> float:
 
 
 def _starts(
-    question: _Question, axes: Mapping[str, Sequence[float]], random: int, seed: int
+    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int
 ) -> tuple[Matrix, Floats, tuple[int, ...]]:
     n, speed = question.p.moment.size, question.speed
     values = [np.asarray(v, np.float64) for v in axes.values()]
@@ -187,7 +161,7 @@ def _starts(
     return starts, rates, shape
 
 
-def _system(question: _Question, ramp: bool) -> System:
+def _system(question: Question, ramp: bool) -> System:
     """A copy for one thread: constant speed, or a ramp up to it."""
     rows = np.zeros((2 if ramp else 1, SEGMENT_COLUMNS))
     rows[:, 1] = LINEAR
@@ -199,7 +173,7 @@ def _system(question: _Question, ramp: bool) -> System:
 
 
 def _settle(
-    question: _Question,
+    question: Question,
     starts: Matrix,
     rates: Floats,
     workers: int | None,
@@ -237,70 +211,9 @@ def _settle(
     return ends
 
 
-def _name(machine: Machine, question: _Question, end: Floats) -> int:
-    p, n = question.p, question.p.moment.size
-    size = BALLS + 2 * n
-    if end[size] == FAILED:
-        return STATES.index("failed")
-    speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
-    if end[size] != RESTING:
-        if np.abs(speed).max() > TURNING * question.speed:
-            return STATES.index("stalled")
-        if swing.max() > math.radians(1.0):
-            return STATES.index("chaotic" if _diverges(machine, question, end) else "oscillating")
-    z = complex(end[X], end[Y])
-    if not question.assembly.system.rotating:
-        z *= np.exp(-1j * end[THETA])
-    center = z + p.offset
-    scale = float(question.assembly.scale[X])
-    along = np.exp(-1j * end[BALLS : BALLS + n]) * center
-    row = np.abs(along.imag) <= 0.02 * np.abs(along)
-    true = np.abs(center) <= TRUE * scale
-    if true.any() and (true | row).all():
-        return STATES.index("balanced")
-    if len(set(np.sign(along.real[~true]))) <= 1:
-        return STATES.index("coincident")
-    return STATES.index("in line")
-
-
-def _overlapping(question: _Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    found = np.zeros(starts.shape[0], np.bool_)
-    balls = question.assembly.balls
-    for i, one in enumerate(balls):
-        for j, other in enumerate(balls[:i]):
-            if (one.balancer, one.race) == (other.balancer, other.race):
-                apart = np.abs(np.angle(np.exp(1j * (starts[:, BALLS + i] - starts[:, BALLS + j]))))
-                found |= apart < 0.5 * occupied_angle([one, other]) * (1.0 - 1e-9)
-    return found
-
-
-def _diverges(machine: Machine, question: _Question, end: Floats) -> bool:
-    """Whether neighboring runs part: growth of a small distance over 200 revolutions, renewed at every one."""
-    turn = Turn(machine, question.p, question.speed)
-    z = complex(end[X], end[Y])
-    v = complex(end[VX], end[VY])
-    if question.assembly.system.rotating:
-        z, v = z * np.exp(1j * end[THETA]), v * np.exp(1j * end[THETA])
-    n = question.p.moment.size
-    back = np.exp(-1j * end[THETA])
-    z, v = z * back, v * back
-    state = np.concatenate([[z.real, z.imag, v.real, v.imag], end[BALLS : BALLS + 2 * n]])
-    small, total = 1e-7, 0.0
-    other = state.copy()
-    other[4] += small
-    for number in range(300):
-        state, other = turn(state), turn(other)
-        apart = (other - state) / turn.scale
-        distance = float(np.linalg.norm(apart))
-        if number >= 100:
-            total += math.log(max(distance, 1e-300) / small)
-        other = state + (other - state) * small / max(distance, 1e-300)
-    return total / 200.0 > 0.01
-
-
 def _dataset(
     machine: Machine,
-    question: _Question,
+    question: Question,
     axes: Mapping[str, Sequence[float]],
     shape: tuple[int, ...],
     ends: Matrix,

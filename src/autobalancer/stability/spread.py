@@ -37,8 +37,9 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
         values = _spreads(np.exp(1j * angles), groups, share)
         if np.isnan(values).all():
             continue
-        least, most = np.unravel_index(np.nanargmin(values), values.shape), np.unravel_index(
-            np.nanargmax(values), values.shape
+        least, most = (
+            np.unravel_index(np.nanargmin(values), values.shape),
+            np.unravel_index(np.nanargmax(values), values.shape),
         )
         if values[least] < low + 0.02 * count:
             low = min(low, _refined(angles, int(least[1]), groups, share, 1.0))
