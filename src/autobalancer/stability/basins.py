@@ -72,10 +72,10 @@ def basin(
     speed
         Final rotor speed, rad/s.
     axes
-        Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls (rad/s,
-        in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at rest with a
-        ramp), each with its values. What is not varied is as in the machine; without ``acceleration`` the rotor
-        starts at ``speed``, undeflected.
+        Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
+        (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
+        rest with a ramp), each with its values. What is not varied is as in the machine; without ``acceleration`` the
+        rotor starts at ``speed``, undeflected.
     random
         Instead of axes: so many starts with random ball angles in the rotor.
     seed
@@ -91,8 +91,8 @@ def basin(
     Returns
     -------
     xarray.Dataset
-        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``; ``share`` of each
-        state with a 95 % interval (Wilson 1927) for random starts.
+        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``; ``share`` of
+        each state with a 95 % interval (Wilson 1927) for random starts.
 
     Raises
     ------
@@ -156,7 +156,8 @@ def _starts(
             starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
         else:
             raise QuestionError(
-                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, acceleration"
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, "
+                "acceleration"
             )
     return starts, rates, shape
 

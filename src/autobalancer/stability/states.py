@@ -38,8 +38,8 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
     Returns
     -------
     xarray.Dataset
-        Along ``state``: name (*balanced*, *coincident*, *in line*), ball angles (rad), deflection (m; its forward part on
-        orthotropic supports), residual unbalance, dimension of the continuum, eigenvalues (1/s; Floquet exponents on
+        Along ``state``: name (*balanced*, *coincident*, *in line*), ball angles (rad), deflection (m; its forward part
+        on orthotropic supports), residual unbalance, dimension of the continuum, eigenvalues (1/s; Floquet exponents on
         orthotropic supports), growth rate, verdict, and what moves in the leading mode. States that differ only by an
         exchange of equal balls are listed once.
 
