@@ -27,14 +27,14 @@ borders = {border.name: border.speed for border in ab.border_speeds(slow)}
 # that were there would stay, but these are not there. At the averaged border nothing happens at all. They break
 # away at the release speed.
 
-figure = ab.plot_run_up(run, speed_unit="rad/s")
+figure = ab.plot_run_up(run, speed_unit="rad/s", start=45.0)
 colors = {"averaged border": "#009E73", "exact border": "#D55E00", "release speed": "#CC79A7"}
 for name, color in colors.items():
     passed = float(np.interp(borders[name], run["speed"], run["time"]))
     for axes in figure.axes:
         axes.axvline(passed, color=color, lw=1.2)
-    label = f"{name}, {borders[name]:.0f} rad/s"
-    figure.axes[0].text(passed - 0.4, 10.0, label, color=color, rotation=90, ha="right", fontsize=8)
+    panel = figure.axes[0]
+    panel.text(passed + 0.2, 0.03, name, transform=panel.get_xaxis_transform(), color=color, fontsize=9)
 
 # %%
 # The same balls, started on the rotor at 300 rad/s, between exact and averaged border, find their places.

@@ -16,7 +16,7 @@ from autobalancer.stability.averaged import (
     averaged_plane,
     balanced_growth_rate,
 )
-from autobalancer.stability.borders import Border
+from autobalancer.stability.border import Border
 from autobalancer.stability.equilibria import Equilibrium
 from autobalancer.stability.lateral import Plane
 from autobalancer.stability.polygon import directions

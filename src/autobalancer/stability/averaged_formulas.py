@@ -1,4 +1,4 @@
-"""The averaged border, its limit for heavy damping and the release speed in closed form.
+"""The averaged border in closed form, and the exact border of balls without inertia.
 
 On isotropic supports and for races on the axis the averaged equations see the balls only through g = sum s^2/beta and
 |g2|, g2 = sum (s^2/beta) e^(2 i phi), s = m eps. For g2 = 0, the worst case, they are stable if and only if
@@ -22,7 +22,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged import Given, averaged_plane
-from autobalancer.stability.borders import Border
+from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Plane
 
 
@@ -90,25 +90,6 @@ def minimum_drag(machine: Given, speed: float = math.inf) -> float:
         )
     factor = (1.0 + square / speed**2) / (1.0 - square / speed**2)
     return float(square * (p.moment**2).sum() / (2.0 * p.damping[0]) * factor)
-
-
-def linear_release_speed(machine: Given) -> Border:
-    """Release speed (4.73) for N equal balls with linear drag and without friction, w_c (1 + N S).
-
-    A torque balance: N balls that stall at the critical speed bend the rotor by N m eps w_c/b, which pulls each of them
-    along with (m eps)^2 N w_c^3/b at most; the drag beta (W - w_c) outgrows this at the release speed.
-
-    Raises
-    ------
-    QuestionError
-        As :func:`damping_share`, or if the balls are not equal.
-    """
-    p = averaged_plane(machine)
-    share = damping_share(p)
-    if np.ptp(p.moment) > 0.0 or np.ptp(p.drag) > 0.0:
-        raise QuestionError("release speed: the closed form (4.73) is for equal balls; simulate the run-up instead")
-    critical = math.sqrt(p.stiffness[0] / p.mass)
-    return Border("release speed", critical * (1.0 + 2.0 * share), "for a drag that is linear and no friction")
 
 
 def _closed_form(p: Plane) -> None:

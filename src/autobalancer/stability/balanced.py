@@ -1,9 +1,9 @@
 """Growth rate of the balanced state over the speed, for any planar machine without gravity in its plane.
 
-Three routes, the fastest that is exact: equal balls in races with one center by the polynomial of degree eight, other
-machines on isotropic supports by the eigenvalues of their linearized equations, orthotropic supports by the multipliers
-over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand for
-it, from the least to the greatest |S2| where that decides.
+Three routes, the fastest that is exact: equal balls in races with one center by the polynomial of degree eight; other
+machines on isotropic supports by the eigenvalues of their linearized equations; orthotropic supports by the multipliers
+over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand
+for it, from the least to the greatest |S2| where that decides.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates
-from autobalancer.stability.equilibria import Equilibrium, close_polygon, equilibria_of
+from autobalancer.stability.equilibria import Equilibrium, _running_true, close_polygon
 from autobalancer.stability.floquet import periodic_state
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.linear import eigensystem, kept, matrices
@@ -50,7 +50,7 @@ def target(p: Plane, speed: float, center: complex) -> complex:
 
 @dataclass(frozen=True)
 class EqualBalls:
-    """Equal balls in races with one center: only |S2| counts. ``place`` in its range: 0 is the least, 1 the greatest."""
+    """Equal balls in races with one center: only |S2| counts. ``place`` in its range: 0 the least, 1 the greatest."""
 
     plane: Plane
     place: float = 0.0
@@ -66,7 +66,8 @@ class EqualBalls:
         p, center = self.plane, complex(self.plane.offset[0])
         if center == 0.0:
             return np.full(speeds.size, abs(p.fixed_load) / p.moment[0])
-        return np.array([abs(target(p, float(w), center)) for w in speeds]) / p.moment[0]
+        sizes = np.array([abs(target(p, float(w), center)) for w in speeds])
+        return np.asarray(sizes / p.moment[0], np.float64)
 
     def spreads(self, speeds: Floats) -> Floats:
         """|S2| at each speed; nan where the balls are too weak."""
@@ -84,18 +85,16 @@ class EqualBalls:
         count = self.balancer.count
         if count == 2:
             return spread_of_two(shares)
-        if self.plane.offset[0] == 0.0:
-            low, high = spread_range(count, float(shares[0]))
-            return np.full(shares.size, low + self.place * (high - low))
-        grid, lows, highs = self._table
-        low, high = np.interp(shares, grid, lows), np.interp(shares, grid, highs)
-        return np.asarray(low + self.place * (high - low))
+        grid, values = self._table
+        return np.asarray(np.interp(shares, grid, values))
 
     @cached_property
-    def _table(self) -> tuple[Floats, Floats, Floats]:
-        grid = np.linspace(0.0, self.balancer.count, 40 * self.balancer.count + 1)
-        ends = np.array([spread_range(self.balancer.count, float(share)) for share in grid])
-        return grid, ends[:, 0], ends[:, 1]
+    def _table(self) -> tuple[Floats, Floats]:
+        """|S2| over the resultant: one value if the race is centric, else a table."""
+        count, center = self.balancer.count, self.plane.offset[0]
+        grid = self.shares(np.ones(1)) if center == 0.0 else np.linspace(0.0, count, 40 * count + 1)
+        low, high = np.array([spread_range(count, min(float(share), float(count))) for share in grid]).T
+        return grid, low + self.place * (high - low)
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ class AnyBalls:
     """Balls on isotropic supports. ``leading`` are directions of all but the two heaviest balls, from the target on."""
 
     plane: Plane
-    leading: tuple[float, ...] | None = None  # None: the states that equilibria_of lists
+    leading: tuple[float, ...] | None = None  # None: the states in which a race runs true
     route: str = "eigenvalues"
 
     def rates(self, speeds: Floats) -> Floats:
@@ -124,7 +123,7 @@ class AnyBalls:
         if p.dynamic_stiffness(speed) == 0.0:
             return []
         if self.leading is None:
-            return [state for state in equilibria_of(p, speed) if state.name == "balanced"]
+            return running_true(p, speed)
         center = complex(p.offset[0])
         wanted = target(p, speed, center)
         order = np.argsort(-p.moment, kind="stable")
@@ -153,7 +152,7 @@ class OnOrthotropicSupports:
         p = self.plane
         if p.dynamic_stiffness(speed) == 0.0:
             return math.nan
-        states = [state for state in equilibria_of(p, speed) if state.name == "balanced"]
+        states = running_true(p, speed)
         if np.ptp(p.moment) == 0.0:
             states = states[:1]  # the mirror image is an exchange of equal balls
         found = []
@@ -178,6 +177,13 @@ def balanced_states(machine: Machine, p: Plane) -> list[Balanced]:
     if count > 2 and one_center:
         return [AnyBalls(p), *_sampled(p)]
     return [AnyBalls(p)]
+
+
+def running_true(p: Plane, speed: float) -> list[Equilibrium]:
+    """The states in which at least one race runs true."""
+    stiffness = p.dynamic_stiffness(speed)
+    centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
+    return [state for center in centers for state in _running_true(p, speed, stiffness, center)]
 
 
 def equal_balls(p: Plane) -> bool:

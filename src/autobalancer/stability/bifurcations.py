@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from autobalancer.stability.continuation import CORRECTIONS, NoConvergence, Point, between, locate
-from autobalancer.stability.lateral import Complexes, Floats
+from autobalancer.stability.continuation import CORRECTIONS, NoConvergence, Point, locate
+from autobalancer.stability.lateral import Complexes, Floats, Matrix
 from autobalancer.stability.steady import Steady
-from autobalancer.stability.symmetry import Groups, joined, meeting, restoring, splittings
+from autobalancer.stability.symmetry import Groups, gathered, joined, meeting, restoring, splittings
 
 SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
 SINGULAR = 1e-6  # singular value below which the equations have two curves through a point
@@ -35,14 +35,12 @@ class Special:
     ends: bool = False  # beyond it the curve is its own copy with balls exchanged
 
 
-def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point, fresh: bool) -> list[Special]:
-    """All special points between two points of a curve, in order; ``fresh`` if ``a`` itself is a branch point."""
-    found = _hopf_points(problem, a, b)
-    if not fresh:
-        meetings = _meetings(problem, kind, a, b)
-        found += meetings + _splittings(problem, a, b)
-        if not meetings:
-            found += _folds_and_branch_points(problem, a, b)
+def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
+    """All special points between two points of a curve, in order."""
+    meetings = _meetings(problem, kind, a, b)
+    found = _hopf_points(problem, a, b) + meetings + _splittings(problem, a, b)
+    if not meetings:
+        found += _folds_and_branch_points(problem, a, b)
     chord = (b.u - a.u) * problem.weight
     return sorted(found, key=lambda s: float(chord @ s.point.u))
 
@@ -80,20 +78,9 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     chosen = int(np.argmin(np.where(values.imag > SMALL, np.abs(values.real), np.inf)))
     q, w = vectors[:, chosen].astype(np.complex128), float(values[chosen].imag)
     c = np.conj(q) / np.vdot(q, q)
-    eye = np.eye(d)
     for _ in range(CORRECTIONS):
-        j = problem.jacobian(u)
-        shares, weights = problem.span.offsets(float(u[-1]))
-        moved = sum(m * problem.jacobian(np.append(u[:-1], s)) @ q for s, m in zip(shares, weights, strict=True))
-        bent = np.array([problem.second(u, q, row.astype(np.complex128)) for row in eye]).T
-        # unknowns: state, share, w, Re q, Im q
-        complex_rows = np.column_stack([bent, moved, -1j * q, j - 1j * w * eye, 1j * (j - 1j * w * eye)])
-        norm = np.concatenate([np.zeros(d + 2), c, 1j * c])
-        state_rows = np.column_stack([j, problem.slope(u), np.zeros((d, 2 * d + 1))])
-        matrix = np.vstack([state_rows, complex_rows.real, complex_rows.imag, norm.real, norm.imag])
-        miss, length = (j - 1j * w * eye) @ q, c @ q - 1.0
-        right = -np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
-        step = np.linalg.solve(matrix, right)
+        matrix, miss = hopf_equations(problem, u, w, q, c)
+        step = np.linalg.solve(matrix, -miss)
         u, w = u + step[: d + 1], w + float(step[d + 1])
         q = q + step[d + 2 : 2 * d + 2] + 1j * step[2 * d + 2 :]
         if np.abs(step).max() < 1e-12 or not np.all(np.isfinite(step)):
@@ -103,6 +90,22 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     q = as_ball_angle(q)
     lyapunov = lyapunov_coefficient(problem, u, q, w)
     return Special("Hopf", Point(u, guess.tangent), w * problem.span.frequency, lyapunov, q)
+
+
+def hopf_equations(problem: Steady, u: Floats, w: float, q: Complexes, c: Complexes) -> tuple[Matrix, Floats]:
+    """Derivative and mismatch of F = 0, (J - i w) q = 0, c.q = 1 in state, share, w, Re q, Im q."""
+    d = u.size - 1
+    eye, j = np.eye(d), problem.jacobian(u)
+    shares, weights = problem.span.offsets(float(u[-1]))
+    moved = sum(m * problem.jacobian(np.append(u[:-1], s)) @ q for s, m in zip(shares, weights, strict=True))
+    bent = problem.second(u, np.broadcast_to(q, (d, d)), eye.astype(np.complex128)).T
+    turning = j - 1j * w * eye
+    rows = np.column_stack([bent, moved, -1j * q, turning, 1j * turning])
+    norm = np.concatenate([np.zeros(d + 2), c, 1j * c])
+    state_rows = np.column_stack([j, problem.slope(u), np.zeros((d, 2 * d + 1))])
+    miss, length = turning @ q, c @ q - 1.0
+    matrix = np.vstack([state_rows, rows.real, rows.imag, norm.real, norm.imag])
+    return matrix, np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
 
 
 def as_ball_angle(q: Complexes) -> Complexes:
@@ -121,7 +124,11 @@ def lyapunov_coefficient(problem: Steady, u: Floats, q: Complexes, w: float) -> 
     conj = np.conj(q)
     mean = np.linalg.solve(j, problem.second(u, q, conj))
     twice = np.linalg.solve(2j * w * np.eye(j.shape[0]) - j, problem.second(u, q, q))
-    total = problem.third(u, q, conj) - 2.0 * problem.second(u, q, mean.astype(np.complex128)) + problem.second(u, conj, twice)
+    total = (
+        problem.third(u, q, conj)
+        - 2.0 * problem.second(u, q, mean.astype(np.complex128))
+        + problem.second(u, conj, twice)
+    )
     return float((np.vdot(p, total)).real / (2.0 * w))
 
 
@@ -129,15 +136,20 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
     """Pitchforks seen from the side of the split balls: two groups of equal balls come together."""
     found = []
     for one, other in meeting(problem.groups, kind):
-
-        def apart(p: Point, one: int = one, other: int = other) -> float:
-            return math.sin(0.5 * float(p.u[4 + one] - p.u[4 + other]))
-
-        if apart(a) * apart(b) < 0.0:
+        apart = [math.sin(0.5 * float(p.u[4 + one] - p.u[4 + other])) for p in (a, b)]
+        if apart[0] * apart[1] < 0.0:
+            guess = a.u + apart[0] / (apart[0] - apart[1]) * (b.u - a.u)
             groups = joined(problem.groups, (one, other))
-            point = _try(problem, a, b, apart)
-            if point is not None:
-                found.append(Special("pitchfork", point, onward=((groups, np.zeros(len(groups))),), ends=True))
+            together = Steady(problem.span, groups)
+            start = np.append(gathered(problem.state(guess), groups) / together.scale, guess[-1])
+            start[4 + one] += 0.5 * math.remainder(guess[4 + other] - guess[4 + one], 2.0 * math.pi)
+            u = symmetric_point(together, one, start)
+            if u is not None:
+                state = together.state(u)
+                point = np.append(gathered(state, problem.groups) / problem.scale, u[-1])
+                balls = slice(4, 4 + len(problem.groups))
+                point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
+                found.append(Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True))
     return found
 
 
@@ -147,22 +159,45 @@ def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
     for number, group in enumerate(problem.groups):
         if len(group) < 2:
             continue
-
-        def stiffness(p: Point, number: int = number) -> float:
-            return float(restoring(problem.field(p.u), p.u[:-1] * problem.scale)[number])
-
-        if stiffness(a) * stiffness(b) < 0.0:
-            point = _try(problem, a, b, stiffness)
+        r = [_restoring(problem, number, p.u) for p in (a, b)]
+        if r[0] * r[1] < 0.0 and min(abs(r[0]), abs(r[1])) > SMALL:
+            u = symmetric_point(problem, number, a.u + r[0] / (r[0] - r[1]) * (b.u - a.u))
             ways = tuple(way for way in splittings(problem.groups) if group not in way[0])
-            if point is not None:
+            if u is not None:
+                point = Point(u, b.tangent)
                 found.append(Special("pitchfork" if len(group) == 2 else "branch point", point, onward=ways))
     return found
+
+
+def _restoring(problem: Steady, group: int, u: Floats) -> float:
+    return float(restoring(problem.field(u), u[:-1] * problem.scale)[group])
+
+
+def symmetric_point(problem: Steady, group: int, guess: Floats) -> Floats | None:
+    """Where a group of coincident balls is about to fall apart: F = 0 and r = 0, regular in the merged balls."""
+    u = np.array(guess)
+    for _ in range(CORRECTIONS):
+        row = np.array([(_restoring(problem, group, u + h) - _restoring(problem, group, u - h)) / 2e-6 for h in 1e-6 * np.eye(u.size)])
+        try:
+            step = problem.solve(u, row, -problem.residual(u), -_restoring(problem, group, u))
+        except np.linalg.LinAlgError:
+            return None
+        u = u + step
+        if np.abs(step).max() < 1e-12:
+            break
+    return u if np.abs(step).max() < 1e-9 and np.abs(u - guess).max() < 0.5 else None
 
 
 def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Special]:
     if a.tangent[-1] * b.tangent[-1] < 0.0:
         point = _try(problem, a, b, lambda p: float(p.tangent[-1]))
-        return [] if point is None else [Special("fold", point)] if _regular(problem, point) else [_crossing(problem, point, True)]
+        return (
+            []
+            if point is None
+            else [Special("fold", point)]
+            if _regular(problem, point)
+            else [_crossing(problem, point, True)]
+        )
 
     def orientation(p: Point) -> float:
         return float(np.linalg.slogdet(problem.bordered(p.u, p.tangent))[0])
@@ -193,6 +228,3 @@ def _try(problem: Steady, a: Point, b: Point, test: Callable[[Point], float]) ->
         return locate(problem, a, b, test)
     except (NoConvergence, np.linalg.LinAlgError):
         return None
-
-
-__all__ = ["Special", "between", "hopf_point", "lyapunov_coefficient", "special_points"]

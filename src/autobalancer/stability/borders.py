@@ -1,93 +1,189 @@
 """The three border speeds, each under its own name.
 
-*averaged border*: where the averaged equations lose stability (Spannan 2021, 4.74). *Exact border*: where the balanced
-state really loses it. *Release speed*: where balls that stall at the critical speed during a slow run-up break away
-(Ryzhik et al. 2001; Spannan 2021, 4.73).
+*averaged border*: where the averaged equations become stable (Spannan 2021, 4.74). *Exact border*: where the balanced
+state of the full equations really does. *Release speed*: where balls that stall at the critical speed during a slow
+run-up break away (Ryzhik et al. 2001; Spannan 2021, 4.73).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
-from autobalancer.assembly.system import total_mass
-from autobalancer.catalog.resolve import Ball, resolve
+import numpy as np
+
+from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.characteristic import PlanarBalancer, exact_border, worst_case_border
-from autobalancer.stability.lateral import largest_unbalance
+from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_states, equal_balls, planar_balancer_of
+from autobalancer.stability.border import Border
+from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
+from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.release import release_border
+from autobalancer.stability.windows import lower_critical_speed, plane_of, windows_of
+
+__all__ = ["Border", "border_speeds", "borders_of", "planar_balancer", "why_not"]
 
 SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
+SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the worst case is looked for
 
 
-@dataclass(frozen=True)
-class Border:
-    """One border speed: ``speed`` in rad/s, infinite for never, nan where it does not exist; ``note`` says why."""
-
-    name: str
-    speed: float
-    note: str
-
-
-def border_speeds(machine: Machine | str | Path, unbalance: float | None = None) -> tuple[Border, ...]:
-    """All border speeds known for a machine.
+def border_speeds(machine: Machine | str | Path, unbalance: complex | float | None = None) -> tuple[Border, ...]:
+    """All border speeds of a machine.
 
     Parameters
     ----------
     machine
-        A machine or the path of a machine file.
+        A machine or the path of a machine file: any planar machine without gravity in its plane.
     unbalance
-        kg m, for the exact border of two balls; by default the largest of the machine.
+        kg m, complex for one off the zero mark; by default the largest of the machine over time.
 
     Returns
     -------
     tuple of Border
-        Averaged border, exact border (at this unbalance and in the worst case), release speed. Empty notes mean that
-        the formula holds as it stands.
+        *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
+        than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
+        worst ones; *release speed*. An empty note means that there is nothing to add. An infinite speed is never, and
+        one that is nan has a note that says why.
 
     Raises
     ------
     QuestionError
-        If the machine is one for which none of them has a closed form: it needs isotropic supports, a vertical axis,
-        one centric race, equal balls, damping.
+        If the machine has no balls, gravity acts in its plane, or the unbalance is no number.
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    balls = resolve(machine)
-    reason = why_not(machine, balls)
-    if reason:
-        raise QuestionError(f"border speeds: no closed form for this machine: {reason}")
-    balancer = planar_balancer(machine, balls)
-    critical, count = balancer.critical_speed, balancer.count
-    share = 0.5 * count * balancer.sommerfeld_number
-    averaged = critical * math.sqrt((1.0 + share) / (1.0 - share)) if share < 1.0 else math.inf
-    worst = worst_case_border(balancer)
-    found = [
-        Border(
-            "averaged border",
-            averaged,
-            "" if share < 1.0 else "never: S reaches its limit (Spannan 2021, 4.75)",
-        ),
-        Border(
-            "exact border, worst case",
-            worst,
-            "" if math.isfinite(worst) else "never, for balls at right angles",
-        ),
+    return borders_of(machine, plane_of(machine, unbalance))
+
+
+def borders_of(machine: Machine, p: Plane) -> tuple[Border, ...]:
+    """All border speeds of a machine with a plane, whose unbalance counts."""
+    if p.moment.size == 0:
+        raise QuestionError("border speeds: the machine has no balls")
+    return (averaged(p), worst_case(p), *exact(machine, p), release_border(p))
+
+
+def averaged(p: Plane) -> Border:
+    """*averaged border*: (4.74), generalized to any balls on the axis; elsewhere the averaged eigenvalue problem."""
+    from autobalancer.stability import averaged_borders, averaged_formulas  # which need this module
+
+    name = "averaged border"
+    if p.moment.size == 1:
+        return Border(name, math.nan, "one ball alone can balance one unbalance only")
+    if not (p.drag > 0.0).all():
+        return Border(name, math.inf, "never: a ball has no drag")
+    if p.isotropic and p.damping[0] == 0.0:
+        return Border(name, math.inf, "never: the rotor has no damping")
+    if p.isotropic and np.all(p.offset == 0.0):
+        found = averaged_formulas.explicit_averaged_border(p)
+        return Border(name, found.speed, found.note)
+    found = averaged_borders.averaged_border(p)
+    note = found.note or "at this unbalance, from the averaged eigenvalue problem (Spannan 2021, 4.69)"
+    return Border(name, found.speed, note)
+
+
+def exact(machine: Machine, p: Plane) -> list[Border]:
+    """*exact border*, and *exact border, best case* where the positions of the balls are a continuum."""
+    members = balanced_states(machine, p)
+    found = [border_of(member, p) for member in members]
+    if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
+        found = [one for one in found if not math.isnan(one[0])]
+    low, high = min(found, key=_rank), max(found, key=_rank)
+    if len(members) == 1:
+        return [Border("exact border", *found[0])]
+    which = f"worst of {len(found)} positions of the balls, {_range(members)}best {_say(low[0])}"
+    return [
+        Border("exact border", high[0], "; ".join(filter(None, (which, high[1])))),
+        Border("exact border, best case", low[0], "; ".join(filter(None, ("best of these positions", low[1])))),
     ]
-    size = largest_unbalance(machine) if unbalance is None else unbalance
-    if count == 2:
-        cosine = size / (2.0 * balancer.moment)
-        if cosine <= 1.0:
-            spread = 2.0 * abs(2.0 * cosine * cosine - 1.0)
-            exact = exact_border(balancer, spread, SEARCHED * critical)
-            note = "" if math.isfinite(exact) else f"none up to {SEARCHED:g} times the critical speed"
-            found.append(Border("exact border", exact, note))
-        else:
-            found.append(Border("exact border", math.nan, "the balls cannot balance this unbalance"))
-    found.append(Border("release speed", critical * (1.0 + 2.0 * share), "for a drag that is linear and no friction"))
-    return tuple(found)
+
+
+def border_of(state: Balanced, p: Plane, highest: float | None = None) -> tuple[float, str]:
+    """Lowest speed from which on a state is stable up to the highest one that is searched, and a note."""
+    critical = lower_critical_speed(p)
+    high = SEARCHED * math.sqrt(max(p.stiffness) / p.mass) if highest is None else highest
+    windows, note = windows_of(state, critical, high, p)
+    undamped = [
+        name for name, values in (("rotor", p.damping), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)
+    ]
+    if undamped and not windows:
+        note = f"{note}; {' and '.join(undamped)} without damping"
+    if not windows and note.startswith("no balanced state"):
+        return math.nan, note
+    if not windows or windows[-1][1] < high:
+        tail = (
+            f"none up to {SEARCHED:g} times the critical speed" if highest is None else f"none up to {high:.4g} rad/s"
+        )
+        return math.inf, "; ".join(filter(None, (tail, note)))
+    below = f"stable also {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows[:-1])}" if windows[1:] else ""
+    return windows[-1][0], "; ".join(filter(None, (below, note)))
+
+
+def worst_case(p: Plane) -> Border:
+    """*exact border, worst case*: the highest one for any unbalance from zero to capability, equal balls only.
+
+    Over these unbalances |S2| takes all values from 0 to N. Zero, where the two ball modes have one frequency, is the
+    worst for a well damped rotor and has an explicit border; where the rotor is damped lightly balls in line may be.
+    """
+    name = "exact border, worst case"
+    if not equal_balls(p):
+        return Border(name, math.nan, "known for equal balls on isotropic supports only; see the exact border")
+    if np.any(p.offset != 0.0):
+        return Border(name, math.nan, "known for races on the axis only; see the exact border")
+    balancer = planar_balancer_of(p)
+    if balancer.damping == 0.0 or balancer.drag == 0.0:
+        return Border(name, math.inf, "never: the rotor or its balls are undamped")
+    speed, spread = worst_case_border(balancer), 0.0
+    if math.isinf(speed):
+        return Border(name, speed, "never, for balls at right angles (|S2| = 0)")
+    for share in SPREADS[1:]:
+        fixed = _FixedSpread(balancer, share * balancer.count)
+        other, _ = border_of(fixed, p)
+        if other > speed * (1.0 + 1e-9):
+            speed, spread = other, share
+    where = (
+        "for balls at right angles"
+        if spread == 0.0
+        else "for balls in line"
+        if spread == 1.0
+        else f"for |S2|/N = {spread:g}"
+    )
+    note = f"{where} (|S2| = {spread * balancer.count:g})"
+    return Border(
+        name, speed, f"none up to {SEARCHED:g} times the critical speed, {note}" if math.isinf(speed) else note
+    )
+
+
+class _FixedSpread:
+    """Equal balls with a given |S2|."""
+
+    route = "polynomial"
+
+    def __init__(self, balancer: PlanarBalancer, spread: float) -> None:
+        self.balancer, self.spread = balancer, spread
+
+    def rates(self, speeds: Floats) -> Floats:
+        return growth_rates(self.balancer, speeds, self.spread)[0]
+
+
+def _rank(found: tuple[float, str]) -> float:
+    return -math.inf if math.isnan(found[0]) else found[0]
+
+
+def _say(speed: float) -> str:
+    return "none" if math.isnan(speed) else "never" if math.isinf(speed) else f"{speed:.5g} rad/s"
+
+
+def _range(members: list[Balanced]) -> str:
+    if not isinstance(members[0], EqualBalls):
+        return ""
+    ends = [
+        float(m.spreads(np.array([40.0 * m.balancer.critical_speed]))[0])
+        for m in (members[0], members[-1])
+        if isinstance(m, EqualBalls)
+    ]
+    return f"|S2| from {ends[0]:.3g} to {ends[1]:.3g}; "
 
 
 def why_not(machine: Machine, balls: tuple[Ball, ...]) -> str:
@@ -113,12 +209,4 @@ def why_not(machine: Machine, balls: tuple[Ball, ...]) -> str:
 
 def planar_balancer(machine: Machine, balls: tuple[Ball, ...]) -> PlanarBalancer:
     """The numbers of the closed forms."""
-    return PlanarBalancer(
-        mass=total_mass(machine, balls),
-        stiffness=machine.rotor.stiffness_xy[0],
-        damping=machine.rotor.damping_xy[0],
-        count=len(balls),
-        moment=balls[0].moment,
-        inertia=balls[0].inertia,
-        drag=balls[0].drag,
-    )
+    return planar_balancer_of(plane_of(machine, None))

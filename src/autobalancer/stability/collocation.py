@@ -109,7 +109,9 @@ def condensed(mesh: Mesh, jacobians: Any, extra: Any, right: Any) -> Condensed:
     n, m, d, _ = jacobians.shape
     e = extra.shape[-1]
     widths = np.diff(mesh.edges)
-    blocks = np.einsum("kj,ab,n->nkajb", slopes, np.eye(d), 1.0 / widths) - np.einsum("kj,nkab->nkajb", values, jacobians)
+    blocks = np.einsum("kj,ab,n->nkajb", slopes, np.eye(d), 1.0 / widths) - np.einsum(
+        "kj,nkab->nkajb", values, jacobians
+    )
     inner = blocks[:, :, :, 1:, :].reshape(n, m * d, m * d)
     side = np.concatenate([-blocks[:, :, :, 0, :], -extra, right[..., None]], -1).reshape(n, m * d, d + e + 1)
     local = np.linalg.solve(inner, side).reshape(n, m, d, d + e + 1)

@@ -101,9 +101,8 @@ def follow(
     steps: Steps,
     low: float = 0.0,
     high: float = 1.0,
-    room: Callable[[Floats], bool] = lambda u: True,
 ) -> Iterator[tuple[Problem, Point, Point]]:
-    """Pieces of the curve from ``start`` on, until the last unknown leaves [low, high] or there is no ``room``.
+    """Pieces of the curve from ``start`` on, until the last unknown leaves [low, high].
 
     The piece at an end of the range ends exactly there. Steps are halved where the corrector fails or the curve turns by
     too much, and grow again; a curve that cannot be followed any more just ends.
@@ -134,7 +133,7 @@ def follow(
                 continue
             break
         yield problem, here, there
-        if not low < there.u[-1] < high or not room(there.u):
+        if not low < there.u[-1] < high:
             return
         growth = 1.4 if corrections <= 4 and turn < 0.4 * LARGEST_TURN else 0.7 if turn > 0.7 * LARGEST_TURN else 1.0
         size = min(steps.most, size * growth)

@@ -33,6 +33,7 @@ class Orbit:
     period: float
     winding: tuple[int, ...]  # revolutions of each ball in the rotor in one period
     multipliers: Complexes  # of all balls, the trivial one first, then by amount
+    own: Complexes  # those of the merged balls alone, likewise
     speed: float
 
     @property
@@ -46,6 +47,14 @@ class Orbit:
         return int((np.abs(self.multipliers[1:]) > 1.0 + 1e-7).sum())
 
     @property
+    def apart(self) -> Complexes:
+        """Multipliers of groups that fall apart: those of all balls less those of the merged ones."""
+        left = self.multipliers
+        for value in self.own:
+            left = np.delete(left, np.argmin(np.abs(left - value)))
+        return left
+
+    @property
     def ball_speed_in_space(self) -> Floats:
         """Mean over a period, rad/s."""
         return np.asarray(self.speed + 2.0 * math.pi * np.array(self.winding) / self.period)
@@ -54,7 +63,9 @@ class Orbit:
 class Orbits:
     """Unknowns: scaled states at all nodes, logarithm of the period in units of ``unit``, share of the parameter's range."""
 
-    def __init__(self, span: Range, groups: Groups, winding: tuple[int, ...], mesh: Mesh, unit: float, reference: Matrix) -> None:
+    def __init__(
+        self, span: Range, groups: Groups, winding: tuple[int, ...], mesh: Mesh, unit: float, reference: Matrix
+    ) -> None:
         self.span, self.groups, self.winding, self.mesh, self.unit = span, groups, winding, mesh, unit
         self.scale = span.scale(len(groups))
         self.size = self.scale.size
@@ -129,21 +140,27 @@ class Orbits:
 
     def orbit(self, u: Floats) -> Orbit:
         """The orbit with the multipliers of all balls."""
-        states = expanded(self.states(u) * self.scale, self.groups)
+        states = self.states(u) * self.scale
         field = self.span.whole(float(u[-1]))
-        at = self.mesh.at_gauss(states)
-        scale = self.span.scale(field.balls)
-        jacobians = field.jacobian(at) * (self.period(u) * scale / scale[:, None])
-        n, m, d = at.shape
-        map_: Condensed = condensed(self.mesh, jacobians, np.zeros((n, m, d, 0)), np.zeros((n, m, d)))
-        values = np.linalg.eigvals(map_.monodromy).astype(np.complex128)
-        trivial = int(np.argmin(np.abs(values - 1.0)))
-        others = np.delete(values, trivial)
-        values = np.concatenate([values[trivial : trivial + 1], others[np.argsort(-np.abs(others))]])
+        values = own = self._multipliers(self.span.field(float(u[-1]), self.groups), states, u)
+        if field.balls > len(self.groups):
+            states = expanded(states, self.groups)
+            values = self._multipliers(field, states, u)
         winding = np.zeros(field.balls, np.int64)
         for group, turns in zip(self.groups, self.winding, strict=True):
             winding[list(group)] = turns
-        return Orbit(self.mesh.nodes, states, self.period(u), tuple(winding.tolist()), values, field.speed)
+        return Orbit(self.mesh.nodes, states, self.period(u), tuple(winding.tolist()), values, own, field.speed)
+
+    def _multipliers(self, field: Field, states: Matrix, u: Floats) -> Complexes:
+        """Eigenvalues of the monodromy matrix, the one nearest to 1 first, then by amount."""
+        at, scale = self.mesh.at_gauss(states), self.span.scale(field.balls)
+        jacobians = field.jacobian(at) * (self.period(u) * scale / scale[:, None])
+        n, m, d = at.shape
+        whole: Condensed = condensed(self.mesh, jacobians, np.zeros((n, m, d, 0)), np.zeros((n, m, d)))
+        values = np.linalg.eigvals(whole.monodromy).astype(np.complex128)
+        trivial = int(np.argmin(np.abs(values - 1.0)))
+        others = np.delete(values, trivial)
+        return np.concatenate([values[trivial : trivial + 1], others[np.argsort(-np.abs(others))]])
 
 
 def born_at(span: Range, groups: Groups, hopf: Special, intervals: int) -> tuple[Orbits, Floats, Floats]:

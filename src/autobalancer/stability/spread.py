@@ -23,8 +23,8 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
 
     Balls in three groups, each in one direction, are tried in all sizes and directions of the groups: where |S2| is
     extreme its multipliers leave few directions. The least one is known in closed form for an even count,
-    max(0, 2 share^2/N - N): sum cos^2 >= (sum cos)^2/N, reached by balls at two angles. An odd count reaches zero if one
-    ball along the unbalance and pairs beside it can have S2 of both signs.
+    max(0, 2 share^2/N - N): sum cos^2 >= (sum cos)^2/N, reached by balls at two angles. An odd count reaches zero if
+    one ball along the unbalance and pairs beside it can have S2 of both signs.
     """
     if count == 2:
         value = float(spread_of_two(np.array(share)))
@@ -92,7 +92,7 @@ def _refined(angles: Floats, place: int, groups: tuple[int, int, int], share: fl
 
 
 def _symmetric_zero(count: int, share: float, first: float) -> bool:
-    """One ball at 0 or 180 deg and pairs with cosines c: S2 = 1 + 4 sum c^2 - (N - 1) of both signs for sum 2 c = rest."""
+    """One ball at 0 or 180 deg, pairs with cosines c beside it: whether 1 + 4 sum c^2 - (N - 1) can be zero."""
     pairs, total = (count - 1) // 2, 0.5 * (share - first)
     if abs(total) > pairs:
         return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from typing import Self
 
@@ -26,6 +27,12 @@ class Range:
         plane = family(start, *others).plane
         self.frequency = math.sqrt(plane.stiffness[0] / plane.mass)
         self.length = size(plane)
+
+    def moved(self, *others: float) -> Range:
+        """The same range at other values of the further parameters of the family."""
+        span = copy.copy(self)
+        span.others = others
+        return span
 
     def value(self, share: float) -> float:
         """The parameter at a share of the range."""
@@ -62,7 +69,9 @@ def size(plane: Plane) -> float:
     """A length that suits the deflections of a machine at resonance, m."""
     drives = abs(plane.unbalance) + float(plane.moment.sum())
     length = drives / plane.mass + float(np.abs(plane.offset).max(initial=0.0))
-    length *= min(max(1.0, math.sqrt(plane.stiffness[0] * plane.mass) / max(plane.damping[0], 1e-300)), LARGEST_RESONANCE)
+    length *= min(
+        max(1.0, math.sqrt(plane.stiffness[0] * plane.mass) / max(plane.damping[0], 1e-300)), LARGEST_RESONANCE
+    )
     if length == 0.0:
         raise QuestionError("branches: the machine has neither unbalance nor balls; nothing can be followed")
     return length
@@ -85,7 +94,9 @@ class Steady:
 
     def jacobian(self, u: Floats) -> Matrix:
         """Derivative of the scaled field with respect to the scaled state."""
-        return np.asarray(self.field(u).jacobian(u[:-1] * self.scale) * self.scale / self.scale[:, None] / self.span.frequency)
+        return np.asarray(
+            self.field(u).jacobian(u[:-1] * self.scale) * self.scale / self.scale[:, None] / self.span.frequency
+        )
 
     def slope(self, u: Floats) -> Floats:
         """Derivative of the residual with respect to the parameter's share."""

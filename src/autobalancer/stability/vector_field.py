@@ -43,6 +43,7 @@ class Field:
     def taylor(self, state: Numbers, direction: Numbers, order: int) -> list[Numbers]:
         """Coefficients of h^0, h^1 ... of the field at ``state + h direction``; the direction may be complex."""
         p, n, speed = self.plane, self.balls, self.speed
+        state = np.broadcast_to(state, direction.shape)
         angle, turn = state[..., 4 : 4 + n], direction[..., 4 : 4 + n]
         rate, change = state[..., 4 + n :], direction[..., 4 + n :]
         square = [(speed + rate) ** 2, 2.0 * (speed + rate) * change, change**2]

@@ -1,0 +1,196 @@
+"""Change one quantity of a machine by its plain name, such as ``viscosity``, or by its path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.profile import profile_pieces
+from autobalancer.catalog.resolve import fluid_numbers, resolve
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Balls, DragTorque, Fluid, Machine, PrescribedSpeed, Race, Unbalance
+from autobalancer.units import to_si
+
+QUANTITIES = {
+    "viscosity": ("kinematic viscosity of the fluid", "m^2/s"),
+    "drag": ("drag torque of a ball over its speed", "N*m*s"),
+    "ball_mass": ("mass of a ball", "kg"),
+    "ball_diameter": ("diameter of a ball", "m"),
+    "count": ("number of balls", ""),
+    "unbalance": ("unbalance", "kg*m"),
+    "damping": ("damping of the supports", "N*s/m"),
+    "stiffness": ("stiffness of the supports", "N/m"),
+}
+_UNITS = {  # of the last key of a path
+    "mass": "kg",
+    "stiffness": "N/m",
+    "damping": "N*s/m",
+    "moment": "kg*m",
+    "beta": "N*m*s",
+    "density": "kg/m^3",
+    "viscosity": "m^2/s",
+    "temperature": "K",
+    **dict.fromkeys(("radius", "orbit_radius", "race_radius", "eccentricity", "diameter", "clear_width"), "m"),
+    **dict.fromkeys(("angle", "eccentricity_angle"), "rad"),
+}
+
+
+def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
+    """A machine with another value of one quantity.
+
+    Parameters
+    ----------
+    machine
+        Left as it is.
+    name
+        A name of :data:`QUANTITIES`, which concerns all races and all balls at once, or a path of
+        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid,
+        another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
+        and its schedules are dropped.
+    value
+        SI, or a string with a unit.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such quantity, or nothing that it could change.
+    MachineError
+        If the value is impossible there.
+    """
+    if name not in QUANTITIES:
+        if "." not in name:
+            raise QuestionError(
+                f"quantity {name!r}: no such name; there are {', '.join(QUANTITIES)}, "
+                "and paths such as 'rotor.damping' or 'balancers[1].races[1].drag.beta'"
+            )
+        return with_parameter(machine, name, value)
+    value = si_value(machine, name, value)
+    if name in ("damping", "stiffness"):
+        return with_parameter(machine, f"rotor.{name}", value)
+    if name == "unbalance":
+        total = sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances)
+        angle = math.atan2(complex(total).imag, complex(total).real)
+        return with_parameter(machine, "unbalances", (Unbalance(moment=value, angle=angle),) if value > 0.0 else ())
+    if not machine.balancers:
+        raise QuestionError(f"quantity {name!r}: the machine has no balancer")
+    if name == "viscosity":
+        return _with_races(machine, lambda where, race: _with_viscosity(where, race, value))
+    if name == "drag":
+        return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
+    if name == "count" and sum(len(race.balls) for b in machine.balancers for race in b.races) > 1:
+        raise QuestionError("quantity 'count': the machine has several groups of balls; give the path of one of them")
+    balls = iter(resolve(machine))
+
+    def changed(where: str, race: Race) -> dict[str, Any]:
+        groups = []
+        for group in race.balls:
+            first, *_ = (next(balls) for _ in range(group.count))
+            groups.append(_with_ball(group, first, name, value, where))
+        return {"balls": tuple(groups)}
+
+    return _with_races(machine, changed)
+
+
+def si_value(machine: Machine, name: str, value: Any) -> float:
+    """A value of a quantity or path as a number in SI."""
+    if name not in QUANTITIES:
+        return _entry(with_parameter(machine, name, value), name)
+    if name == "count":
+        number = float(to_si(value if isinstance(value, str) else float(value), ""))
+        if number != int(number) or number < 1.0:
+            raise QuestionError(f"quantity 'count': given {value!r}; must be a whole number of balls, 1 or more")
+        return int(number)
+    number = float(to_si(value if isinstance(value, str) else float(value), QUANTITIES[name][1]))
+    if number < 0.0:
+        raise QuestionError(f"quantity {name!r}: given {value!r}; must not be negative")
+    return number
+
+
+def value_of(machine: Machine, name: str) -> float:
+    """The value that the machine has, SI; nan if none, or not one for all. ``"speed"`` is the last that is prescribed."""
+    if name == "speed":
+        if not isinstance(machine.drive, PrescribedSpeed):
+            return math.nan
+        return float(profile_pieces(machine.drive.profile)[-1].numbers[0])
+    if name not in QUANTITIES:
+        return _entry(machine, name)
+    if name in ("damping", "stiffness"):
+        x, y = getattr(machine.rotor, f"{name}_xy")
+        return float(x) if x == y else math.nan
+    if name == "unbalance":
+        return abs(sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances))
+    balls = resolve(machine)
+    if name == "count":
+        return float(len(balls))
+    if name == "viscosity":
+        races = [race for balancer in machine.balancers for race in balancer.races]
+        values = {fluid_numbers(race.fluid)[1] if race.fluid is not None else math.nan for race in races}
+    else:
+        key = {"drag": "drag", "ball_mass": "mass", "ball_diameter": "diameter"}[name]
+        values = {float(getattr(ball, key)) for ball in balls}
+    return float(values.pop()) if len(values) == 1 else math.nan
+
+
+def label_of(name: str) -> tuple[str, str]:
+    """Long name and SI unit of a quantity or path; the unit of a path is that of its key, empty if unknown."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    if name == "speed":
+        return "rotor speed", "rad/s"
+    key = name.rsplit(".", 1)[-1].split("[")[0]
+    return name, _UNITS.get(key, "")
+
+
+def dimension_of(name: str) -> str:
+    """The name of a quantity or path as a dimension of a dataset."""
+    return name.replace("[", "_").replace("]", "").replace(".", "_")
+
+
+def _with_races(machine: Machine, change: Callable[[str, Race], dict[str, Any]]) -> Machine:
+    for b, balancer in enumerate(machine.balancers, 1):
+        for r, race in enumerate(balancer.races, 1):
+            where = f"balancers[{b}].races[{r}]"
+            machine = with_parameter(machine, where, _changed(race, **change(where, race)))
+    return machine
+
+
+def _with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
+    if race.fluid is None or isinstance(race.drag, DragTorque):
+        raise QuestionError(
+            f"quantity 'viscosity': the drag of {where} is given by its torque, which no viscosity changes; "
+            "vary 'drag', or describe fluid and drag law"
+        )
+    density, _ = fluid_numbers(race.fluid)
+    return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass)}
+
+
+def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:
+    if name == "count":
+        kept = {key: getattr(group, key) for key in group.model_fields_set if not key.startswith("start")}
+        return Balls(**{**kept, "count": int(value)})
+    size = ("diameter", "mass", "density", "material")
+    others = {key: getattr(group, key) for key in group.model_fields_set if key not in size}
+    if name == "ball_mass":
+        sized = {"diameter": ball.diameter} if ball.diameter else {}
+        return Balls(**others, mass=value, **sized)
+    if not ball.diameter:
+        raise QuestionError(f"quantity 'ball_diameter': the balls of {where} are points of unknown density")
+    return Balls(**others, diameter=value, density=ball.mass / ball.volume)
+
+
+def _changed(part: Any, **new: Any) -> Any:
+    return type(part)(**{**{key: getattr(part, key) for key in part.model_fields_set}, **new})
+
+
+def _entry(machine: Machine, path: str) -> float:
+    entry: Any = machine
+    for piece in path.split("."):
+        name, *places = piece.replace("]", "").split("[")
+        entry = getattr(entry, name)
+        for place in places:
+            entry = entry[int(place) - 1]
+    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
+        raise QuestionError(f"parameter {path!r}: is {entry!r} in this machine; must be a number")
+    return float(entry)

@@ -1,0 +1,1 @@
+"""What can be said of a balancer from measurements, without a model of its rotor."""

@@ -1,0 +1,92 @@
+"""A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.
+
+H(sigma) = sum (a_k + b_k sigma)/(sigma^2 + d_k sigma + e_k), d_k, e_k > 0, sum b_k = 0. The a, b follow linearly from
+the d, e, so only these are searched for (variable projection, Golub and Pereyra 1973).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """K modes in scaled units, and how far they are from the data."""
+
+    shapes: Floats  # (2 K,) ln d, ln e
+    numerators: Floats  # (K, 2) a, b
+    misfit: float  # weighted sum of squares
+
+    @property
+    def count(self) -> int:
+        """K."""
+        return int(self.shapes.size // 2)
+
+    def poles_and_residues(self) -> tuple[Complexes, Complexes]:
+        """All 2 K poles and residues, a conjugate or real pair for each mode."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        root = np.sqrt((0.25 * d**2 - e).astype(np.complex128))
+        root = np.where(np.abs(root) < 1e-9 * np.sqrt(e), 1e-9 * np.sqrt(e), root)  # no double poles
+        up, down = -0.5 * d + root, -0.5 * d - root
+        a, b = self.numerators.T
+        residue_up, residue_down = (a + b * up) / (up - down), (a + b * down) / (down - up)
+        return np.concatenate([up, down]), np.concatenate([residue_up, residue_down])
+
+
+class Fitting:
+    """Data to be fitted: complex values at sigma = i frequency, weighted."""
+
+    def __init__(self, frequency: Floats, values: Complexes, weights: Floats) -> None:
+        self.sigma, self.weights = 1j * frequency, weights
+        self.target = _stack(weights * values)
+
+    def numerators(self, shapes: Floats) -> tuple[Floats, Floats, Floats]:
+        """Best a, b for given d, e; the residuals; and their slopes over ln d, ln e (Kaufman 1975)."""
+        k = shapes.size // 2
+        d, e = np.exp(shapes[:k]), np.exp(shapes[k:])
+        sigma = self.sigma[:, None]
+        share = 1.0 / (sigma**2 + d * sigma + e)
+        base = self.weights[:, None] * share
+        slope = base * sigma
+        matrix = _stack(np.hstack([base, slope[:, :-1] - slope[:, -1:]]))
+        size = np.linalg.norm(matrix, axis=0)
+        q, r = np.linalg.qr(matrix / size)
+        solution = np.linalg.lstsq(r, q.T @ self.target, rcond=1e-13)[0] / size
+        b = np.append(solution[k:], -solution[k:].sum())
+        change = -(solution[:k] * base + b * slope) * share
+        slopes = _stack(np.hstack([change * d * sigma, change * e]))
+        return np.column_stack([solution[:k], b]), matrix @ solution - self.target, slopes - q @ (q.T @ slopes)
+
+    def search(self, starts: list[Complexes]) -> Modes:
+        """The modes nearest to the data; from each start (poles, one of each pair) a few steps, from the best all."""
+        tried = [self._refine(_shapes(poles), 12, 1e-6) for poles in starts]
+        return self._refine(min(tried, key=lambda modes: modes.misfit).shapes, 60, 1e-13)
+
+    def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
+        found = least_squares(
+            lambda x: self.numerators(x)[1],
+            start,
+            jac=lambda x: self.numerators(x)[2],
+            bounds=(start.min() - 12.0, start.max() + 12.0),
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=1e-15,
+            max_nfev=steps,
+        )
+        numerators, miss, _ = self.numerators(found.x)
+        return Modes(found.x, numerators, float(miss @ miss))
+
+
+def _stack(values: Complexes) -> Floats:
+    return np.concatenate([values.real, values.imag])
+
+
+def _shapes(poles: Complexes) -> Floats:
+    return np.concatenate([np.log(np.maximum(-2.0 * poles.real, 1e-12)), np.log(np.abs(poles) ** 2)])

@@ -1,0 +1,112 @@
+"""Exact border speeds from a fitted receptance, with the uncertainty that comes from the noise of the measurement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.balls import RaceBalls, positions
+from autobalancer.measurement.closed_loop import PoleModel
+from autobalancer.measurement.rational_fit import pole_model, resampled
+from autobalancer.measurement.receptance_stability import receptance_stability, worst_growth
+from autobalancer.results.provenance import provenance
+
+Floats = NDArray[np.float64]
+POINTS = 240
+
+
+def receptance_border(
+    fit: xr.Dataset,
+    balls: RaceBalls,
+    *,
+    balls_on_rotor: bool,
+    unbalance: float | None = None,
+    angles: Floats | None = None,
+    searched: tuple[float, float] | None = None,
+    resamples: int = 0,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Speed ranges in which the balanced state is stable, and the exact border.
+
+    Parameters
+    ----------
+    fit, balls, balls_on_rotor, unbalance, angles
+        As for :func:`receptance_stability`.
+    searched
+        Speeds, rad/s; by default from the lowest mode in the measured band to the end of the band.
+    resamples
+        So many times the fit is repeated with its own noise added, for the uncertainty of the border.
+    seed
+        For that noise.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``range``: ``stable_from`` and ``stable_to``, rad/s. ``attrs``: ``exact_border``, the lowest speed from
+        which on the state is stable up to the end of the search (inf if it is not stable there);
+        ``exact_border_deviation``, its standard deviation (nan without resamples); ``searched``; ``warnings``.
+    """
+    added = 0.0 if balls_on_rotor else float(balls.mass.sum())
+    model, states = pole_model(fit, added), positions(balls, unbalance, angles)
+    low, high = searched or _search_range(fit, model)
+    if not 0.0 < low < high:
+        raise QuestionError(f"speeds searched: given {low:g} to {high:g} rad/s; must be above zero and ascend")
+    ranges = _stable_ranges(model, balls, states, low, high)
+    border = ranges[-1][0] if ranges and ranges[-1][1] == high else math.inf
+    found = xr.Dataset(
+        {
+            "stable_from": ("range", [r[0] for r in ranges], {"long_name": "stable from", "units": "rad/s"}),
+            "stable_to": ("range", [r[1] for r in ranges], {"long_name": "stable up to", "units": "rad/s"}),
+        }
+    )
+    deviation = math.nan
+    if resamples and math.isfinite(border):
+        borders = []
+        for again in resampled(fit, resamples, seed):
+            ends = _stable_ranges(pole_model(again, added), balls, states, 0.7 * border, min(1.4 * border, high), 60)
+            borders.append(ends[-1][0] if ends else math.nan)
+        deviation = float(np.nanstd(borders, ddof=1))
+    at_border = {"balls_on_rotor": balls_on_rotor, "unbalance": unbalance, "angles": angles}
+    there = receptance_stability(fit, balls, [border if math.isfinite(border) else high], **at_border)  # type: ignore[arg-type]
+    found.attrs = {
+        **provenance(),
+        "title": "Exact border from a receptance",
+        "theory": "exact: full equations",
+        "state": "worst case over the positions of the balls" if len(states) > 1 else "one position of the balls",
+        "exact_border": border,
+        "exact_border_deviation": deviation,
+        "searched": [low, high],
+        "warnings": there.attrs["warnings"],
+    }
+    return found
+
+
+def _search_range(fit: xr.Dataset, model: PoleModel) -> tuple[float, float]:
+    high = float(fit.attrs["band_high"])
+    modes = np.abs(model.poles[np.abs(model.poles.imag) > 0.3 * np.abs(model.poles.real)])
+    inside = modes[(modes > fit.attrs["band_low"]) & (modes < high)]
+    return (0.9 * float(inside.min()) if inside.size else float(fit.attrs["band_low"])), high
+
+
+def _stable_ranges(
+    model: PoleModel, balls: RaceBalls, states: list[Floats], low: float, high: float, points: int = POINTS
+) -> list[tuple[float, float]]:
+    def rate(speed: float) -> float:
+        return worst_growth(model, balls, states, speed)
+
+    speeds = np.linspace(low, high, points)
+    stable = np.array([rate(speed) for speed in speeds]) < 0.0
+    ranges: list[tuple[float, float]] = []
+    start = low if stable[0] else math.nan
+    for i in np.flatnonzero(stable[1:] != stable[:-1]):
+        edge = float(brentq(rate, speeds[i], speeds[i + 1], xtol=1e-9 * high))
+        if stable[i + 1]:
+            start = edge
+        else:
+            ranges.append((start, edge))
+    return [*ranges, (start, high)] if stable[-1] else ranges

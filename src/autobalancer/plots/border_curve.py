@@ -1,0 +1,128 @@
+"""The border speeds over a parameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
+from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+
+BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
+    "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
+    "exact_border_best_case": {"color": INK, "lw": 1.1, "ls": "-", "label": "exact border, best case"},
+    "exact_border_worst_case": {"color": INK, "lw": 1.4, "ls": (0, (1, 1.2)), "label": "exact border, worst case"},
+    "averaged_border": {"color": BALLS[0], "lw": 1.6, "ls": (0, (6, 2)), "label": "averaged border"},
+    "release_speed": {"color": UNBALANCE, "lw": 1.6, "ls": (0, (5, 1.5, 1, 1.5)), "label": "release speed"},
+}
+
+
+def plot_border_curve(
+    found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | None = None, log_speed: bool = False
+) -> Figure:
+    """Draw averaged border, exact border and release speed over a parameter, each in its own style.
+
+    A border that is *never* leaves the picture at the top, or says so in the legend; above the exact border the balanced
+    state is stable and the picture green.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.border_curve`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    highest
+        Upper end of the speed axis, rad/s; by default so that the exact border fills the picture.
+    log_speed
+        Logarithmic speed axis, for borders that differ by factors.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no result of ``border_curve``, or the unit is unknown.
+    """
+    if "exact_border" not in found or found["exact_border"].ndim != 1 or "parameter" not in found.attrs:
+        raise QuestionError("plot_border_curve: this is no result of border_curve()")
+    unit = speed_axis(speed_unit)
+    dim = str(found["exact_border"].dims[0])
+    found = found.sortby(dim)
+    axis = quantity_axis(found[dim], speed_unit)
+    critical = found["critical_speed"].values * unit.factor
+    low = 0.93 * float(critical.min())
+    high = highest * unit.factor if highest is not None else _high(found, float(critical.max()), unit)
+    with look():
+        figure = picture(7.6, 5.0)
+        axes = figure.add_subplot()
+        figure.suptitle(str(found.attrs["title"]), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        if axis.log:
+            axes.set_xscale("log")
+        if log_speed:
+            axes.set_yscale("log")
+        axes.set_ylim(low, high)
+        exact = drawable(found["exact_border"].values * unit.factor, high)
+        axes.fill_between(
+            axis.values, exact, 1e3 * high, color="#E4F3EC", lw=0, zorder=0.5, label="balanced state stable"
+        )
+        axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
+        for name, style in BORDERS.items():
+            if name in found:
+                _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
+        axes.set_xlabel(axis.label)
+        axes.set_ylabel(f"rotor speed ({unit.sign})")
+        if axis.values.size > 1:
+            axes.set_xlim(axis.values[0], axis.values[-1])
+        _mark_machine(axes, found, dim, axis.unit)
+        if axis.log:
+            plain_log_ticks(axes, "x")
+        figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
+def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
+    """Never is far above the picture; what does not exist stays a gap."""
+    return np.where(np.isposinf(speeds), 1e3 * high, speeds)
+
+
+def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> None:
+    label = style["label"]
+    if np.isnan(speeds).all():
+        return
+    if np.isposinf(speeds[~np.isnan(speeds)]).all():
+        label += ": never"
+    elif np.nanmin(speeds) > high:
+        label += f": above {significant(float(np.nanmin(speeds)))}{sign}"
+    axes.plot(x, drawable(speeds, high), **{**style, "label": label})
+
+
+def _high(found: xr.Dataset, critical: float, unit: AxisUnit) -> float:
+    """So that nine tenths of the exact border and what is near it fit."""
+    finite = [found[name].values[np.isfinite(found[name].values)] * unit.factor for name in BORDERS if name in found]
+    exact = found["exact_border"].values
+    exact = exact[np.isfinite(exact)] * unit.factor
+    base = float(np.quantile(exact, 0.9)) if exact.size else critical
+    others = [float(np.median(values)) for values in finite if values.size]
+    near = max((value for value in others if value < critical + 4.0 * (base - critical)), default=base)
+    return max(critical + 1.35 * (max(base, near) - critical), 1.15 * critical)
+
+
+def _mark_machine(axes: Axes, found: xr.Dataset, dim: str, unit: AxisUnit) -> None:
+    """The unbalance of the machine itself, where the parameter is the unbalance."""
+    if dim != "unbalance" or not found.attrs.get("unbalance"):
+        return
+    own = float(found.attrs["unbalance"]) * unit.factor
+    axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
+    axes.annotate(
+        f"machine: {significant(own)} {unit.sign}",
+        (own, 0.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, 4),
+        textcoords="offset points",
+        fontsize=8,
+        color=CRITICAL,
+    )

@@ -1,0 +1,134 @@
+"""Stability over the speed: growth rate and frequencies, and what moves in the leading mode."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import AxisUnit, speed_axis
+from autobalancer.plots.style import BALLS, INK, UNBALANCE, legend, look, picture
+
+STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"
+SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
+
+
+def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+    """Draw the eigenvalues of a steady state over the speed.
+
+    The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and what moves named
+    where there is room. The lower panel has the frequency of every mode, seen in the rotor, against the speed: green
+    where the mode decays, red where it grows.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.stability`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for speeds and frequencies.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no result of ``stability``, has fewer than two speeds, or the unit is unknown.
+    """
+    if "eigenvalue_real" not in found or "speed" not in found.dims:
+        raise QuestionError("plot_stability: this is no result of stability()")
+    if found["speed"].size < 2:
+        raise QuestionError("plot_stability: the result has one speed only; ask for several")
+    unit = speed_axis(speed_unit)
+    found = found.sortby("speed")
+    speed = found["speed"].values * unit.factor
+    with look():
+        figure = picture(8.0, 6.2)
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
+        upper.set_title(str(found.attrs.get("title", "Stability")))
+        _shade(upper, speed, [str(word) for word in found["verdict"].values])
+        _growth_panel(upper, found, speed)
+        _frequency_panel(lower, found, speed, unit)
+        lower.set_xlabel(f"rotor speed ({unit.sign})")
+        lower.set_xlim(speed[0], speed[-1])
+        figure.align_ylabels([upper, lower])
+    return figure
+
+
+def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray) -> None:
+    rate = found["growth_rate"].values
+    axes.axhline(0.0, color=INK, lw=0.8)
+    axes.plot(speed, rate, color=INK, lw=1.6, label="greatest real part")
+    axes.set_ylabel("growth rate (1/s)")
+    low, high = float(np.nanmin(rate)), float(np.nanmax(rate))
+    room = 0.22 * (high - low) or 1.0
+    axes.set_ylim(low - 0.3 * room, high + room)
+    span = speed[-1] - speed[0]
+    for start, end, text in _runs([str(word) for word in found["leading_motion"].values]):
+        edges = _edges(speed)
+        left, right = edges[start], edges[end + 1]
+        if right - left < 0.011 * span * len(text) * 0.62 or text.startswith("periodic state"):
+            continue
+        axes.annotate(
+            text,
+            (0.5 * (left + right), 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, -12),
+            textcoords="offset points",
+            ha="center",
+            fontsize=8,
+            color=INK,
+        )
+        if start:
+            axes.axvline(left, color=INK, lw=0.6, ls=(0, (1, 2)), zorder=1.4)
+    legend(axes)
+
+
+def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -> None:
+    real, imag = found["eigenvalue_real"].values, found["eigenvalue_imag"].values * unit.factor
+    across = np.broadcast_to(speed[:, None], real.shape)
+    kept = imag >= 0.0
+    margin = 1e-9 * np.abs(found["speed"].values)[:, None]
+    groups = (
+        (real < -margin, BALLS[2], "decays", 6),
+        (np.abs(real) <= margin, "#8A8A8A", "neither", 8),
+        (real > margin, UNBALANCE, "grows", 14),
+    )
+    for chosen, color, label, size in groups:
+        chosen = chosen & kept
+        if chosen.any():
+            axes.scatter(
+                across[chosen],
+                imag[chosen],
+                s=size,
+                color=color,
+                lw=0,
+                label=f"mode that {label}" if label != "neither" else "mode that does neither",
+            )
+    axes.set_ylabel(f"frequency in the rotor ({unit.sign})")
+    axes.set_ylim(bottom=0.0)
+    legend(axes)
+
+
+def _shade(axes: Axes, speed: np.ndarray, verdicts: list[str]) -> None:
+    edges, named = _edges(speed), set()
+    for start, end, word in _runs(verdicts):
+        label = word if word not in named else "_"
+        named.add(word)
+        axes.axvspan(edges[start], edges[end + 1], color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
+
+
+def _edges(speed: np.ndarray) -> np.ndarray:
+    """Borders halfway between the speeds."""
+    middle = 0.5 * (speed[1:] + speed[:-1])
+    return np.concatenate([[speed[0]], middle, [speed[-1]]])
+
+
+def _runs(words: list[str]) -> list[tuple[int, int, str]]:
+    """(first, last, word) of every run of equal words."""
+    found: list[tuple[int, int, str]] = []
+    for i, word in enumerate(words):
+        if found and found[-1][2] == word:
+            found[-1] = (found[-1][0], i, word)
+        else:
+            found.append((i, i, word))
+    return found

@@ -1,0 +1,141 @@
+"""The border speeds over any parameter of the machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.quantities import dimension_of, label_of, si_value, with_quantity
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.machine import Machine
+from autobalancer.results.provenance import provenance
+from autobalancer.stability.borders import Border, borders_of, exact
+from autobalancer.stability.lateral import Floats, plane
+from autobalancer.stability.windows import lower_critical_speed, plane_of
+
+Progress = Callable[[int, int], None]
+VARIABLES = {
+    "averaged border": "averaged_border",
+    "exact border, worst case": "exact_border_worst_case",
+    "exact border": "exact_border",
+    "exact border, best case": "exact_border_best_case",
+    "release speed": "release_speed",
+}
+
+
+def border_curve(
+    machine: Machine | str | Path,
+    parameter: str,
+    values: Sequence[Any] | Floats | None = None,
+    *,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Averaged border, exact border and release speed over a parameter.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    parameter
+        ``"unbalance"``, ``"viscosity"``, ``"drag"``, ``"ball_mass"``, ``"ball_diameter"``, ``"count"``, ``"damping"``,
+        ``"stiffness"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
+    values
+        SI, or strings with units. For the unbalance they may be left out: then from zero to the capability, dense about
+        the values at which the border is highest.
+    progress
+        Called with (values done, values in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter, in rad/s: ``averaged_border``, ``exact_border``, ``exact_border_worst_case`` (any
+        unbalance), for more than two balls ``exact_border_best_case``, ``release_speed``; each with a text
+        ``..._note``. Infinite is *never*, nan *none*; the note says why. ``critical_speed`` is the lower one.
+
+    Raises
+    ------
+    QuestionError
+        For an unknown parameter or no values, no balls, or gravity in the plane.
+    MachineError
+        If a value makes no possible machine; the message names it.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if values is None:
+        if parameter != "unbalance":
+            raise QuestionError(
+                f"values: give those of {parameter!r}; only for 'unbalance' they follow from the machine"
+            )
+        values = unbalances_to_capability(machine)
+    if len(values) == 0:
+        raise QuestionError(f"values: given none; give at least one of {parameter!r}")
+    points = [value.item() if isinstance(value, np.generic) else value for value in values]
+    numbers = [si_value(machine, parameter, value) for value in points]
+    rows, critical = [], []
+    constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
+    for number, value in enumerate(points):
+        changed = with_quantity(machine, parameter, value)
+        p = plane_of(changed, None)
+        if parameter == "unbalance" and constant is not None and p.isotropic and not np.any(p.offset):
+            rows.append((*(b for b in constant if not b.name.startswith("exact border")), *exact(changed, p)))
+            rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")
+        else:
+            constant = borders_of(changed, p)
+            rows.append(constant)
+        critical.append(lower_critical_speed(p))
+        if progress is not None:
+            progress(number + 1, len(points))
+    return _dataset(machine, parameter, numbers, rows, critical)
+
+
+def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
+    """From zero to what the balls can balance, kg m, dense about two balls at right angles, where |S2| = 0."""
+    p = plane(machine, 0.0)
+    if p.moment.size == 0:
+        raise QuestionError("the machine has no balls; there is no border over the unbalance")
+    capability = float(p.moment.sum())
+    even = np.linspace(0.0, 1.0, count // 2)
+    around = math.sqrt(0.5) + np.concatenate(
+        [-np.geomspace(1e-5, 0.1, count // 4)[::-1], [0.0], np.geomspace(1e-5, 0.1, count // 4)]
+    )
+    return np.asarray(capability * np.unique(np.concatenate([even, around])), np.float64)
+
+
+def _dataset(
+    machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
+) -> xr.Dataset:
+    dim = dimension_of(parameter)
+    text, unit = label_of(parameter)
+    found = xr.Dataset(coords={dim: (dim, numbers, {"long_name": text, "units": unit})})
+    names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
+    for name in names:
+        by_name = [{border.name: border for border in row} for row in rows]
+        missing = Border(name, math.nan, "positions of the balls make no difference")
+        borders = [entry.get(name, missing) for entry in by_name]
+        found[VARIABLES[name]] = (dim, [b.speed for b in borders], {"long_name": name, "units": "rad/s"})
+        found[f"{VARIABLES[name]}_note"] = (
+            dim,
+            np.array([b.note for b in borders], dtype=object),
+            {"long_name": f"note on the {name}"},
+        )
+    found["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
+    p = plane_of(machine, None)
+    found.attrs = {
+        "title": f"Border speeds of {machine.name} over {text}",
+        **provenance(),
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "parameter": parameter,
+        "unbalance": abs(p.unbalance),
+        "capability": float(p.moment.sum()),
+        "balls": len(resolve(machine)),
+        "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74)",
+    }
+    return found

@@ -1,0 +1,76 @@
+"""The growth rates of a map: compiled and in threads for equal balls, state by state otherwise."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.errors import MachineError
+from autobalancer.machine import Machine
+from autobalancer.stability.balanced import balanced_states
+from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.windows import plane_of
+
+MEMBERS = 6  # of a continuum of balanced states, at most
+TASKS = 32  # at least so many pieces of work, if there is enough of it
+
+
+def rates_over(
+    machine: Machine,
+    values: dict[str, Floats],
+    speed: float,
+    worst: bool,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> Floats:
+    """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
+    outer = [name for name in values if name not in ("unbalance", "speed")]  # those that need another machine
+    speeds = values.get("speed", np.array([speed]))
+    rows = list(product(*(values[name] for name in outer)))
+    machines = [_with(machine, dict(zip(outer, row, strict=True))) for row in rows]
+    planes = [plane_of(changed, None) for changed in machines]
+    sizes = values.get("unbalance", np.array([np.nan]))  # nan: that of the machine
+    parts = np.array_split(np.arange(sizes.size), max(1, min(sizes.size, TASKS // len(rows))))
+    tasks = [(row, part) for row in range(len(rows)) for part in parts]
+    result = np.empty((len(rows), sizes.size, speeds.size))
+
+    def work(task: tuple[int, Floats]) -> None:
+        row, part = task
+        for k in part:
+            p = planes[row] if np.isnan(sizes[k]) else with_size(planes[row], float(sizes[k]))
+            result[row, k] = _rates(machines[row], p, speeds, worst)
+
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        for done, _ in enumerate(pool.map(work, tasks), 1):
+            if progress is not None:
+                progress(done, len(tasks))
+    order = [*outer, *(name for name in ("unbalance", "speed") if name in values)]
+    kept = result.reshape([values[name].size for name in order])
+    return np.ascontiguousarray(kept.transpose([order.index(name) for name in values]))
+
+
+def with_size(p: Plane, size: float) -> Plane:
+    """The plane with another size of its unbalance."""
+    direction = p.unbalance / abs(p.unbalance) if p.unbalance else 1.0
+    return replace(p, unbalance=size * direction)
+
+
+def _rates(machine: Machine, p: Plane, speeds: Floats, worst: bool) -> Floats:
+    members = balanced_states(machine, p)[:MEMBERS]
+    found = np.array([member.rates(speeds) for member in members])
+    return np.asarray((np.fmax if worst else np.fmin).reduce(found))
+
+
+def _with(machine: Machine, values: dict[str, float]) -> Machine:
+    for name, value in values.items():
+        try:
+            machine = with_quantity(machine, name, float(value))
+        except MachineError as error:
+            raise MachineError(f"{name} = {value:.6g}: {error}") from None
+    return machine

@@ -1,0 +1,143 @@
+"""Stability maps: the growth rate of the balanced state over any two parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.quantities import dimension_of, label_of, si_value, value_of, with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.machine import Machine
+from autobalancer.results.provenance import provenance
+from autobalancer.stability.balanced import balanced_states
+from autobalancer.stability.lateral import Floats
+from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points
+from autobalancer.stability.map_rates import rates_over
+from autobalancer.stability.windows import plane_of
+from autobalancer.units import to_si
+
+Axis = Sequence[Any] | Floats
+Progress = Callable[[int, int], None]
+
+
+def stability_map(
+    machine: Machine | str | Path,
+    axes: Mapping[str, Axis],
+    *,
+    speed: float | str | None = None,
+    positions: Literal["worst", "best"] = "worst",
+    operating_points: Mapping[str, tuple[Any, Any]] | None = None,
+    borders: int = 61,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Growth rate of the balanced state over two parameters, with the border speeds.
+
+    Two or more equal balls on isotropic supports take the compiled way, about a microsecond a point; other machines
+    take the eigenvalues or, on orthotropic supports, the multipliers of every point.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    axes
+        Two parameters with their values, SI or strings with units: ``"speed"``, names of
+        :data:`autobalancer.assembly.quantities.QUANTITIES` such as ``"viscosity"``, or paths.
+    speed
+        The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
+    positions
+        Of more than two balls, which have many ways to balance: take the least or the most stable.
+    operating_points
+        Name to a pair of values along the axes. The machine itself is one if it has both values.
+    borders
+        With the speed as an axis: at so many values of the other one the border speeds are found; 0 for none.
+    workers
+        Threads of the compiled way; by default one for each core.
+    progress
+        Called with (rows done, rows in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``growth_rate`` (1/s) over both parameters, nan where there is no balanced state; the borders of
+        :func:`border_curve` over ``<other>_of_border``; ``operating_point`` with its values; for a viscosity the fluids
+        of the catalog along it.
+
+    Raises
+    ------
+    QuestionError
+        Unless there are two different axes with values, for an unknown name, a missing speed, no balls, or gravity.
+    MachineError
+        If a combination makes no possible machine; the message names it.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if len(axes) != 2:
+        raise QuestionError(f"stability map: given {len(axes)} parameters; give two, such as 'speed' and 'viscosity'")
+    if positions not in ("worst", "best"):
+        raise QuestionError(f"positions: given {positions!r}; must be 'worst' or 'best'")
+    values = {name: _numbers(machine, name, axis) for name, axis in axes.items()}
+    fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
+    if "speed" in axes and speed is not None:
+        raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
+    rates = rates_over(machine, values, fixed, positions == "worst", workers, progress)
+    found = _dataset(machine, values, rates, fixed, positions)
+    if "speed" in axes and borders > 0:
+        found = with_borders(found, machine, values, borders)
+    found = with_operating_points(found, machine, list(values), operating_points or {})
+    return with_fluids(found, machine, list(values))
+
+
+def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
+    points = [value.item() if isinstance(value, np.generic) else value for value in axis]
+    if not points:
+        raise QuestionError(f"{name}: given no values; give at least one")
+    if name != "speed":
+        with_quantity(machine, name, points[0])  # says what is wrong before the work begins
+        return np.array([si_value(machine, name, value) for value in points], np.float64)
+    numbers = np.array([float(to_si(value, "rad/s")) for value in points])
+    if not (numbers > 0.0).all():
+        raise QuestionError(f"speed: given {float(numbers.min()):.6g} rad/s; must be greater than zero")
+    return numbers
+
+
+def _fixed_speed(machine: Machine, speed: float | str | None) -> float:
+    if speed is not None:
+        value = float(to_si(speed, "rad/s"))
+        if not value > 0.0:
+            raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+        return value
+    value = value_of(machine, "speed")
+    if not value > 0.0:
+        raise QuestionError("speed: it is neither an axis nor prescribed by the machine's drive; give one, in rad/s")
+    return value
+
+
+def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: float, positions: str) -> xr.Dataset:
+    dims = tuple(dimension_of(name) for name in values)
+    found = xr.Dataset()
+    for dim, (name, numbers) in zip(dims, values.items(), strict=True):
+        text, unit = label_of(name)
+        found = found.assign_coords({dim: (dim, numbers, {"long_name": text, "units": unit})})
+    found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
+    p = plane_of(machine, None)
+    route = balanced_states(machine, p)[0].route
+    found.attrs = {
+        "title": f"Stability map of {machine.name}",
+        **provenance(),
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "parameters": list(values),
+        "positions": positions if p.moment.size > 2 else "only ones",
+        "unbalance": abs(p.unbalance),
+        "theory": f"exact: full equations, {route}",
+    }
+    if not math.isnan(speed):
+        found.attrs["speed"] = speed
+    return found

@@ -1,0 +1,141 @@
+"""The least viscosity or drag with which the balanced state is stable at a speed and above it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine
+from autobalancer.stability import borders
+from autobalancer.stability.balanced import balanced_states
+from autobalancer.stability.borders_over import VARIABLES
+from autobalancer.stability.lateral import Plane
+from autobalancer.stability.release import release_border
+from autobalancer.stability.windows import plane_of
+from autobalancer.units import to_si
+
+VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside
+DRAGS = (1e-6, 1e5)  # beta over I w_c
+STEPS = 6  # a decade
+
+
+def minimum_viscosity(
+    machine: Machine | str | Path, speed: float | str, which: str = "exact border", *, unbalance: float | None = None
+) -> float:
+    """The kinematic viscosity of the fluid from which on the balanced state is stable at ``speed`` and above it.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file. The density of its fluid is kept, in all races.
+    speed
+        rad/s, or a string with a unit.
+    which
+        ``"exact border"``: at this unbalance, for more than two balls in their worst positions. ``"exact border, worst
+        case"``: for any unbalance up to the capability. ``"averaged border"`` or ``"release speed"``: that one at most
+        at ``speed``.
+    unbalance
+        kg m; by default the largest of the machine.
+
+    Returns
+    -------
+    float
+        m^2/s. With any thicker fluid the border is not above ``speed`` either; thinner ones may do as well, in windows.
+        Zero if every fluid does; infinite if none does, as below the critical speed.
+
+    Raises
+    ------
+    QuestionError
+        If the drag follows from no fluid, ``which`` is unknown, there is no balanced state, or gravity acts.
+    """
+    return _minimum(machine, "viscosity", speed, which, unbalance)
+
+
+def minimum_drag(
+    machine: Machine | str | Path, speed: float | str, which: str = "exact border", *, unbalance: float | None = None
+) -> float:
+    """The drag beta of every ball, N m s, from which on the balanced state is stable at ``speed`` and above it.
+
+    As :func:`minimum_viscosity`; the effective mass of the balls does not change.
+    """
+    return _minimum(machine, "drag", speed, which, unbalance)
+
+
+def _minimum(
+    machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
+) -> float:
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if which not in VARIABLES:
+        raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
+    wanted = _speed(speed)
+    p = plane_of(machine, unbalance)
+    if p.moment.size == 0:
+        raise QuestionError(f"minimum {name}: the machine has no balls")
+    unit = float(np.median(p.inertia)) * math.sqrt(max(p.stiffness) / p.mass)
+    ends = VISCOSITIES if name == "viscosity" else (DRAGS[0] * unit, DRAGS[1] * unit)
+    start = with_quantity(machine, name, ends[1])  # also says if nothing can be changed
+    holds = _question(start, which, wanted, p.unbalance)
+
+    def enough(exponent: float) -> bool:
+        return holds(with_quantity(machine, name, math.exp(exponent)))
+
+    low, high = (math.log(value) for value in ends)
+    grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
+    if not enough(float(grid[0])):
+        return math.inf
+    for before, after in pairwise(grid):
+        if not enough(float(after)):
+            return _bisected(enough, float(after), float(before))
+    return 0.0
+
+
+def _question(machine: Machine, which: str, speed: float, unbalance: complex) -> Callable[[Machine], bool]:
+    """Whether the border of a machine is not above the speed."""
+
+    def of(machine: Machine) -> Plane:
+        return plane_of(machine, unbalance)
+
+    simple = {"averaged border": borders.averaged, "release speed": release_border}
+    if which in simple:
+        return lambda m: simple[which](of(m)).speed <= speed
+    if which == "exact border, worst case":
+        found = borders.worst_case(of(machine))
+        if math.isnan(found.speed):
+            raise QuestionError(f"{which}: {found.note}")
+        return lambda m: borders.worst_case(of(m)).speed <= speed
+    (first, *_) = borders.exact(machine, of(machine))
+    if math.isnan(first.speed):
+        raise QuestionError(f"{which}: {first.note}")
+    worst = which == "exact border"
+
+    def exact(m: Machine) -> bool:
+        p = of(m)
+        if speed <= max(math.sqrt(k / p.mass) for k in p.stiffness) and p.isotropic:
+            return False
+        verdicts = (borders.border_of(state, p)[0] <= speed for state in balanced_states(m, p))
+        return all(verdicts) if worst else any(verdicts)
+
+    return exact
+
+
+def _speed(speed: float | str) -> float:
+    value = float(to_si(speed, "rad/s"))
+    if not value > 0.0:
+        raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+    return value
+
+
+def _bisected(enough: Callable[[float], bool], low: float, high: float) -> float:
+    """The logarithm between one that is not enough and one that is, turned back."""
+    while high - low > 1e-10:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return math.exp(high)

@@ -1,0 +1,51 @@
+"""The release speed: from which rotor speed on no ball can stall.
+
+A ball that circles in space at a speed v drives the rotor, with all others that stall, at the frequency v. The rotor
+answers with a whirl that brakes the ball; averaged over a turn the torque is
+
+    s (sum s) v^4 L(v),    L(v) = (1/2) sum over x, y of b v / ((k - M v^2)^2 + (b v)^2),    s = m eps,
+
+and the fluid drags it with beta (W - v). Stalling is possible as long as both are equal for some v < W.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalancer.stability.border import Border
+from autobalancer.stability.lateral import Plane
+
+POINTS = 4000
+
+
+def release_border(p: Plane) -> Border:
+    """The release speed, linear drag and no friction; closed form (4.73) of Spannan (2021) for isotropic supports.
+
+    That is the torque balance at v = w_c, W = w_c (1 + N S) for N equal balls. Balls that are not equal break away one
+    after the other; the last one counts. On orthotropic supports the balance is sought over v.
+    """
+    name, note = "release speed", "for a drag that is linear and no friction"
+    if not all(b > 0.0 for b in p.damping):
+        return Border(name, math.inf, "never: without damping of the rotor its whirl at a critical speed has no bound")
+    if not (p.drag > 0.0).all():
+        return Border(name, math.inf, "never: a ball without drag is not dragged along")
+    if p.isotropic:
+        critical = math.sqrt(p.stiffness[0] / p.mass)
+        speeds, pulls = np.array([critical]), np.array([critical**3 / p.damping[0]])
+    else:
+        note = f"last resonance; {note}"
+        ends = [math.sqrt(k / p.mass) for k in p.stiffness]
+        speeds = np.linspace(0.7 * min(ends), 1.5 * max(ends), POINTS)
+        pulls = np.zeros(POINTS)
+        for k, b in zip(p.stiffness, p.damping, strict=True):
+            pulls += 0.5 * speeds**5 * b / ((k - p.mass * speeds**2) ** 2 + (b * speeds) ** 2)
+    stalled, released = list(range(p.moment.size)), 0.0
+    while stalled:
+        total = float(p.moment[stalled].sum())
+        least = {i: float((speeds + p.moment[i] * total * pulls / p.drag[i]).max()) for i in stalled}
+        first = min(stalled, key=lambda i: least[i])
+        released = max(released, least[first])
+        stalled.remove(first)
+    return Border(name, released, note)
