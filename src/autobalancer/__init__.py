@@ -32,6 +32,11 @@ _HOME = {
     # solve
     "simulate": "simulation.run",
     "Event": "simulation.events",
+    "Samples": "simulation.sampling",
+    "SampleTimes": "simulation.sampling",
+    "Envelope": "simulation.sampling",
+    "LastRevolutions": "simulation.sampling",
+    "with_parameter": "assembly.parameters",
     "summary": "stability.summary",
     "border_speeds": "stability.borders",
     "equilibria": "stability.states",
@@ -59,7 +64,11 @@ _HOME = {
 _MODULES = {"machine", "errors", "units"}
 
 __all__ = [
+    "Envelope",
     "Event",
+    "LastRevolutions",
+    "SampleTimes",
+    "Samples",
     "animate",
     "ball_angle_to_unbalance",
     "basin",
@@ -95,6 +104,7 @@ __all__ = [
     "summary",
     "sweep",
     "units",
+    "with_parameter",
 ]
 
 
@@ -115,6 +125,7 @@ def __dir__() -> list[str]:
 
 if TYPE_CHECKING:
     from autobalancer import errors, machine, units
+    from autobalancer.assembly.parameters import with_parameter
     from autobalancer.catalog.bearings import bearings, suitable_bearings
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.materials import materials
@@ -137,6 +148,7 @@ if TYPE_CHECKING:
     from autobalancer.results.store import load_run, save_run
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
+    from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
     from autobalancer.stability.basins import basin
     from autobalancer.stability.borders import border_speeds
     from autobalancer.stability.states import eigenvalues, equilibria

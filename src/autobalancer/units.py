@@ -43,6 +43,7 @@ def _registry() -> Any:
 
     registry: Any = pint.UnitRegistry(cache_folder=None, on_redefinition="ignore")
     registry.define("hertz = 2 * pi * radian / second = Hz")  # a speed in Hz counts revolutions
+    registry.define("rev = 2 * pi * radian")
     registry.define("cSt = 1e-6 * m**2 / s = centistokes")
     registry.define("gmm = 1e-6 * kg * m = g_mm")
     return registry
@@ -92,6 +93,8 @@ def to_si(value: float | int | str, unit: str) -> float:
             f"given {value!r}, which does not start with a finite number; write for example {_sample(unit)}"
         )
     number, written = float(match[1]), match[2].strip()
+    if written.startswith(","):
+        raise UnitError(f"given {value!r}; write a decimal point, not a comma: {value.replace(',', '.')!r}")
     if not written and unit not in ("", "rad"):
         raise UnitError(
             f"given {value!r} without a unit; give one, such as {_sample(unit)}, or as a plain number in {unit}"

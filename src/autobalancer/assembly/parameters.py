@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 
@@ -40,7 +40,10 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
             )
         steps.append(match[1])
         steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
-    changed = _changed(machine, steps, value, path)
+    try:
+        changed = _changed(machine, steps, value, path)
+    except MachineError as error:
+        raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
     assert isinstance(changed, Machine)
     return changed
 

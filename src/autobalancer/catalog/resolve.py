@@ -95,7 +95,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         try:
             density, viscosity = fluid_numbers(race.fluid)
         except CatalogError as error:
-            problems.append((("fluid",), str(error)))
+            problems.append((("fluid", "name"), str(error)))
             return []
     balls: list[Ball] = []
     for g, group in enumerate(race.balls):

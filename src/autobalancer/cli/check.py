@@ -35,13 +35,15 @@ def check(
     names = ("along x and y",) if len(found.critical_speeds) == 1 else ("along x", "along y")
     for name, speed, ratio in zip(names, found.critical_speeds, found.damping_ratios, strict=True):
         table.add_row("critical speed", f"{_speed(speed)}, {name}, damping ratio {100 * ratio:.3g} %")
-    table.add_row("unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" at most" if found.unbalance else ""))
+    table.add_row(
+        "unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" (greatest over time)" if found.unbalance_varies else "")
+    )
     for race in found.races:
         share = race.capability / found.unbalance if found.unbalance else math.inf
         enough = f", {share:.3g} times the unbalance" if found.unbalance else ""
         table.add_row(
             f"balancer {race.balancer}, race {race.race}",
-            f"{race.balls} balls, {race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
+            f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, {race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
             f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
             f"capability {race.capability * 1e6:.5g} g mm{enough}\n"
             f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
 
@@ -75,10 +75,20 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
         return "missing; it has no default"
     if kind == "extra_forbidden":
         return f"unknown key; allowed here: {', '.join(sorted(part.model_fields))}"
+    if kind == "union_tag_not_found":
+        name, tags = _tags(part, str(entry["loc"][0]))
+        return f"given {_short(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
     if kind.startswith("union_tag"):
         tags = entry.get("ctx", {}).get("expected_tags", "")
         return f"given {_short(given)}; its 'kind' (or 'law') must be one of {tags}"
     return f"given {_short(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
+
+
+def _tags(part: type[BaseModel], field: str) -> tuple[str, list[str]]:
+    """The discriminator of a field that may be one of several parts, and its values."""
+    info = part.model_fields[field]
+    name = str(info.discriminator)
+    return name, [repr(kind.model_fields[name].default) for kind in get_args(info.annotation)]
 
 
 def _short(value: Any) -> str:

@@ -41,6 +41,10 @@ class PoleModel:
         bare = (self.residues / (sigma[..., None] - self.poles)).sum(axis=-1)
         return np.asarray(bare / (1.0 + self.added_mass * sigma**2 * bare), np.complex128)
 
+    def at(self, frequency: Floats) -> Complexes:
+        """H(i frequency), m/N."""
+        return self.receptance(np.asarray(1j * frequency, np.complex128))
+
 
 def loop_eigenvalues(
     model: PoleModel, balls: RaceBalls, angles: Floats, speed: float, *, gain: float = 1.0, phase: float = 0.0

@@ -27,7 +27,7 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float, *, balls_on
     Parameters
     ----------
     fit, balls, balls_on_rotor
-        As for :func:`~autobalancer.measurement.receptance_stability.receptance_stability`.
+        As for :func:`receptance_stability`.
     speed
         Rotor speed, rad/s.
 
@@ -50,7 +50,7 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float, *, balls_on
     measured = bare / (1.0 - model.added_mass * measured_at**2 * bare)
     found = xr.Dataset(coords={"loop_frequency": frequency, "frequency": measured_at})
     curves = {
-        "loop": ("loop_frequency", _loop(balls, speed, frequency, model.receptance(1j * frequency))),
+        "loop": ("loop_frequency", _loop(balls, speed, frequency, model.at(frequency))),
         "measured_loop": ("frequency", _loop(balls, speed, measured_at, measured)),
     }
     for name, (dim, values) in curves.items():
@@ -77,4 +77,4 @@ def _frequencies(fit: xr.Dataset, model: PoleModel, speed: float) -> Floats:
     for pole in model.poles[model.poles.imag > 0.0]:
         points.append(abs(pole) + 0.02 * abs(pole.real) * shares)
     every = np.unique(np.concatenate(points))
-    return every[(every > low) & (every < high) & (every != speed)]
+    return np.asarray(every[(every > low) & (every < high) & (every != speed)], np.float64)

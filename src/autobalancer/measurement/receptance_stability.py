@@ -177,7 +177,7 @@ def least_drag_factor(model: PoleModel, balls: RaceBalls, states: list[Floats], 
 
 
 def viscosity_of(machine: Machine | str | Path) -> float | None:
-    """Kinematic viscosity (m^2/s) of the fluid in the race, if the drag follows from it; drag is in proportion to it."""
+    """Kinematic viscosity (m^2/s) of the fluid in the race, if the drag follows from it, in proportion."""
     machine = machine if isinstance(machine, Machine) else load_machine(machine)
     race = machine.balancers[0].races[0]
     if race.fluid is None or isinstance(race.drag, DragTorque):

@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError, UnitError
 from autobalancer.measurement.receptance import receptance_dataset

@@ -28,8 +28,8 @@ def plot_border_curve(
 ) -> Figure:
     """Draw averaged border, exact border and release speed over a parameter, each in its own style.
 
-    A border that is *never* leaves the picture at the top, or says so in the legend; above the exact border the balanced
-    state is stable and the picture green.
+    A border that is *never* leaves the picture at the top, or says so in the legend. Above the exact border the
+    balanced state is stable and the picture green.
 
     Parameters
     ----------

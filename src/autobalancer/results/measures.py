@@ -128,6 +128,7 @@ def measures(run: xr.Dataset) -> xr.Dataset:
         found["release_speed"] = release_speed(run)
         if "ball_angle_in_rotor" in run:
             final = ball_angle_to_unbalance(run).isel(time=-1, drop=True)
+            final.attrs["long_name"] = "final ball angle from the unbalance"
             found["final_ball_angle_to_unbalance"] = final.drop_vars([n for n in final.coords if n != "ball"])
     found.attrs = {
         key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs

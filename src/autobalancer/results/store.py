@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from autobalancer.errors import ResultError
 from autobalancer.results.provenance import MAKER
+
+# netCDF turns a list of one into a scalar; these come back as lists
+LISTS = {"critical_speeds", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
 
 def save_run(run: xr.Dataset, path: str | Path) -> Path:
@@ -49,4 +53,6 @@ def load_run(path: str | Path) -> xr.Dataset:
         raise ResultError(f"{path}: not a readable result file: {reason}") from None
     if not str(run.attrs.get("source", "")).startswith(MAKER):
         raise ResultError(f"{path}: was not written by autobalancer; its attribute 'source' says nothing of the kind")
+    for key in LISTS & set(run.attrs):
+        run.attrs[key] = np.atleast_1d(run.attrs[key]).tolist()
     return run

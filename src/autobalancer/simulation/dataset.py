@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.system import Assembly, unbalance_at
-from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, Memory
+from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
@@ -37,12 +37,14 @@ def run_dataset(
         data |= _states(record.samples[:count], record.sample_times[:count], assembly)
     bins = int(state.counts[NEXT_BIN])
     if record.bin_low.size:
-        states = record.bin_states[:bins]
+        edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
+        if bins < record.bin_low.size and np.isfinite(record.bin_high[bins]) and state.clock[TIME] > edges[-1]:
+            # the run ended early: its last bin ends there
+            bins += 1
+            edges = np.append(edges, state.clock[TIME])
+            states = np.vstack([states, state.state])
         n = len(balls)
-        coordinates["envelope_time"] = (
-            "bin",
-            0.5 * (record.bin_edges[:bins] + record.bin_edges[1 : bins + 1]),
-        )
+        coordinates["envelope_time"] = ("bin", 0.5 * (edges[:-1] + edges[1:]))
         data["envelope_low"] = ("bin", record.bin_low[:bins])
         data["envelope_high"] = ("bin", record.bin_high[:bins])
         data["envelope_speed"] = ("bin", states[:, SPEED])

@@ -7,6 +7,7 @@ from typing import Literal
 
 from autobalancer.errors import QuestionError
 from autobalancer.kernels import events as kinds
+from autobalancer.units import to_si
 
 _KINDS = {
     "deflection": kinds.DEFLECTION,
@@ -27,7 +28,7 @@ class Event:
         ``deflection``, ``speed``, ``ball_speed_in_rotor``, ``ball_speed_in_space`` (these two of one ``ball``, counted
         from 1) or ``fastest_ball_in_rotor`` (the greatest amount among all balls).
     level
-        m or rad/s.
+        m or rad/s, or a text with a unit.
     direction
         Which passage counts.
     ends_run
@@ -40,7 +41,7 @@ class Event:
     """
 
     quantity: Literal["deflection", "speed", "ball_speed_in_rotor", "ball_speed_in_space", "fastest_ball_in_rotor"]
-    level: float
+    level: float | str
     direction: Literal["rising", "falling", "both"] = "both"
     ends_run: bool = False
     ball: int | None = None
@@ -48,6 +49,7 @@ class Event:
     def __post_init__(self) -> None:
         if self.quantity not in _KINDS:
             raise QuestionError(f"event: unknown quantity {self.quantity!r}; known: {', '.join(_KINDS)}")
+        object.__setattr__(self, "level", to_si(self.level, "m" if self.quantity == "deflection" else "rad/s"))
         if self.quantity in ("ball_speed_in_rotor", "ball_speed_in_space") and self.ball is None:
             raise QuestionError(f"event on {self.quantity}: say which ball, counted from 1")
 
@@ -56,7 +58,7 @@ class Event:
         """For the result: ``speed rising through 250``."""
         ball = f" of ball {self.ball}" if self.ball is not None else ""
         way = "" if self.direction == "both" else f" {self.direction}"
-        return f"{self.quantity}{ball}{way} through {self.level:g}"
+        return f"{self.quantity}{ball}{way} through {float(self.level):g}"
 
     @property
     def numbers(self) -> tuple[int, int, float, int, int]:

@@ -31,4 +31,9 @@ def outcome(status: int, time: float, duration: float, *, interrupted: bool, ste
         )
     if status == NOT_FINITE:
         return Outcome("not finite", f"at {time:.6g} s the motion left all bounds; check masses, drag and drive")
-    return Outcome("budget spent", f"{steps} steps were taken up to {time:.6g} s; raise max_steps or shorten the run")
+    return Outcome(
+        "budget spent",
+        f"{steps} steps were taken up to {time:.6g} s; "
+        "raise max_steps or shorten the run; steps much shorter than a revolution mean a stiff machine: look for a drag "
+        "or a stiffness that is far too large",
+    )

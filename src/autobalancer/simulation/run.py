@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.system import Assembly, assemble, critical_speeds
@@ -31,6 +30,7 @@ from autobalancer.simulation.events import Event
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, Samples, Sampling
+from autobalancer.units import to_si
 
 Method = Literal["dormand_prince_8", "tsitouras"]
 Progress = Callable[[float, float], None]
@@ -42,14 +42,14 @@ CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
 def simulate(
     machine: Machine | str | Path,
     *,
-    duration: float | None = None,
+    duration: float | str | None = None,
     save: Sampling | Sequence[Sampling] = DEFAULT_SAVE,
     events: Sequence[Event] = (),
     tolerance: float = 1e-8,
     method: Method = "dormand_prince_8",
     frame: Literal["auto", "rotor", "space"] = "auto",
     seed: int = 0,
-    max_steps: int = 1_000_000_000,
+    max_steps: int = 100_000_000,
     progress: Progress | None = None,
     keep_on_interrupt: bool = False,
 ) -> xr.Dataset:
@@ -60,7 +60,7 @@ def simulate(
     machine
         A machine or the path of a machine file.
     duration
-        Seconds; by default the ``run.duration`` of the machine.
+        Seconds, or a text such as ``"20 s"``; by default the ``run.duration`` of the machine.
     save
         What to keep: :class:`Samples`, :class:`SampleTimes`, :class:`Envelope`, :class:`LastRevolutions`
         or several of them.
@@ -101,8 +101,14 @@ def simulate(
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
+    if frame == "rotor" and not machine.rotor.isotropic:
+        raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
     pair = _tableau(method)
+    if isinstance(save, str):
+        raise QuestionError(
+            f"save: given {save!r}; give Samples(), SampleTimes(), Envelope(), LastRevolutions() or several"
+        )
     wishes = [save] if isinstance(save, Sampling) else list(save)
     record = record_for(wishes, events, assembly, end)
     state = memory_for(assembly, end, tolerance, pair)
@@ -174,14 +180,15 @@ def _drive(
     return status, False
 
 
-def _duration(machine: Machine, duration: float | None) -> float:
+def _duration(machine: Machine, duration: float | str | None) -> float:
     if duration is None:
         if machine.run is None:
             raise QuestionError("duration: the machine has no 'run.duration'; give one here")
         return float(machine.run.duration)
-    if not (np.isfinite(duration) and duration > 0.0):
+    seconds = to_si(duration, "s")
+    if not seconds > 0.0:
         raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
-    return float(duration)
+    return float(seconds)
 
 
 def _tableau(method: str) -> tableaus.Tableau:

@@ -240,10 +240,12 @@ class Explorer:
         return rows
 
     def _extrapolated(self, rows: list[Row]) -> Row:
-        """Where the period is infinite: 1/T^2 runs to zero linearly at a fold on the orbit, and faster elsewhere."""
-        a, b = rows[-2], rows[-1]
-        share = (b.share * b.period**2 - a.share * a.period**2) / (b.period**2 - a.period**2)
-        return replace(b, share=share, value=self.span.value(share), period=math.inf)
+        """Where the period is infinite: at a fold on a stable orbit 1/T^2 runs to zero linearly; elsewhere about here."""
+        (x, p), (y, q), (z, r) = ((row.period**-2, row.share) for row in rows[-3:])
+        share = r
+        if not rows[-1].unstable and q != p and y != x and abs((r - q) / (q - p) * (y - x) / (z - y) - 1.0) < 0.3:
+            share = r - z * (r - q) / (z - y)
+        return replace(rows[-1], share=share, value=self.span.value(share), period=math.inf)
 
     def _arrived(self, share: float) -> None:
         """The Hopf point at which an orbit has shrunk to nothing needs no branch of its own."""

@@ -42,6 +42,7 @@ class Summary:
     critical_speeds: tuple[float, ...]
     damping_ratios: tuple[float, ...]
     unbalance: float
+    unbalance_varies: bool
     races: tuple[RaceSummary, ...]
     capability: float
     sommerfeld_number: float
@@ -92,6 +93,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         critical_speeds=critical,
         damping_ratios=tuple(b / (2.0 * math.sqrt(k * system.mass)) for k, b in pairs),
         unbalance=unbalance,
+        unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
         races=races,
         capability=capability,
         sommerfeld_number=math.nan if reason else planar_balancer(machine, balls).sommerfeld_number,

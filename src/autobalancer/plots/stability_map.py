@@ -1,0 +1,240 @@
+"""Stability maps: growth rate over two parameters, with the border speeds by their names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import round_down, speed_axis
+from autobalancer.plots.border_curve import BORDERS
+from autobalancer.plots.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
+from autobalancer.plots.style import CRITICAL, INK, look, picture
+
+COLORS = LinearSegmentedColormap.from_list(
+    "growth",
+    [
+        (0.0, "#2F8F6B"),
+        (0.35, "#A5D6C0"),
+        (0.4999, "#EAF6F0"),
+        (0.5001, "#FDEDE4"),
+        (0.65, "#F5B999"),
+        (1.0, "#C9501F"),
+    ],
+)
+FAMILIES = ("silicone oil", "mineral oil", "water", "glycerol-water", "air")  # the first has the first choice of room
+
+
+def plot_map(
+    found: xr.Dataset,
+    *,
+    speed_unit: str = "rpm",
+    x: str | None = None,
+    fluids: bool = True,
+    title: str | None = None,
+) -> Figure:
+    """Draw a stability map: contours of the growth rate, border speeds, fluids and operating points.
+
+    Green is stable, red unstable, gray where there is no balanced state. Each border has its own line and its name in
+    the legend. The exact one is the speed above which all is green; stable windows below it are green as well.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.stability_map`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    x
+        Which parameter is along x, as a dimension of ``found``; by default the first.
+    fluids
+        Name fluids of the catalog along a viscosity.
+    title
+        By default that of ``found``.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no map, has fewer than two values along an axis, or ``x`` is no parameter of it.
+    """
+    if "growth_rate" not in found or found["growth_rate"].ndim != 2:
+        raise QuestionError("plot_map: this is no result of stability_map()")
+    speed_axis(speed_unit)
+    dims = [str(dim) for dim in found["growth_rate"].dims]
+    if x is not None and x not in dims:
+        raise QuestionError(f"x: given {x!r}; must be one of {', '.join(dims)}")
+    if min(found["growth_rate"].shape) < 2:
+        raise QuestionError("plot_map: the map has one value along an axis; ask for several")
+    if x is not None and x != dims[0]:
+        dims = dims[::-1]
+    found = found.sortby(dims)
+    along = [quantity_axis(found[dim], speed_unit) for dim in dims]
+    with look():
+        figure = picture(8.4, 6.0)
+        axes = figure.add_subplot()
+        axes.grid(False)
+        handles = _growth(figure, axes, found["growth_rate"].transpose(*dims).values, along)
+        for axis, which in zip(along, ("x", "y"), strict=True):
+            if axis.log:
+                (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+                plain_log_ticks(axes, which)
+        axes.set_xlabel(along[0].label)
+        axes.set_ylabel(along[1].label)
+        handles += _borders(axes, found, dims, along)
+        handles += _operating_points(axes, found, dims, along)
+        if fluids and "fluid" in found and "viscosity" in dims:
+            _fluids(axes, found, dims.index("viscosity"), along)
+        axes.set_xlim(along[0].values[0], along[0].values[-1])
+        axes.set_ylim(along[1].values[0], along[1].values[-1])
+        fixed = (
+            f" at {found.attrs['speed'] * speed_axis(speed_unit).factor:.4g} {speed_unit}"
+            if "speed" in found.attrs
+            else ""
+        )
+        figure.suptitle(title or f"{found.attrs['title']}{fixed}", fontsize=10.5, weight="bold", x=0.02, ha="left")
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _growth(figure: Figure, axes: Axes, rates: np.ndarray, along: list[QuantityAxis]) -> list[Any]:
+    """Filled contours with the same steps on both sides of zero, and a bar."""
+    known = rates[np.isfinite(rates)]
+    handles: list[Any] = []
+    if known.size < rates.size:
+        axes.set_facecolor("#D5D5D5")
+        handles.append(Patch(color="#D5D5D5", label="no balanced state"))
+    if not known.size:
+        return handles
+    sides = [np.quantile(np.abs(side), 0.97) for side in (known[known < 0.0], known[known > 0.0]) if side.size]
+    top = round_down(max(float(max(sides, default=1.0)), 1e-12))
+    steps = top * np.array([0.05, 0.1, 0.2, 0.5, 1.0])
+    levels = np.concatenate([-steps[::-1], [0.0], steps])
+    drawn = axes.contourf(
+        along[0].values,
+        along[1].values,
+        np.clip(rates, -10 * top, 10 * top).T,
+        levels=levels,
+        cmap=COLORS,
+        norm=BoundaryNorm(levels, 256, extend="both"),
+        extend="both",
+    )
+    drawn.set_rasterized(True)
+    bar = figure.colorbar(
+        drawn, ax=axes, pad=0.13 if "viscosity" in along[1].label else 0.02, fraction=0.05, spacing="uniform"
+    )
+    bar.set_ticks(list(levels))
+    bar.set_ticklabels([f"{level:g}" for level in levels])
+    bar.set_label("growth rate (1/s), stable below zero")
+    bar.outline.set_visible(False)
+    return handles
+
+
+def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+    """The border curves over the other axis; without the speed as an axis the zero of the growth rate."""
+    if "speed" not in dims:
+        rates = found["growth_rate"].transpose(*dims).values
+        axes.contour(along[0].values, along[1].values, rates.T, levels=[0.0], colors=INK, linewidths=2.0)
+        return [Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")]
+    place = dims.index("speed")
+    other = dims[1 - place]
+    coordinate = f"{other}_of_border"
+    if coordinate not in found:
+        return []
+    values, unit = found[coordinate].values * along[1 - place].unit.factor, along[place].unit
+    high = 1e3 * float(along[place].values[-1])
+    handles: list[Any] = []
+    lines = {"critical_speed": {"color": CRITICAL, "lw": 1.0, "ls": (0, (5, 3)), "label": "critical speed"}, **BORDERS}
+    for name, style in lines.items():
+        if name not in found or np.isnan(found[name].values).all():
+            continue
+        speeds = found[name].values * unit.factor
+        drawn = np.where(np.isposinf(speeds), high, speeds)
+        axes.plot(*((drawn, values) if place == 0 else (values, drawn)), **style)
+        inside = np.isfinite(speeds) & (speeds >= along[place].values[0]) & (speeds <= along[place].values[-1])
+        label = style["label"] if inside.any() else f"{style['label']}: {_where(speeds, along[place].values)}"
+        handles.append(Line2D([], [], **{**style, "label": label}))
+    return handles
+
+
+def _where(speeds: np.ndarray, shown: np.ndarray) -> str:
+    finite = speeds[np.isfinite(speeds)]
+    if not finite.size:
+        return "never"
+    return "above the picture" if finite.min() > shown[-1] else "below the picture"
+
+
+def _operating_points(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+    if "operating_point" not in found:
+        return []
+    markers, handles = "oDs^vP*X", []
+    columns = [found[f"operating_{dim}"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True)]
+    for number, name in enumerate(found["operating_point"].values):
+        px, py = float(columns[0][number]), float(columns[1][number])
+        inside = all(a.values[0] <= v <= a.values[-1] for a, v in zip(along, (px, py), strict=True))
+        if not inside:
+            continue
+        style: dict[str, Any] = {
+            "marker": markers[number % len(markers)],
+            "ms": 7.5,
+            "mfc": "white",
+            "mec": INK,
+            "mew": 1.5,
+        }
+        axes.plot(px, py, ls="none", zorder=5, clip_on=False, **style)
+        handles.append(Line2D([], [], ls="none", **style, label=f"{name}"))
+    return handles
+
+
+def _fluids(axes: Axes, found: xr.Dataset, place: int, along: list[QuantityAxis]) -> None:
+    """Names on the side opposite to the viscosity's own numbers, as many as have room."""
+    axis = along[place]
+    low, high = (np.log(v) if axis.log else v for v in (axis.values[0], axis.values[-1]))
+    need = 0.034 if place == 1 else 0.03
+    taken: list[float] = []
+    names, families = found["fluid"].values, [str(word) for word in found["fluid_family"].values]
+    shown = found["fluid_viscosity"].values * axis.unit.factor
+    order = sorted(
+        range(len(names)),
+        key=lambda i: (FAMILIES.index(families[i]) if families[i] in FAMILIES else 9, "(" in str(names[i])),
+    )
+    for i in order:
+        value = float(shown[i])
+        at = ((np.log(value) if axis.log else value) - low) / (high - low)
+        if not 0.0 <= at <= 1.0 or any(abs(at - other) < need for other in taken):
+            continue
+        taken.append(at)
+        name = str(names[i])
+        if place == 1:
+            axes.annotate(
+                name,
+                (1.0, value),
+                xycoords=("axes fraction", "data"),
+                xytext=(6, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7.5,
+            )
+            axes.plot(
+                [1.0, 1.012], [value, value], transform=axes.get_yaxis_transform(), color=INK, lw=0.8, clip_on=False
+            )
+        else:
+            axes.annotate(
+                name,
+                (value, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 6),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                rotation=90,
+                fontsize=7.5,
+            )
+            axes.plot(
+                [value, value], [1.0, 1.014], transform=axes.get_xaxis_transform(), color=INK, lw=0.8, clip_on=False
+            )
