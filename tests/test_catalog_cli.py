@@ -97,7 +97,7 @@ def test_every_help_has_an_example(command: str) -> None:
         (("bearings", "--unbalance", "5 kg"), UnitError),
         (("bearings", "--material", "unobtainium"), CatalogError),
         (("fluid", "silicone oil 0.65", "--temperature", "40 degC"), CatalogError),
-        (("capability", "--orbit-radius", "77", "--ball-diameter", "12 mm"), UnitError),
+        (("capability", "--orbit-radius", "77 kg", "--ball-diameter", "12 mm"), UnitError),
     ],
 )
 def test_a_users_error_is_an_error_of_the_package(arguments: tuple[str, ...], error: type[AutobalancerError]) -> None:

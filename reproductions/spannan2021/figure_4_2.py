@@ -30,7 +30,13 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     release = critical * (1.0 + 2.0 * (ball * critical) ** 2 / (damping * drag))
     common = {"source": "Spannan 2021", "figure": "4.2 in kind"}
     rows = [
-        ("speed in space of the hanging balls, mean from 265 to 383 rad/s", "rad/s", 248.0, float(in_space.mean()), 2.0),
+        (
+            "speed in space of the hanging balls, mean from 265 to 383 rad/s",
+            "rad/s",
+            248.0,
+            float(in_space.mean()),
+            2.0,
+        ),
         (
             "release speed, against (4.73)",
             "rad/s",

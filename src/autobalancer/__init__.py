@@ -60,6 +60,25 @@ _HOME = {
     "plot_orbit": "plots.orbit",
     "plot_basin": "plots.basins",
     "animate": "plots.animation",
+    "stability_map": "stability.maps",
+    "branches": "stability.branches",
+    "bifurcation_curves": "stability.bifurcation_curves",
+    "minimum_viscosity": "stability.minimum",
+    "minimum_drag": "stability.minimum",
+    "stable_windows": "stability.windows",
+    "speed_windows": "stability.speed_windows",
+    "load_receptance": "measurement.receptance",
+    "fit_receptance": "measurement.rational_fit",
+    "receptance_border": "measurement.receptance_border",
+    "receptance_stability": "measurement.receptance_stability",
+    "receptance_loop": "measurement.receptance_loop",
+    "plot_stability": "plots.stability",
+    "plot_map": "plots.stability_map",
+    "plot_border_curve": "plots.border_curve",
+    "plot_receptance": "plots.receptance",
+    "plot_nyquist": "plots.receptance",
+    "plot_branches": "plots.branches",
+    "border_curve": "stability.borders_over",
 }
 _MODULES = {"machine", "errors", "units"}
 
@@ -73,33 +92,52 @@ __all__ = [
     "ball_angle_to_unbalance",
     "basin",
     "bearings",
+    "bifurcation_curves",
     "blend",
+    "border_curve",
     "border_speeds",
+    "branches",
     "capability",
     "deflection_envelope",
     "eigenvalues",
     "equilibria",
     "errors",
+    "fit_receptance",
     "fluid",
     "fluids",
     "largest_useful_count",
     "load_machine",
+    "load_receptance",
     "load_run",
     "machine",
     "machine_text",
     "materials",
     "measures",
+    "minimum_drag",
+    "minimum_viscosity",
     "peak_deflection",
     "plot_basin",
+    "plot_border_curve",
+    "plot_branches",
+    "plot_map",
+    "plot_nyquist",
     "plot_orbit",
     "plot_race",
+    "plot_receptance",
     "plot_run_up",
+    "plot_stability",
+    "receptance_border",
+    "receptance_loop",
+    "receptance_stability",
     "release_speed",
     "residual_vibration",
     "save_machine",
     "save_run",
     "settling_time",
     "simulate",
+    "speed_windows",
+    "stability_map",
+    "stable_windows",
     "suitable_bearings",
     "summary",
     "sweep",
@@ -131,11 +169,21 @@ if TYPE_CHECKING:
     from autobalancer.catalog.materials import materials
     from autobalancer.files.machine_file import load_machine, machine_text, save_machine
     from autobalancer.laws.capability import capability, largest_useful_count
+    from autobalancer.measurement.rational_fit import fit_receptance
+    from autobalancer.measurement.receptance import load_receptance
+    from autobalancer.measurement.receptance_border import receptance_border
+    from autobalancer.measurement.receptance_loop import receptance_loop
+    from autobalancer.measurement.receptance_stability import receptance_stability
     from autobalancer.plots.animation import animate
     from autobalancer.plots.basins import plot_basin
+    from autobalancer.plots.border_curve import plot_border_curve
+    from autobalancer.plots.branches import plot_branches
     from autobalancer.plots.orbit import plot_orbit
     from autobalancer.plots.race import plot_race
+    from autobalancer.plots.receptance import plot_nyquist, plot_receptance
     from autobalancer.plots.run_up import plot_run_up
+    from autobalancer.plots.stability import plot_stability
+    from autobalancer.plots.stability_map import plot_map
     from autobalancer.results.measures import (
         ball_angle_to_unbalance,
         deflection_envelope,
@@ -148,9 +196,16 @@ if TYPE_CHECKING:
     from autobalancer.results.store import load_run, save_run
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
-    from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
+    from autobalancer.simulation.sampling import Envelope, LastRevolutions, SampleTimes, Samples
     from autobalancer.stability.basins import basin
+    from autobalancer.stability.bifurcation_curves import bifurcation_curves
     from autobalancer.stability.borders import border_speeds
+    from autobalancer.stability.borders_over import border_curve
+    from autobalancer.stability.branches import branches
+    from autobalancer.stability.maps import stability_map
+    from autobalancer.stability.minimum import minimum_drag, minimum_viscosity
+    from autobalancer.stability.speed_windows import speed_windows
     from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
+    from autobalancer.stability.windows import stable_windows
     from autobalancer.studies.sweep import sweep

@@ -178,8 +178,8 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
 
 def occupied_angle(balls: list[Ball]) -> float:
     """Angle that the balls of one race take when they touch, in their order around the race, rad."""
-    if len(balls) < 2:
-        return 0.0
+    if len(balls) == 1:
+        return 2.0 * math.asin(min(balls[0].radius / balls[0].orbit_radius, 1.0))
     total = 0.0
     for one, other in zip(balls, balls[1:] + balls[:1], strict=True):
         reach = (one.radius + other.radius) / (one.orbit_radius + other.orbit_radius)

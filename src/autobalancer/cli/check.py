@@ -49,11 +49,12 @@ def check(
             f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",
         )
     if found.borders:
-        table.add_row("S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)")
+        if not math.isnan(found.sommerfeld_number):
+            table.add_row("S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)")
         for border in found.borders:
             table.add_row(border.name, _speed(border.speed) + (f"   ({border.note})" if border.note else ""))
     else:
-        table.add_row("border speeds", f"no closed form: {found.no_borders_because}")
+        table.add_row("border speeds", f"none: {found.no_borders_because}")
     if found.highest_speed is not None:
         table.add_row("highest speed", _speed(found.highest_speed))
     console = Console(soft_wrap=False)

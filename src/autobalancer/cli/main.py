@@ -31,11 +31,26 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-from autobalancer.cli import animate, basin, catalog, check, plot, run  # noqa: E402
+from autobalancer.cli import (  # noqa: E402
+    animate,
+    basin,
+    borders,
+    catalog,
+    check,
+    plot,
+    receptance,
+    run,
+    stability,
+    stability_map,
+)
 
 app.command()(check.check)
 app.command()(run.run)
 app.command()(plot.plot)
 app.command()(animate.animate)
+app.command()(stability.stability)
+app.command()(borders.borders)
+app.command("map")(stability_map.map_)
 app.command()(basin.basin)
+app.command()(receptance.receptance)
 app.add_typer(catalog.app, name="catalog")

@@ -181,7 +181,7 @@ def _row(at: xr.Dataset, viscosity: float | None) -> tuple[str, str]:
     verdict = "stable" if value["growth_rate"] < 0.0 else "unstable"
     text = f"{verdict}, growth rate {value['growth_rate']:.3g} 1/s"
     factor = value["drag_factor"]
-    text += f"\nneeds {factor:.3g} times the drag" if math.isfinite(factor) else "\nno drag is enough"
+    text += f"\nneeds at least {factor:.3g} times the drag" if math.isfinite(factor) else "\nno drag is enough"
     if viscosity is not None and math.isfinite(factor):
         text += f", {1e6 * factor * viscosity:.3g} mm^2/s"
     if verdict == "stable":

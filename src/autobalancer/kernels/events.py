@@ -7,24 +7,26 @@ import math
 from numba import njit
 
 from autobalancer.kernels.flags import INLINE
-from autobalancer.kernels.system import BALLS, SPEED, Floats, X, Y
+from autobalancer.kernels.integrators.dense import component
+from autobalancer.kernels.integrators.memory import Memory
+from autobalancer.kernels.system import BALLS, SPEED, X, Y
 
 DEFLECTION, ROTOR_SPEED, BALL_SPEED_IN_ROTOR, BALL_SPEED_IN_SPACE, FASTEST_BALL = range(5)
 
 
 @njit(**INLINE)
-def event_value(kind: int, ball: int, level: float, y: Floats) -> float:
-    """The quantity less the level; zero at the event."""
-    count = (y.size - BALLS) // 2
+def event_value(kind: int, ball: int, level: float, x: float, m: Memory) -> float:
+    """The quantity at the fraction x of the step, less the level; zero at the event."""
+    count = (m.state.size - BALLS) // 2
     if kind == DEFLECTION:
-        return math.hypot(y[X], y[Y]) - level
+        return math.hypot(component(X, x, m), component(Y, x, m)) - level
     if kind == ROTOR_SPEED:
-        return y[SPEED] - level
+        return component(SPEED, x, m) - level
     if kind == BALL_SPEED_IN_ROTOR:
-        return y[BALLS + count + ball] - level
+        return component(BALLS + count + ball, x, m) - level
     if kind == BALL_SPEED_IN_SPACE:
-        return y[SPEED] + y[BALLS + count + ball] - level
+        return component(SPEED, x, m) + component(BALLS + count + ball, x, m) - level
     fastest = 0.0
     for i in range(count):
-        fastest = max(fastest, abs(y[BALLS + count + i]))
+        fastest = max(fastest, abs(component(BALLS + count + i, x, m)))
     return fastest - level

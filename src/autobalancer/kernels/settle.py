@@ -43,7 +43,7 @@ WINDOW = 0.25  # the last part of a run over which motion is judged
 @njit(inline="always", error_model="numpy")
 def _rests(m: Memory, limit: float) -> bool:
     count = (m.state.size - BALLS) // 2
-    for i in range(count):
+    for i in range(count):  # noqa: SIM110
         if abs(m.state[BALLS + count + i]) > limit:
             return False
     return True

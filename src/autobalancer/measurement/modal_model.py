@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lstsq, qr
 from scipy.optimize import least_squares
 
 Floats = NDArray[np.float64]
@@ -46,9 +47,12 @@ class Fitting:
     def __init__(self, frequency: Floats, values: Complexes, weights: Floats) -> None:
         self.sigma, self.weights = 1j * frequency, weights
         self.target = _stack(weights * values)
+        self.known: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None  # residuals and slopes are asked in turn
 
     def numerators(self, shapes: Floats) -> tuple[Floats, Floats, Floats]:
         """Best a, b for given d, e; the residuals; and their slopes over ln d, ln e (Kaufman 1975)."""
+        if self.known is not None and np.array_equal(self.known[0], shapes):
+            return self.known[1]
         k = shapes.size // 2
         d, e = np.exp(shapes[:k]), np.exp(shapes[k:])
         sigma = self.sigma[:, None]
@@ -57,12 +61,15 @@ class Fitting:
         slope = base * sigma
         matrix = _stack(np.hstack([base, slope[:, :-1] - slope[:, -1:]]))
         size = np.linalg.norm(matrix, axis=0)
-        q, r = np.linalg.qr(matrix / size)
-        solution = np.linalg.lstsq(r, q.T @ self.target, rcond=1e-13)[0] / size
+        # from scipy, like the search around it: two libraries with threads of their own wait for each other
+        q, r = qr(matrix / size, mode="economic", check_finite=False)
+        solution = lstsq(r, q.T @ self.target, cond=1e-13)[0] / size
         b = np.append(solution[k:], -solution[k:].sum())
         change = -(solution[:k] * base + b * slope) * share
         slopes = _stack(np.hstack([change * d * sigma, change * e]))
-        return np.column_stack([solution[:k], b]), matrix @ solution - self.target, slopes - q @ (q.T @ slopes)
+        answer = np.column_stack([solution[:k], b]), matrix @ solution - self.target, slopes - q @ (q.T @ slopes)
+        self.known = shapes.copy(), answer
+        return answer
 
     def search(self, starts: list[Complexes]) -> Modes:
         """The modes nearest to the data; from each start (poles, one of each pair) a few steps, from the best all."""

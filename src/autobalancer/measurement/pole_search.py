@@ -1,4 +1,4 @@
-"""How many modes a receptance has, and where: AAA proposes poles, the order with the least information criterion wins."""
+"""How many modes a receptance has, and where: AAA proposes poles, an information criterion chooses their number."""
 
 from __future__ import annotations
 

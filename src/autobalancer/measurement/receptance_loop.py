@@ -35,8 +35,8 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float, *, balls_on
     -------
     xarray.Dataset
         ``loop_real`` and ``loop_imag`` over ``loop_frequency`` (rad/s) from the fit; ``measured_loop_real`` and
-        ``measured_loop_imag`` over ``frequency`` from the measured values. ``attrs``: speed, growth rate, gain and phase
-        margin of balls so spread.
+        ``measured_loop_imag`` over ``frequency`` from the measured values. ``attrs``: speed, growth rate, gain and
+        phase margin of balls so spread.
     """
     model = pole_model(fit, 0.0 if balls_on_rotor else float(balls.mass.sum()))
     weight = balls.moment**2

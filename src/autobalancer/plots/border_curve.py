@@ -55,7 +55,7 @@ def plot_border_curve(
     axis = quantity_axis(found[dim], speed_unit)
     critical = found["critical_speed"].values * unit.factor
     low = 0.93 * float(critical.min())
-    high = highest * unit.factor if highest is not None else _high(found, float(critical.max()), unit)
+    high = highest * unit.factor if highest is not None else _high(found, dim, axis.log, float(critical.max()), unit)
     with look():
         figure = picture(7.6, 5.0)
         axes = figure.add_subplot()
@@ -100,15 +100,22 @@ def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dic
     axes.plot(x, drawable(speeds, high), **{**style, "label": label})
 
 
-def _high(found: xr.Dataset, critical: float, unit: AxisUnit) -> float:
-    """So that nine tenths of the exact border and what is near it fit."""
-    finite = [found[name].values[np.isfinite(found[name].values)] * unit.factor for name in BORDERS if name in found]
-    exact = found["exact_border"].values
-    exact = exact[np.isfinite(exact)] * unit.factor
-    base = float(np.quantile(exact, 0.9)) if exact.size else critical
-    others = [float(np.median(values)) for values in finite if values.size]
-    near = max((value for value in others if value < critical + 4.0 * (base - critical)), default=base)
-    return max(critical + 1.35 * (max(base, near) - critical), 1.15 * critical)
+def _high(found: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUnit) -> float:
+    """So that the exact border fills the picture but for narrow peaks, and others fit if they are near it."""
+    x = np.log(found[dim].values) if log else found[dim].values
+
+    def level(name: str, share: float) -> float:
+        speeds = found[name].values * unit.factor
+        known = np.isfinite(speeds)
+        if not known.any():
+            return critical
+        even = np.interp(np.linspace(x[known][0], x[known][-1], 200), x[known], speeds[known])
+        return float(np.quantile(even, share))
+
+    base = level("exact_border", 0.85) - critical
+    others = [level(name, 0.5) - critical for name in BORDERS if name in found]
+    top = max((value for value in others if value < 4.0 * base), default=base)
+    return max(critical + max(2.2 * base, 1.4 * top), 1.15 * critical)
 
 
 def _mark_machine(axes: Axes, found: xr.Dataset, dim: str, unit: AxisUnit) -> None:
@@ -119,10 +126,11 @@ def _mark_machine(axes: Axes, found: xr.Dataset, dim: str, unit: AxisUnit) -> No
     axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
     axes.annotate(
         f"machine: {significant(own)} {unit.sign}",
-        (own, 0.0),
+        (own, 1.0),
         xycoords=("data", "axes fraction"),
-        xytext=(3, 4),
+        xytext=(-4, -12),
         textcoords="offset points",
+        ha="right",
         fontsize=8,
         color=CRITICAL,
     )

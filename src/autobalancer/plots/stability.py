@@ -25,17 +25,17 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     Parameters
     ----------
     found
-        From :func:`autobalancer.stability`.
+        From :func:`autobalancer.eigenvalues`.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for speeds and frequencies.
 
     Raises
     ------
     QuestionError
-        If ``found`` is no result of ``stability``, has fewer than two speeds, or the unit is unknown.
+        If ``found`` is no result of ``eigenvalues``, has fewer than two speeds, or the unit is unknown.
     """
     if "eigenvalue_real" not in found or "speed" not in found.dims:
-        raise QuestionError("plot_stability: this is no result of stability()")
+        raise QuestionError("plot_stability: this is no result of eigenvalues()")
     if found["speed"].size < 2:
         raise QuestionError("plot_stability: the result has one speed only; ask for several")
     unit = speed_axis(speed_unit)
@@ -44,7 +44,7 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     with look():
         figure = picture(8.0, 6.2)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
-        upper.set_title(str(found.attrs.get("title", "Stability")))
+        figure.suptitle(str(found.attrs.get("title", "Stability")), fontsize=10.5, weight="bold", x=0.02, ha="left")
         _shade(upper, speed, [str(word) for word in found["verdict"].values])
         _growth_panel(upper, found, speed)
         _frequency_panel(lower, found, speed, unit)
@@ -57,7 +57,10 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
 def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray) -> None:
     rate = found["growth_rate"].values
     axes.axhline(0.0, color=INK, lw=0.8)
-    axes.plot(speed, rate, color=INK, lw=1.6, label="greatest real part")
+    gaps = _gaps(found)
+    axes.plot(
+        np.insert(speed, gaps, np.nan), np.insert(rate, gaps, np.nan), color=INK, lw=1.6, label="greatest real part"
+    )
     axes.set_ylabel("growth rate (1/s)")
     low, high = float(np.nanmin(rate)), float(np.nanmax(rate))
     room = 0.22 * (high - low) or 1.0
@@ -89,21 +92,14 @@ def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: Axi
     kept = imag >= 0.0
     margin = 1e-9 * np.abs(found["speed"].values)[:, None]
     groups = (
-        (real < -margin, BALLS[2], "decays", 6),
-        (np.abs(real) <= margin, "#8A8A8A", "neither", 8),
-        (real > margin, UNBALANCE, "grows", 14),
+        (real < -margin, BALLS[2], "mode that decays", 6),
+        (np.abs(real) <= margin, "#8A8A8A", "mode that does neither", 8),
+        (real > margin, UNBALANCE, "mode that grows", 14),
     )
     for chosen, color, label, size in groups:
         chosen = chosen & kept
         if chosen.any():
-            axes.scatter(
-                across[chosen],
-                imag[chosen],
-                s=size,
-                color=color,
-                lw=0,
-                label=f"mode that {label}" if label != "neither" else "mode that does neither",
-            )
+            axes.scatter(across[chosen], imag[chosen], s=size, color=color, lw=0, label=label)
     axes.set_ylabel(f"frequency in the rotor ({unit.sign})")
     axes.set_ylim(bottom=0.0)
     legend(axes)
@@ -115,6 +111,13 @@ def _shade(axes: Axes, speed: np.ndarray, verdicts: list[str]) -> None:
         label = word if word not in named else "_"
         named.add(word)
         axes.axvspan(edges[start], edges[end + 1], color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
+
+
+def _gaps(found: xr.Dataset) -> np.ndarray:
+    """Places between two speeds at which there is no such state."""
+    missing = np.atleast_1d(np.asarray(found.attrs.get("speeds_without_state", []), np.float64))
+    places = np.unique(np.searchsorted(found["speed"].values, missing))
+    return np.asarray(places[(places > 0) & (places < found["speed"].size)])
 
 
 def _edges(speed: np.ndarray) -> np.ndarray:

@@ -125,9 +125,7 @@ def _growth(figure: Figure, axes: Axes, rates: np.ndarray, along: list[QuantityA
         extend="both",
     )
     drawn.set_rasterized(True)
-    bar = figure.colorbar(
-        drawn, ax=axes, pad=0.13 if "viscosity" in along[1].label else 0.02, fraction=0.05, spacing="uniform"
-    )
+    bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, spacing="uniform")
     bar.set_ticks(list(levels))
     bar.set_ticklabels([f"{level:g}" for level in levels])
     bar.set_label("growth rate (1/s), stable below zero")

@@ -70,6 +70,15 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
     )
 
 
+def turns_complete(record: Record, memory: Memory) -> bool:
+    """Whether the ring holds the last revolutions as far as the rotor made any, without a gap."""
+    size = record.turn_states.shape[0]
+    if size == 0 or math.isinf(record.turn_count):
+        return True
+    written = int(memory.counts[NEXT_TURN])
+    last = written % size - 1
+    angles = np.roll(record.turn_states[: min(written, size), 1 + THETA], -(last + 1))
+    turned = abs(memory.state[THETA] - memory.origin) / record.turn_step
 def _checked(wish: SampleTimes, end: float) -> np.ndarray:
     times = np.array(wish.times, np.float64)
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):

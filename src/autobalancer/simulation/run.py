@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
@@ -28,7 +29,7 @@ from autobalancer.machine import Machine
 from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.record import record_for
+from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, Samples, Sampling
 from autobalancer.units import to_si
 
@@ -113,6 +114,12 @@ def simulate(
     record = record_for(wishes, events, assembly, end)
     state = memory_for(assembly, end, tolerance, pair)
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+    if not (interrupted or turns_complete(record, state)):
+        # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
+        assembly.system.now[0] = 0
+        record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
+        state = memory_for(assembly, end, tolerance, pair)
+        status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     steps = int(state.counts[ACCEPTED])
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
@@ -150,7 +157,7 @@ def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.
         tolerance * assembly.scale,
         tolerance * assembly.growing,
         total=pair.total,
-        degree=pair.dense.shape[1],
+        degree=pair.degree,
         longest=end,
     )
 

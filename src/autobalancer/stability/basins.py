@@ -196,7 +196,7 @@ def _settle(
             tolerance * a.scale,
             tolerance * a.growing,
             total=pair.total,
-            degree=pair.dense.shape[1],
+            degree=pair.degree,
             longest=1e9,
         )
         system = _system(question, bool(rates.any()))

@@ -20,9 +20,10 @@ from autobalancer.stability.symmetry import Groups, gathered, signature
 
 Progress = Callable[[int, float], None]
 OFF = 0.02  # first step on a branch that leaves another one
-INACCURATE = 1e-4  # error of the trivial multiplier above which an orbit is not trusted
-TOO_UNSTABLE = 1e4  # multiplier beyond which an orbit has no meaning in practice
-LONG = 25.0  # times the shortest period of the branch
+INACCURATE = 1e-3  # error of the trivial multiplier above which an orbit is not trusted
+CLOSED = 12  # points after which a curve may have come back to its start
+LONG = 60.0  # times the shortest period of the branch
+SETTLED, NEARLY = 1e-3, 2e-2  # change of the parameter while the period doubles: it has no limit, or seems to have none
 
 
 @dataclass
@@ -68,7 +69,7 @@ class Explorer:
         if not self._known(problem, u):
             like = np.zeros(u.size)
             like[-1] = 1.0 if share < 0.5 else -1.0
-            self._steady(problem, [(u, like)])
+            self._steady(problem, u, like)
 
     def orbit_from(self, problem: Orbits, u: Floats, likes: Iterable[float] = (1.0, -1.0)) -> None:
         """The branch of orbits through a given one, to both sides."""
@@ -112,45 +113,44 @@ class Explorer:
         if self.progress is not None:
             self.progress(number + 1, min(max(share, 0.0), 1.0))
 
-    def _steady(
-        self, problem: Steady, starts: list[tuple[Floats, Floats]], origin: Floats | None = None
-    ) -> None:
-        """One branch from one or two starts (point, direction), both beyond the branch point ``origin`` if there is one."""
+    def _steady(self, problem: Steady, start: Floats, like: Floats, origin: Floats | None = None) -> bool:
+        """A branch from a start on, which lies just beyond the branch point ``origin`` if there is one."""
         number = self._open("equilibrium")
         branch = self.branches[number]
-        branch.problem = problem
-        sides: list[list[Point]] = []
-        for start, like in starts:
-            points = [Point(start if origin is None else origin, like)]
-            fresh = origin is not None
-            steps = Steps(OFF, self.steps.least, self.steps.most, self.steps.count) if fresh else self.steps
-            branch.ended = "could not be followed further"
-            for _, a, b in follow(problem, start, like, steps=steps):
-                specials = special_points(problem, self.kind, a, b)
-                if fresh and len(points) == 1:
-                    points.append(a)
-                end = next((s for s in specials if s.ends), None)
-                for special in specials[: specials.index(end) + 1] if end else specials:
-                    self._note(special, number, problem)
-                    points.append(special.point)
-                self._say(number, float(b.u[-1]))
-                if end:
-                    branch.ended = end.kind
-                    break
-                points.append(b)
-                if not 0.0 < b.u[-1] < 1.0:
-                    branch.ended = "end of the range"
-            sides.append(points)
-        branch.points = sides[0] if len(sides) == 1 else [*reversed(sides[1]), *sides[0][1:]]
-        branch.rows = [steady_row(problem, point.u) for point in branch.points]
-        if len(branch.rows) < 2:
+        branch.problem, branch.ended = problem, "could not be followed further"
+        points = [Point(start if origin is None else origin, like)]
+        steps = self.steps if origin is None else replace(self.steps, first=OFF)
+        for _, a, b in follow(problem, start, like, steps=steps):
+            specials = special_points(problem, self.kind, a, b)
+            if origin is not None and len(points) == 1:
+                points.append(a)
+            end = next((s for s in specials if s.ends), None)
+            for special in specials[: specials.index(end) + 1] if end else specials:
+                self._note(special, number, problem)
+                points.append(special.point)
+            self._say(number, float(b.u[-1]))
+            if end:
+                branch.ended = end.kind
+                break
+            points.append(b)
+            if len(points) > CLOSED and _passes(start, a.u, b.u):
+                branch.ended = "closed"
+                break
+            if not 0.0 < b.u[-1] < 1.0:
+                branch.ended = "end of the range"
+        branch.points = points
+        branch.rows = [steady_row(problem, point.u) for point in points]
+        if len(points) < 2:
             self.branches.pop(number)
+        return len(points) > 1
 
     def _switched(self, found: Found, old: Steady, groups: Groups, way: Floats) -> None:
         """What branches off: balls joined, balls split along ``way``, or another direction of the same balls."""
         u = found.special.point.u
         new = Steady(self.span, groups)
         here = np.append(gathered(old.state(u), groups) / new.scale, u[-1])
+        if found.row.name == "balanced" and new.freedom(here):
+            return  # a continuum of balanced states, of which the curve of two bundles is followed
         if way.size == u.size and groups == old.groups:
             likes = [way, -way]
         elif way.any():
@@ -164,7 +164,7 @@ class Explorer:
             except np.linalg.LinAlgError:
                 return
             likes = [along, -along]
-        starts: list[tuple[Floats, Floats]] = []
+        followed = 0
         for like in likes:
             row = like * new.weight
             try:
@@ -172,9 +172,17 @@ class Explorer:
             except (NoConvergence, np.linalg.LinAlgError):
                 continue
             if 0.0 <= first[-1] <= 1.0 and not self._known(new, first):
-                starts.append((first, (first - here) / OFF))
-        if starts:
-            self._steady(new, starts, here)
+                followed += self._steady(new, first, (first - here) / OFF, here)
+        if followed == 2:
+            self._sew()
+
+    def _sew(self) -> None:
+        """The last two branches leave a branch point in opposite directions: they are one."""
+        second, first = self.branches.pop(), self.branches[-1]
+        first.rows = [*reversed(second.rows), *first.rows[1:]]
+        first.points = [*reversed(second.points), *first.points[1:]]
+        for found in self.specials:
+            found.branch = min(found.branch, len(self.branches) - 1)
 
     def _note(self, special: Special, number: int, problem: Steady) -> None:
         row = steady_row(problem, special.point.u)
@@ -213,7 +221,7 @@ class Explorer:
         branch.ended = "could not be followed further"
         for now, a, b in follow(problem, u, like, steps=Steps(OFF, 1e-6, 5.0 * self.steps.most, self.steps.count)):
             there = now.orbit(b.u)
-            if abs(there.multipliers[0] - 1.0) > INACCURATE or np.abs(there.multipliers).max() > TOO_UNSTABLE:
+            if abs(there.multipliers[0] - 1.0) > INACCURATE:
                 branch.ended = "too unstable to be followed"
                 break
             for special in special_orbits(now, a, b, here, there):
@@ -229,12 +237,15 @@ class Explorer:
                 branch.ended = "Hopf"
                 self._arrived(float(b.u[-1]))
                 break
-            if there.period > LONG * shortest:
+            if len(rows) > CLOSED and _passes(_mark(rows[0]), _mark(rows[-2]), _mark(rows[-1])):
+                branch.ended = "closed"
+                break
+            if there.period > LONG * shortest or _without_limit(rows, SETTLED):
                 branch.ended = "period without limit"
                 break
             if not 0.0 < b.u[-1] < 1.0:
                 branch.ended = "end of the range"
-        if branch.ended in ("too unstable to be followed", "period without limit") and _without_limit(rows):
+        if branch.ended in ("too unstable to be followed", "period without limit") and _without_limit(rows, NEARLY):
             branch.ended = "period without limit"
             self.specials.append(Found(Special("infinite period", a, 0.0), number, self._extrapolated(rows), None))
         return rows
@@ -255,8 +266,23 @@ class Explorer:
             near.used = True
 
 
-def _without_limit(rows: list[Row]) -> bool:
-    """Whether the period has at least doubled at the end while the parameter hardly moved."""
-    last = [row for row in rows if row.period > 0.5 * rows[-1].period]
-    shares = [row.share for row in last]
-    return len(last) > 3 and rows[-1].period > 2.0 * min(r.period for r in rows) and max(shares) - min(shares) < 0.02
+def _passes(place: Floats, a: Floats, b: Floats) -> bool:
+    """Whether a curve that began at ``place`` comes through it again between two of its points."""
+    chord = b - a
+    length = float(np.linalg.norm(chord))
+    share = float((place - a) @ chord) / length**2 if length else math.nan
+    return 0.0 <= share <= 1.0 and bool(np.linalg.norm(place - a - share * chord) < 0.03 * length)
+
+
+def _mark(row: Row) -> Floats:
+    """Numbers by which an orbit is known again."""
+    span = np.nan_to_num(np.concatenate([row.low, row.high]))
+    return np.concatenate([[row.share, math.log(row.period), 10.0 * row.growth / row.speed], span])
+
+
+def _without_limit(rows: list[Row], change: float) -> bool:
+    """Whether the period has at least doubled at the end while the parameter changed by no more than this share of it."""
+    period = rows[-1].period
+    values = [row.value for row in rows if row.period > 0.5 * period]
+    longer = len(values) > 3 and period > 2.0 * min(row.period for row in rows if math.isfinite(row.period))
+    return longer and max(values) - min(values) < change * max(map(abs, values))

@@ -69,7 +69,7 @@ class Turn:
             TOLERANCE * self.assembly.scale,
             TOLERANCE * self.assembly.growing,
             total=self.pair.total,
-            degree=self.pair.dense.shape[1],
+            degree=self.pair.degree,
             longest=self.period,
         )
         run.state[THETA] = 0.0

@@ -42,7 +42,7 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
     end = float(times[-1])
     record = _samples(np.ascontiguousarray(times, np.float64), full.size)
     run = memory(
-        full, end, tolerance * scale, tolerance * growing, total=pair.total, degree=pair.dense.shape[1], longest=end
+        full, end, tolerance * scale, tolerance * growing, total=pair.total, degree=pair.degree, longest=end
     )
     if advance(planar, system, pair, record, run, 100_000_000) != FINISHED:
         raise QuestionError("branches: a motion from which an orbit was to start leaves all bounds")

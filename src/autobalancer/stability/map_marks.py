@@ -13,7 +13,7 @@ from autobalancer.assembly.quantities import dimension_of, si_value, value_of
 from autobalancer.catalog.fluids import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.borders_over import VARIABLES, border_curve
+from autobalancer.stability.borders_over import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.lateral import Floats
 from autobalancer.units import to_si
 
@@ -23,6 +23,9 @@ def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats],
     other = next(name for name in values if name != "speed")
     axis = np.unique(values[other])
     chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
+    if other == "unbalance":  # the border has a narrow peak over it
+        dense = unbalances_to_capability(machine, 2 * count)
+        chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
     curve = border_curve(machine, other, chosen)
     dim = dimension_of(other)
     kept = [name for name in (*VARIABLES.values(), "critical_speed") if name in curve]

@@ -10,7 +10,14 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import dimension_of, label_of, si_value, value_of, with_quantity
+from autobalancer.assembly.quantities import (
+    QUANTITIES,
+    dimension_of,
+    label_of,
+    si_value,
+    value_of,
+    with_quantity,
+)
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
@@ -98,6 +105,8 @@ def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
     points = [value.item() if isinstance(value, np.generic) else value for value in axis]
     if not points:
         raise QuestionError(f"{name}: given no values; give at least one")
+    if name not in ("speed", *QUANTITIES) and "." not in name:
+        raise QuestionError(f"{name!r} is no parameter; there are speed, {', '.join(QUANTITIES)}, and paths with dots")
     if name != "speed":
         with_quantity(machine, name, points[0])  # says what is wrong before the work begins
         return np.array([si_value(machine, name, value) for value in points], np.float64)

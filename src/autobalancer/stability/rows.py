@@ -10,9 +10,8 @@ import numpy as np
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.linear import kept
 from autobalancer.stability.orbits import Orbits
-from autobalancer.stability.steady import Steady
+from autobalancer.stability.steady import Steady, running_true
 
-TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
 ZERO = 1e-9  # growth rates up to this share of the speed count as zero
 FINE = 16  # points per interval where extrema are looked for
 
@@ -40,8 +39,9 @@ def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
     values = problem.all_eigenvalues(u)
-    name, freedom = _name(field.plane, state, problem.span.length)
-    deciding = kept(values, freedom)
+    freedom = running_true(field.plane, state, problem.span.length)
+    name = _name(field.plane, state, freedom is not None)
+    deciding = kept(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
     angles = state[4 : 4 + n]
@@ -92,17 +92,10 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     )
 
 
-def _name(p: Plane, state: Floats, length: float) -> tuple[str, int]:
-    """Name of a steady state and the dimension of its continuum."""
+def _name(p: Plane, state: Floats, true: bool) -> str:
     center = complex(state[0], state[1]) + p.offset
-    free = np.abs(center) < TRUE_RACE * length
-    freedom = 0
-    for place in {complex(c) for c in p.offset[free]}:
-        freedom += max(int((free & (p.offset == place)).sum()) - 2, 0)
-    if free.any():
-        return "balanced", freedom
     sides = (np.exp(-1j * state[4 : 4 + p.moment.size]) * center).real > 0.0
-    return ("coincident" if sides.all() or not sides.any() else "in line"), 0
+    return "balanced" if true else "coincident" if sides.all() or not sides.any() else "in line"
 
 
 def verdict(row: Row) -> str:

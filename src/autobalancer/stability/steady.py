@@ -17,6 +17,7 @@ from autobalancer.stability.vector_field import Field, Numbers
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
 LARGEST_RESONANCE = 100.0
+TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
 
 
 class Range:
@@ -77,6 +78,15 @@ def size(plane: Plane) -> float:
     return length
 
 
+def running_true(p: Plane, state: Floats, length: float) -> int | None:
+    """Dimension of the continuum of a state in which races run true; ``None`` if none of them does."""
+    center = complex(state[0], state[1]) + p.offset
+    true = np.abs(center) < TRUE_RACE * length
+    if not true.any():
+        return None
+    return sum(max(int((true & (p.offset == place)).sum()) - 2, 0) for place in set(p.offset[true].tolist()))
+
+
 class Steady:
     """Unknowns: scaled state of the merged balls, then the share of the parameter's range."""
 
@@ -116,6 +126,10 @@ class Steady:
     def state(self, u: Floats) -> Floats:
         """The state of all balls, SI."""
         return expanded(u[:-1] * self.scale, self.groups)
+
+    def freedom(self, u: Floats) -> int:
+        """Dimension of the continuum of balanced states of the merged balls at a point."""
+        return running_true(self.field(u).plane, u[:-1] * self.scale, self.span.length) or 0
 
     def eigenvalues(self, u: Floats) -> Complexes:
         """Of the merged balls, 1/s, greatest real part first."""

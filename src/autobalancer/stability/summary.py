@@ -9,10 +9,11 @@ from typing import Any
 
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.kernels.system import DRIVE, HILL, KIND
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.stability.borders import Border, border_speeds, planar_balancer, why_not
+from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.lateral import largest_unbalance
 
 
@@ -75,7 +76,6 @@ def summary(machine: Machine | str | Path) -> Summary:
         pairs = pairs[:1]
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
-    reason = why_not(machine, balls)
     unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
     critical = tuple(math.sqrt(k / system.mass) for k, _ in pairs)  # along x, y
     highest = None
@@ -83,7 +83,12 @@ def summary(machine: Machine | str | Path) -> Summary:
         highest = max(
             float(max(row[DRIVE], row[DRIVE + 3]) if row[KIND] == HILL else row[DRIVE]) for row in system.segments
         )
-    borders = () if reason else border_speeds(machine)
+    borders: tuple[Border, ...] = ()
+    reason = ""
+    try:
+        borders = border_speeds(machine)
+    except QuestionError as error:
+        reason = str(error)
     return Summary(
         name=machine.name,
         axis=machine.axis,
@@ -96,12 +101,23 @@ def summary(machine: Machine | str | Path) -> Summary:
         unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
         races=races,
         capability=capability,
-        sommerfeld_number=math.nan if reason else planar_balancer(machine, balls).sommerfeld_number,
+        sommerfeld_number=_sommerfeld_number(machine, balls, system.mass),
         borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
         warnings=_warnings(unbalance, capability, critical, highest, borders, bool(balls)),
     )
+
+
+def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
+    """S = (m eps w_c)^2 / (b beta) of equal balls on isotropic supports; nan for other machines."""
+    kinds = {(ball.moment, ball.drag) for ball in balls}
+    if len(kinds) != 1 or not machine.rotor.isotropic:
+        return math.nan
+    (moment, drag), damping = kinds.pop(), machine.rotor.damping_xy[0]
+    if damping * drag == 0.0:
+        return math.inf
+    return moment**2 * machine.rotor.stiffness_xy[0] / mass / (damping * drag)
 
 
 def touching_capability(balls: list[Ball]) -> float:
@@ -147,8 +163,13 @@ def _warnings(
     if has_balls and highest is not None and highest < max(critical):
         found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
-    if highest is not None and exact and highest > max(critical) and not highest > exact[0]:
+    if highest is not None and exact and highest > max(critical) and exact[0] >= highest:
         found.append(
             "the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid"
+        )
+    release = [border.speed for border in borders if border.name == "release speed"]
+    if highest is not None and release and highest > max(critical) and release[0] > highest:
+        found.append(
+            "the highest speed is below the release speed: balls that stall at the critical speed in a slow run-up stay there"
         )
     return tuple(found)

@@ -11,19 +11,14 @@ from typing import NamedTuple
 from numba import njit, types
 
 from autobalancer.kernels.events import event_value
-from autobalancer.kernels.flags import COMPILED, INLINE
-from autobalancer.kernels.integrators.memory import (
-    EVENTS_SEEN,
-    NEXT_BIN,
-    NEXT_SAMPLE,
-    NEXT_TURN,
-    Memory,
-)
+from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.integrators.dense import component, evaluate, polynomials, slope
+from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TAKEN, Memory
+from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import (
     THETA,
     Floats,
     Integers,
-    System,
     X,
     Y,
     integers_type,
@@ -66,42 +61,29 @@ record_type = types.NamedTuple(
 
 
 @njit(**INLINE)
-def component(i: int, x: float, m: Memory) -> float:
-    """Component i of the state at the fraction x of the step."""
-    degree = m.dense.shape[0]
-    value = 0.0
-    for j in range(degree - 1, -1, -1):
-        value = (value + m.dense[j, i]) * x
-    return m.start[i] + value
+def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
+    """How many leading components of the dense output this step needs as polynomials; -1 if nothing at all."""
+    if r.event_kinds.size > 0:
+        return m.state.size
+    if r.turn_states.shape[0] > 0:
+        # revolutions to come, if the rotor keeps its speed; far from the end nothing is kept
+        turned = abs(m.state[THETA] - m.start[THETA])
+        if turned * (end - left) <= 2.0 * math.pi * (2.0 * r.turn_count + 1.0) * (right - left):
+            return THETA + 1
+    if m.counts[NEXT_BIN] < r.bin_low.size:
+        return Y + 1
+    number = m.counts[NEXT_SAMPLE]
+    return 0 if number < r.sample_times.size and r.sample_times[number] <= right else -1
 
 
 @njit(**INLINE)
-def slope(i: int, x: float, m: Memory) -> float:
-    """Derivative of :func:`component` with respect to x."""
-    degree = m.dense.shape[0]
-    value = 0.0
-    for j in range(degree - 1, -1, -1):
-        value = value * x + (j + 1.0) * m.dense[j, i]
-    return value
-
-
-@njit(**COMPILED)
-def evaluate(x: float, m: Memory, out: Floats) -> None:
-    """The whole state at the fraction x of the step."""
-    for i in range(out.size):
-        out[i] = component(i, x, m)
-
-
-@njit(**COMPILED)
-def record_samples(left: float, right: float, r: Record, m: Memory) -> None:
+def record_samples(left: float, right: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
     """States at the sample times in (left, right]."""
-    while m.counts[NEXT_SAMPLE] < r.sample_times.size:
-        number = m.counts[NEXT_SAMPLE]
-        time = r.sample_times[number]
-        if time > right:
-            return
-        evaluate((time - left) / (right - left), m, r.samples[number])
-        m.counts[NEXT_SAMPLE] += 1
+    number = m.counts[NEXT_SAMPLE]
+    while number < r.sample_times.size and r.sample_times[number] <= right:
+        evaluate((r.sample_times[number] - left) / m.clock[TAKEN], pair, data(r.samples[number]))
+        number += 1
+    m.counts[NEXT_SAMPLE] = number
 
 
 @njit(**INLINE)
@@ -111,9 +93,9 @@ def _growth(x: float, m: Memory) -> float:
 
 
 @njit(**INLINE)
-def _note(x: float, left: float, width: float, r: Record, m: Memory) -> None:
-    time = left + x * width
-    deflection = math.hypot(component(X, x, m), component(Y, x, m))
+def _note(x: float, time: float, r: Record, m: Memory) -> None:
+    a, b = component(X, x, m), component(Y, x, m)
+    deflection = math.sqrt(a * a + b * b)
     number = m.counts[NEXT_BIN]
     while number < r.bin_low.size - 1 and time > r.bin_edges[number + 1]:
         number += 1
@@ -121,35 +103,40 @@ def _note(x: float, left: float, width: float, r: Record, m: Memory) -> None:
     r.bin_high[number] = max(r.bin_high[number], deflection)
 
 
-@njit(**COMPILED)
-def record_envelope(left: float, right: float, r: Record, m: Memory) -> None:
-    """Extrema of the deflection in every bin: at turning points inside the step and at edges."""
+@njit(**INLINE)
+def record_envelope(left: float, right: float, cut: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
+    """Extrema of the deflection in every bin: at turning points inside the step and at edges.
+
+    The step ends at the fraction ``cut``.
+    """
     if m.counts[NEXT_BIN] >= r.bin_low.size:
         return
-    width = right - left
+    step = m.clock[TAKEN]
     before = _growth(0.0, m)
     for piece in range(PIECES):
-        low, high = piece / PIECES, (piece + 1) / PIECES
+        low, high = cut * piece / PIECES, cut * (piece + 1) / PIECES
         after = _growth(high, m)
-        _note(high, left, width, r, m)
+        place = high
         if before * after < 0.0:
+            # a turning point inside, by the rule of the Illinois; it counts besides the end of the piece
+            _note(high, left + high * step, r, m)
             f_low, f_high = before, after
             for _ in range(6):
-                middle = (low * f_high - high * f_low) / (f_high - f_low)
-                f = _growth(middle, m)
+                place = (low * f_high - high * f_low) / (f_high - f_low)
+                f = _growth(place, m)
                 if f * f_high < 0.0:
                     low, f_low = high, f_high
                 else:
                     f_low *= 0.5
-                high, f_high = middle, f
+                high, f_high = place, f
                 if f == 0.0 or abs(high - low) < 1e-9:
                     break
-            _note(min(max(high, 0.0), 1.0), left, width, r, m)
+            place = min(max(place, 0.0), cut)
+        _note(place, left + place * step, r, m)
         before = after
     while m.counts[NEXT_BIN] < r.bin_low.size and r.bin_edges[m.counts[NEXT_BIN] + 1] <= right:
         number = m.counts[NEXT_BIN]
-        x = (r.bin_edges[number + 1] - left) / width
-        evaluate(x, m, r.bin_states[number])
+        evaluate((r.bin_edges[number + 1] - left) / step, pair, data(r.bin_states[number]))
         deflection = math.hypot(r.bin_states[number, X], r.bin_states[number, Y])
         for neighbor in range(number, min(number + 2, r.bin_low.size)):
             r.bin_low[neighbor] = min(r.bin_low[neighbor], deflection)
@@ -157,80 +144,91 @@ def record_envelope(left: float, right: float, r: Record, m: Memory) -> None:
         m.counts[NEXT_BIN] += 1
 
 
-@njit(**COMPILED)
-def record_turns(left: float, right: float, end: float, r: Record, m: Memory) -> None:
+@njit(**INLINE)
+def record_turns(left: float, cut: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
     """States at equal steps of the rotor angle, in a ring that holds the last revolutions."""
     size = r.turn_states.shape[0]
-    if size == 0:
+    first, last = m.start[THETA], component(THETA, cut, m)
+    if size == 0 or last == first:
         return
-    first, last = m.start[THETA], component(THETA, 1.0, m)
-    if last <= first:
-        return
-    speed = (last - first) / (right - left)
-    number = math.floor(first / r.turn_step) + 1
-    if speed * (end - left) > 2.0 * math.pi * (2.0 * r.turn_count + 1.0):
-        return  # still far from the end
-    while number * r.turn_step <= last:
-        target = number * r.turn_step
-        x = (target - first) / (last - first)
+    way = 1.0 if last > first else -1.0
+    number = math.floor(way * first / r.turn_step) + 1
+    while number * r.turn_step <= way * last:
+        target = way * number * r.turn_step
+        x = cut * (target - first) / (last - first)
         for _ in range(8):
-            rate = slope(THETA, x, m)
-            miss = component(THETA, x, m) - target
-            if rate <= 0.0:
+            rate, miss = slope(THETA, x, m), component(THETA, x, m) - target
+            if way * rate <= 0.0:
                 break
-            x = min(max(x - miss / rate, 0.0), 1.0)
+            x = min(max(x - miss / rate, 0.0), cut)
             if abs(miss) < 1e-13 * abs(target):
                 break
         place = m.counts[NEXT_TURN] % size
-        r.turn_states[place, 0] = left + x * (right - left)
-        evaluate(x, m, r.turn_states[place, 1:])
+        r.turn_states[place, 0] = left + x * m.clock[TAKEN]
+        evaluate(x, pair, data(r.turn_states[place, 1:]))
         m.counts[NEXT_TURN] += 1
         number += 1
 
 
-@njit(**COMPILED)
-def find_events(left: float, right: float, p: System, r: Record, m: Memory) -> float:
+@njit(**INLINE)
+def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
     """Log the events of a step in order; the fraction of the step at which the run ends, or 2."""
-    position = 0.0
-    while True:
+    position, ended = 0.0, 0.0
+    while ended == 0.0:
         # the earliest event after `position`; few events happen, so the search starts again after each
         first, which = 2.0, -1
         for e in range(r.event_kinds.size):
-            evaluate(position, m, m.trial)
-            before = event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], m.trial)
+            kind, ball, level = r.event_kinds[e], r.event_balls[e], r.event_levels[e]
+            before = event_value(kind, ball, level, position, m)
             for piece in range(PIECES):
-                high = (piece + 1) / PIECES
-                low = max(piece / PIECES, position)
+                low, high = max(piece / PIECES, position), (piece + 1) / PIECES
                 if high <= position:
                     continue
-                evaluate(high, m, m.trial)
-                after = event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], m.trial)
+                after = event_value(kind, ball, level, high, m)
                 rising = before < 0.0 <= after and r.event_directions[e] >= 0
                 falling = before > 0.0 >= after and r.event_directions[e] <= 0
                 before = after
                 if rising or falling:
                     sign = 1.0 if rising else -1.0
-                    for _ in range(60):
-                        middle = 0.5 * (low + high)
-                        if middle in (low, high):
-                            break
-                        evaluate(middle, m, m.trial)
-                        if sign * event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], m.trial) >= 0.0:
+                    middle = 0.5 * (low + high)
+                    while low < middle < high:
+                        if sign * event_value(kind, ball, level, middle, m) >= 0.0:
                             high = middle
                         else:
                             low = middle
+                        middle = 0.5 * (low + high)
                     if high < first:
                         first, which = high, e
                     break
         if which < 0:
-            return 2.0
-        r.event_seen[which] += 1
-        log = m.counts[EVENTS_SEEN]
-        if log < r.event_states.shape[0]:
-            r.event_states[log, 0] = which
-            r.event_states[log, 1] = left + first * (right - left)
-            evaluate(first, m, r.event_states[log, 2:])
-        m.counts[EVENTS_SEEN] += 1
-        if r.event_terminal[which] == 1:
-            return first
-        position = first
+            ended = 2.0
+        else:
+            r.event_seen[which] += 1
+            log = m.counts[EVENTS_SEEN]
+            if log < r.event_states.shape[0]:
+                r.event_states[log, 0] = which
+                r.event_states[log, 1] = left + first * m.clock[TAKEN]
+                evaluate(first, pair, data(r.event_states[log, 2:]))
+            m.counts[EVENTS_SEEN] += 1
+            position = first
+            if r.event_terminal[which] == 1:
+                ended = first
+    return ended
+
+
+@njit(**INLINE)
+def record(left: float, right: float, components: int, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+    """All that is wanted of the step from ``left`` to ``right``; the fraction at which an event ends the run, or 2."""
+    ended, cut = 2.0, 1.0
+    polynomials(components, t, m)
+    if r.event_kinds.size > 0:
+        ended = find_events(left, r, t, m, pair)
+        if ended <= 1.0:
+            cut = ended
+            right = left + cut * m.clock[TAKEN]
+    record_samples(left, right, r, t, m, pair)
+    if components > Y:
+        record_envelope(left, right, cut, r, t, m, pair)
+    if components > THETA:
+        record_turns(left, cut, r, t, m, pair)
+    return ended

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from numba import int64, njit
 
 from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
     BLOCK,
@@ -20,49 +22,27 @@ from autobalancer.kernels.integrators.memory import (
     EVALUATIONS,
     FRESH,
     LONGEST,
-    NEXT_SAMPLE,
     REJECTED,
     STEP,
+    TAKEN,
     TIME,
     Memory,
     memory_type,
 )
-from autobalancer.kernels.integrators.record import (
-    Record,
-    evaluate,
-    find_events,
-    record_envelope,
-    record_samples,
-    record_turns,
-    record_type,
-)
+from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.pointers import address, data
-from autobalancer.kernels.system import START, Floats, System, rhs_type, system_type
+from autobalancer.kernels.system import START, System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
 
 
 @njit(**INLINE)
-def _sums(row: int, i: int, t, m):  # type: ignore[no-untyped-def]
-    """Row of the tableau times the stages, for the BLOCK of components that begins at i."""
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    first, columns, values, stages = data(t.first), data(t.columns), data(t.values), data(m.stages)
-    for entry in range(first[row], first[row + 1]):
-        weight, place = values[entry], columns[entry] * m.trial.size + i
-        a += weight * stages[place]
-        b += weight * stages[place + 1]
-        c += weight * stages[place + 2]
-        d += weight * stages[place + 3]
-    return a, b, c, d
-
-
-@njit(**INLINE)
-def _do_stages(first: int, last: int, step: float, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
-    start, trial = data(m.start), data(m.trial)
+def _do_stages(first: int, last: int, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
+    start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
     for stage in range(first, last):
         for i in range(0, m.trial.size, BLOCK):
-            a, b, c, d = _sums(stage, i, t, m)
+            a, b, c, d = sums(stage, i, t, m)
             a, b = start[i] + step * a, start[i + 1] + step * b
             c, d = start[i + 2] + step * c, start[i + 3] + step * d
             trial[i], trial[i + 1], trial[i + 2], trial[i + 3] = a, b, c, d
@@ -71,37 +51,28 @@ def _do_stages(first: int, last: int, step: float, rhs, p, t, m) -> None:  # typ
 
 
 @njit(**INLINE)
-def _weight(i: int, m) -> float:  # type: ignore[no-untyped-def]
+def _weight(i: int, m: Memory) -> float:
     start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
     return 1.0 / (absolute[i] + relative[i] * max(abs(start[i]), abs(trial[i])))
 
 
 @njit(**INLINE)
-def _error(step: float, t, m) -> float:  # type: ignore[no-untyped-def]
+def _error(t: Tableau, m: Memory) -> float:
     """Weighted error of the step; ``m.trial`` holds the new state."""
     fine, coarse = 0.0, 0.0
     for i in range(0, m.trial.size, BLOCK):
         wa, wb, wc, wd = _weight(i, m), _weight(i + 1, m), _weight(i + 2, m), _weight(i + 3, m)
-        a, b, c, d = _sums(t.total, i, t, m)
+        a, b, c, d = sums(t.total, i, t, m)
         fine += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
-        a, b, c, d = _sums(t.total + 1, i, t, m)
+        a, b, c, d = sums(t.total + 1, i, t, m)
         coarse += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
     if fine == 0.0:
         return 0.0
-    return step * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
+    return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
 
 @njit(**INLINE)
-def _dense(step: float, t, m) -> None:  # type: ignore[no-untyped-def]
-    for power in range(t.degree):
-        for i in range(0, m.trial.size, BLOCK):
-            a, b, c, d = _sums(t.total + 2 + power, i, t, m)
-            dense = data(m.dense[power])
-            dense[i], dense[i + 1], dense[i + 2], dense[i + 3] = step * a, step * b, step * c, step * d
-
-
-@njit(**INLINE)
-def _first_step(m) -> float:  # type: ignore[no-untyped-def]
+def _first_step(m: Memory) -> float:
     """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
     size, rate = 0.0, 0.0
     for i in range(m.state.size):
@@ -113,42 +84,20 @@ def _first_step(m) -> float:  # type: ignore[no-untyped-def]
     return min(0.01 * math.sqrt(size / rate), m.clock[END] - m.clock[TIME])
 
 
-@njit(**INLINE)
-def _wanted(reach: float, r, m) -> bool:  # type: ignore[no-untyped-def]
-    if r.bin_low.size > 0 or r.turn_states.shape[0] > 0:
-        return True
-    number = m.counts[NEXT_SAMPLE]
-    return number < r.sample_times.size and r.sample_times[number] <= reach
-
-
-@njit(**INLINE)
-def _shorten(x: float, m) -> None:  # type: ignore[no-untyped-def]
-    """Rescale the dense output to the part of the step before x."""
-    factor = 1.0
-    for j in range(m.dense.shape[0]):
-        factor *= x
-        for i in range(m.state.size):
-            m.dense[j, i] *= factor
-
-
 @njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
 def advance(
-    rhs: Callable[[float, Floats, Floats, System], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
+    rhs: Callable[[float, Any, Any, Any], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
 ) -> int:
     """Take up to ``budget`` accepted steps towards ``m.clock[END]``; returns how that ended.
 
     Calling it again goes on where it stopped, to the last bit as if it had never stopped.
     """
-    parameters = address(p)
-    n = m.state.size
+    parameters, pair = address(p), address((t, m))
+    n, last = m.state.size, t.main - 1
     segments = p.segments.shape[0]
-    last = t.main - 1
-    watch = r.event_kinds.size > 0
-    anything = watch or r.sample_times.size > 0 or r.bin_low.size > 0 or r.turn_states.shape[0] > 0
     taken = 0
     while taken < budget:
-        time = m.clock[TIME]
-        end = m.clock[END]
+        time, end = m.clock[TIME], m.clock[END]
         if time >= end:
             return FINISHED
         while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= time:
@@ -167,10 +116,11 @@ def advance(
         reach = time + step
         if reach >= stop - 1e-3 * step:  # never leave a sliver before a corner
             reach, step = stop, stop - time
+        m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = m.state[i]
-        _do_stages(1, t.main, step, rhs, parameters, t, m)
-        error = _error(step, t, m)
+        _do_stages(1, t.main, rhs, parameters, t, m)
+        error = _error(t, m)
         if not error <= 1.0:  # also when it is not a number
             m.counts[REJECTED] += 1
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
@@ -184,31 +134,22 @@ def advance(
         for i in range(n):
             m.state[i] = m.trial[i]
         ended = 2.0
-        if anything:
-            if watch or _wanted(reach, r, m):
-                _do_stages(t.main, t.total, step, rhs, parameters, t, m)
-                _dense(step, t, m)
-            if watch:
-                ended = find_events(time, reach, p, r, m)
-                if ended <= 1.0:
-                    evaluate(ended, m, m.state)
-                    _shorten(ended, m)
-                    reach = time + ended * (reach - time)
-            record_samples(time, reach, r, m)
-            record_envelope(time, reach, r, m)
-            record_turns(time, reach, end, r, m)
+        components = wanted(time, reach, end, r, m)
+        if components >= 0:
+            _do_stages(t.main, t.total, rhs, parameters, t, m)
+            ended = record(time, reach, components, r, t, m, pair)
         m.counts[ACCEPTED] += 1
         taken += 1
-        m.clock[TIME] = reach
         if ended <= 1.0:
+            evaluate(ended, pair, data(m.state))
+            m.clock[TIME] = time + ended * step
             m.counts[FRESH] = 0
             return EVENT
+        m.clock[TIME] = reach
         for i in range(n):
             m.stages[0, i] = m.stages[last, i]
         error = max(error, 1e-4)
         growth = 0.9 * error ** (-0.7 / t.order) * m.clock[ERROR] ** (0.4 / t.order)
         m.clock[STEP] = step * min(6.0, max(0.2, growth))
         m.clock[ERROR] = error
-    if m.clock[TIME] >= m.clock[END]:
-        return FINISHED
-    return RUNNING
+    return FINISHED if m.clock[TIME] >= m.clock[END] else RUNNING

@@ -22,7 +22,7 @@ from autobalancer.stability.steady import Range
 from autobalancer.stability.symmetry import coincident, kinds
 
 
-def border_curves(
+def bifurcation_curves(
     machine: Machine | str | Path,
     kind: Literal["Hopf", "fold"],
     parameter: str,
@@ -86,7 +86,7 @@ def border_curves(
     span = Range(family, first, last, (now,))
     kind_of = kinds([family(value, other).plane for value in (first, last) for other in ends])
     if not kind_of:
-        raise QuestionError("border curves: the machine has no balls")
+        raise QuestionError("bifurcation curves: the machine has no balls")
     explorer = Explorer(span, kind_of, Steps(0.3 * largest_step, 1e-7, largest_step), 10, 10, None)
     field = family(first, now)
     for state in starts_of(field, from_state, parameter, first):

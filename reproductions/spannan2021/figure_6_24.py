@@ -1,0 +1,145 @@
+"""Figure 6.24 and section 6.1.7: stability map of the discoidal rig, set of table 6.4.
+
+Two balls of 6.656 g, taken as effective mass without virtual mass, as the source's formulas do; beta by (5.26) with
+c_d Re = 387. The measured border of 64 rad/s was found by stepping the speed upwards by 1 Hz (6.3 rad/s), so it is a
+release speed, and the tolerance is half a step. With a linear drag every border misses it, and the averaged one says
+*never*: friction and the drag that grows faster than linearly are left out. The source divides (4.74) by 50 instead. The
+torque balance on a stalled ball with the drag law (6.9), its cubic coefficient repaired, and an assumed rolling
+resistance needs no such factor.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+import autobalancer as ab
+from autobalancer.laws.drag import linear_drag
+from autobalancer.machine import Machine
+from autobalancer.plots.save import save_picture
+from autobalancer.plots.stability_map import plot_map
+from autobalancer.plots.style import BALLS
+from autobalancer.stability.averaged_formulas import explicit_averaged_border
+from autobalancer.stability.borders_over import border_curve
+from autobalancer.stability.maps import stability_map
+from reproductions import compared
+
+MASS, STIFFNESS, DAMPING = 12.27, 44654.0, 68.37  # table 6.4
+BALL, RADIUS, ORBIT, CD_RE = 6.656e-3, 6.15e-3, 0.07695, 387.0
+DENSITY, VISCOSITY = 760.0, 0.65e-6  # silicone oil, table 6.3
+UNBALANCE = 594e-6
+CRITICAL = math.sqrt(STIFFNESS / MASS)
+MEASURED = 64.0
+HALF_STEP = math.pi  # rad/s
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Borders with 0.65 mm^2/s against the measured one, the factor 50, and the map."""
+    machine = rig(VISCOSITY)
+    found = {border.name: border.speed for border in ab.border_speeds(machine)}
+    least = (BALL * ORBIT * CRITICAL) ** 2 / DAMPING
+    fifty = explicit_averaged_border(rig(VISCOSITY, damping=50.0 * DAMPING)).speed
+    draw(out)
+    measured = "measured border"
+    rows = [
+        ("beta of the oil over beta_min of (4.75); below 1 is never", "1", 0.391, drag_of(VISCOSITY) / least, 0.003),
+        ("(4.74) with the factor 50 of the source", "rad/s", MEASURED, fifty, 1.0),
+        (f"{measured}: exact border, linear drag, no friction", "rad/s", MEASURED, found["exact border"], HALF_STEP),
+        (f"{measured}: release speed, linear drag, no friction", "rad/s", MEASURED, found["release speed"], HALF_STEP),
+        (f"{measured}: release speed, drag law (6.9), no friction", "rad/s", MEASURED, release(0.0), HALF_STEP),
+        (
+            f"{measured}: release speed, drag law (6.9), rolling resistance 0.01 (assumed)",
+            "rad/s",
+            MEASURED,
+            release(0.01),
+            HALF_STEP,
+        ),
+    ]
+    return [
+        compared(
+            source="Spannan 2021",
+            figure="6.24",
+            quantity=name,
+            unit=unit,
+            target=target,
+            obtained=obtained,
+            tolerance=tolerance,
+        )
+        for name, unit, target, obtained, tolerance in rows
+    ]
+
+
+def rig(viscosity: float, damping: float = DAMPING) -> Machine:
+    """The planar stand-in; M of the source contains the balls."""
+    race = {
+        "orbit_radius": ORBIT,
+        "drag": {"law": "beta", "beta": drag_of(viscosity)},
+        "balls": [{"count": 2, "mass": BALL, "diameter": 2.0 * RADIUS}],
+    }
+    return Machine(
+        name="Discoidal rotor, table 6.4",
+        axis="vertical",
+        rotor={"mass": MASS - 2.0 * BALL, "stiffness": STIFFNESS, "damping": damping},
+        unbalances=[{"moment": UNBALANCE}],
+        balancers=[{"races": [race]}],
+        drive={"kind": "speed", "profile": {"kind": "constant", "speed": "1200 rpm"}},
+    )
+
+
+def drag_of(viscosity: float) -> float:
+    """beta of one ball in N m s."""
+    return linear_drag(CD_RE, DENSITY, viscosity, RADIUS, ORBIT)
+
+
+def release(rolling: float) -> float:
+    """W at which T_drag(W - w_c) + T_roll = N (m eps)^2 w_c^3/b for two stalled balls."""
+    pull = 2.0 * (BALL * ORBIT) ** 2 * CRITICAL**3 / DAMPING
+    pull -= rolling * BALL * ORBIT * CRITICAL**2 * ORBIT
+    return float(brentq(lambda w: drag_torque(w - CRITICAL) - pull, CRITICAL, 20.0 * CRITICAL))
+
+
+def drag_torque(slip: float) -> float:
+    """Drag law (6.9) with a smooth cubic branch and the plateau 0.74; the printed cubic coefficient cannot be meant."""
+    speed = slip * ORBIT
+    reynolds = speed * 2.0 * RADIUS / VISCOSITY
+    if reynolds <= 0.0:
+        return 0.0
+    log = math.log10(reynolds)
+    coefficient = CD_RE / reynolds
+    if reynolds > 10.0:
+        coefficient = 10.0 ** (2.71669 - 1.25418 * log + 0.12142 * log**2 + 0.00377887 * log**3)
+    if reynolds > 2e4:
+        coefficient = 0.74
+    return 0.5 * DENSITY * math.pi * RADIUS**2 * coefficient * speed**2 * ORBIT
+
+
+def draw(out: Path) -> None:
+    """The map over speed and viscosity, with the criterion divided by 50."""
+    viscosities = np.geomspace(0.2e-6, 100e-6, 241)
+    drags = [drag_of(nu) for nu in viscosities]
+    axes = {"speed": np.linspace(50.0, 130.0, 321), "drag": drags}
+    points = {"measured border": (MEASURED, drag_of(VISCOSITY))}
+    found = as_viscosity(stability_map(rig(VISCOSITY), axes, operating_points=points))
+    figure = plot_map(found, speed_unit="rad/s", title="Discoidal rotor, table 6.4 (Spannan 2021, figure 6.24)")
+    curve = border_curve(rig(VISCOSITY, damping=50.0 * DAMPING), "drag", drags)
+    figure.axes[0].plot(curve["averaged_border"], 1e6 * viscosities, color=BALLS[0], lw=1.0)
+    figure.axes[0].annotate("averaged / 50", (63.0, 0.8), color=BALLS[0], fontsize=8)
+    save_picture(figure, out / "figure_6_24.png")
+
+
+def as_viscosity(found: xr.Dataset) -> xr.Dataset:
+    """The drag axis as viscosity at the density of the thin oil."""
+    share = VISCOSITY / drag_of(VISCOSITY)
+    attrs = {"long_name": "kinematic viscosity at 760 kg/m³", "units": "m^2/s"}
+    found = found.rename(
+        {"drag": "viscosity", "drag_of_border": "viscosity_of_border", "operating_drag": "operating_viscosity"}
+    )
+    for name in ("viscosity", "viscosity_of_border"):
+        found = found.assign_coords({name: (name, found[name].values * share, attrs)})
+    found["operating_viscosity"] = found["operating_viscosity"] * share
+    return found

@@ -1,0 +1,93 @@
+"""``autobalancer stability``: eigenvalues of a steady state over the speed."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def stability(
+    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    speeds: Annotated[str, typer.Option(help='"from:to:step", such as "500 rpm:3000 rpm:50 rpm", or one speed.')],
+    state: Annotated[str, typer.Option(help="balanced, coincident or 'in line'.")] = "balanced",
+    unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
+    out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
+    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
+    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
+) -> None:
+    """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on orthotropic supports.
+
+    Example: autobalancer stability examples/machines/discoidal.toml --speeds "500 rpm:1500 rpm:10 rpm" --plot s.png
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from autobalancer import save_run
+    from autobalancer.cli.ranges import speed_range
+    from autobalancer.errors import QuestionError
+    from autobalancer.plots.save import save_picture
+    from autobalancer.plots.stability import plot_stability
+    from autobalancer.stability.states import eigenvalues
+    from autobalancer.units import option_to_si
+
+    if state not in ("balanced", "coincident", "in line"):
+        raise QuestionError(f"--state: given {state!r}; must be balanced, coincident or 'in line'")
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("speeds")
+        found = eigenvalues(
+            machine,
+            [float(speed) for speed in speed_range(speeds)],
+            state=state,  # type: ignore[arg-type]
+            unbalance=option_to_si(unbalance, "kg*m") if unbalance else None,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+    if out is not None:
+        save_run(found, out)
+    if plot is not None:
+        save_picture(plot_stability(found, speed_unit=speed_unit), plot)
+    if as_json:
+        rows = [
+            {"speed": float(w), "growth_rate": float(rate), "verdict": str(word), "leading_motion": str(text)}
+            for w, rate, word, text in zip(
+                found["speed"],
+                found["growth_rate"],
+                found["verdict"].values,
+                found["leading_motion"].values,
+                strict=True,
+            )
+        ]
+        missing = [float(w) for w in found.attrs["speeds_without_state"]]
+        typer.echo(json.dumps({"machine": str(machine), "state": state, "rows": rows, "speeds_without_state": missing}))
+        return
+    for line in _ranges(found):
+        typer.echo(line)
+    for path in (out, plot):
+        if path is not None:
+            typer.echo(f"written: {path}")
+
+
+def _ranges(found: xr.Dataset) -> list[str]:
+    """One line for every run of speeds with one verdict."""
+    speeds, verdicts, motions = (found[name].values for name in ("speed", "verdict", "leading_motion"))
+    rates = found["growth_rate"].values
+    lines, first = [], 0
+    for i in range(1, len(speeds) + 1):
+        if i == len(speeds) or verdicts[i] != verdicts[first]:
+            ends = " to ".join(f"{w * 30 / math.pi:.5g}" for w in dict.fromkeys((speeds[first], speeds[i - 1])))
+            worst = first + int(rates[first:i].argmax())
+            lines.append(
+                f"{ends} rpm: {verdicts[first]}, growth rate at most {rates[worst]:.4g} 1/s ({motions[worst]})"
+            )
+            first = i
+    missing = found.attrs["speeds_without_state"]
+    if len(missing):
+        lines.append(f"no such state at {len(missing)} of the speeds")
+    return lines
