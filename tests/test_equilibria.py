@@ -245,6 +245,9 @@ def test_polygon_closes_or_says_that_it_cannot() -> None:
     for target in (0.5 + 1j, -3.0 + 0j, 6.19 + 0j):
         for angles in close_polygon(lengths, target):
             assert (lengths * np.exp(1j * angles)).sum() == pytest.approx(target, abs=1e-12)
+    for angles in close_polygon(np.ones(3), 0.2 + 0j):
+        assert np.exp(1j * angles).sum() == pytest.approx(0.2, abs=1e-12)
+    assert len(close_polygon(np.ones(3), 0.2 + 0j)) == 2
     assert close_polygon(lengths, 6.3 + 0j) == []
     assert close_polygon(np.array([5.0, 1.0]), 1.0 + 0j) == []
 

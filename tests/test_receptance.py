@@ -294,6 +294,19 @@ def test_the_curve_passes_the_critical_point_at_the_border() -> None:
     assert abs(loop.attrs["growth_rate"]) < 1e-7
 
 
+def test_measured_values_lie_on_the_curve_of_the_loop() -> None:
+    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    loop = receptance_loop(fit, OIL, 90.0, balls_on_rotor=False)
+    model = planar_model(*ROTOR, float(OIL.mass.sum()))
+    right_angle = np.array([0.75 * math.pi, -0.75 * math.pi])
+    turning = 1j * (FREQUENCY - 90.0)
+    expected = loop_matrix(model, OIL, right_angle, 90.0, turning)[:, 0, 0]
+    values = loop["measured_loop_real"].values + 1j * loop["measured_loop_imag"].values
+    assert values == pytest.approx(expected, rel=1e-10)
+    curve = np.interp(FREQUENCY, loop["loop_frequency"], loop["loop_real"])
+    assert curve[:40] == pytest.approx(expected.real[:40], rel=2e-2)
+
+
 def test_margins_shrink_to_nothing_at_the_border() -> None:
     fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
     border = receptance_border(fit, OIL, balls_on_rotor=False, unbalance=500e-6).attrs["exact_border"]

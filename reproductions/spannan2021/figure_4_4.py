@@ -1,8 +1,8 @@
 """Figure 4.4 in kind: feasible operating ranges on orthotropic supports.
 
 The source finds them without damping from the sign of the forward whirl: between w_x and w_r, and above w_y, with w_r
-of (4.71). Here the balanced state of a lightly damped machine of ours (two light balls in a thick fluid, w_y/w_x = 1.30)
-is judged by its multipliers over a revolution; damping and ball mass move the edges by a fraction of a percent.
+of (4.71). Here the balanced state of a lightly damped machine of ours (two light balls in a thick fluid, w_y/w_x =
+1.30) is judged by its multipliers over a revolution; damping and ball mass move the edges by a fraction of a percent.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Two balls of 6.656 g, taken as effective mass without virtual mass, as the source's formulas do; beta by (5.26) with
 c_d Re = 387. The measured border of 64 rad/s was found by stepping the speed upwards by 1 Hz (6.3 rad/s), so it is a
 release speed, and the tolerance is half a step. With a linear drag every border misses it, and the averaged one says
-*never*: friction and the drag that grows faster than linearly are left out. The source divides (4.74) by 50 instead. The
-torque balance on a stalled ball with the drag law (6.9), its cubic coefficient repaired, and an assumed rolling
+*never*: friction and the drag that grows faster than linearly are left out. The source divides (4.74) by 50 instead.
+The torque balance on a stalled ball with the drag law (6.9), its cubic branch repaired, and an assumed rolling
 resistance needs no such factor.
 """
 
@@ -104,7 +104,7 @@ def release(rolling: float) -> float:
 
 
 def drag_torque(slip: float) -> float:
-    """Drag law (6.9) with a smooth cubic branch and the plateau 0.74; the printed cubic coefficient cannot be meant."""
+    """Drag law (6.9) with its plateau 0.6 and a cubic branch that joins smoothly; the printed one does not."""
     speed = slip * ORBIT
     reynolds = speed * 2.0 * RADIUS / VISCOSITY
     if reynolds <= 0.0:
@@ -112,9 +112,9 @@ def drag_torque(slip: float) -> float:
     log = math.log10(reynolds)
     coefficient = CD_RE / reynolds
     if reynolds > 10.0:
-        coefficient = 10.0 ** (2.71669 - 1.25418 * log + 0.12142 * log**2 + 0.00377887 * log**3)
+        coefficient = 10.0 ** (2.68655 - 1.18883 * log + 0.0811522 * log**2 + 0.00884302 * log**3)
     if reynolds > 2e4:
-        coefficient = 0.74
+        coefficient = 0.6
     return 0.5 * DENSITY * math.pi * RADIUS**2 * coefficient * speed**2 * ORBIT
 
 

@@ -1,8 +1,8 @@
 """Figure 6.34 and section 6.2.3: stability map of the CFRP rig, set of table 6.6.
 
 The source draws the map and prints no number of it; what it prints about the set are the first natural frequency and
-c_d Re, which (5.22) gives with the rounded ratios as 326.3. The text reads the least viscosity off the averaged border;
-the rows in kind compare it with the one by which the full equations are stable for any unbalance.
+c_d Re, which (5.22) gives with the rounded ratios as 326.3. The pictures show what the map of the source, the averaged
+border, leaves out: with the piston dampers the full equations ask for less viscosity, without them for far less.
 """
 
 from __future__ import annotations

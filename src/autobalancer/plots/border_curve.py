@@ -80,7 +80,7 @@ def plot_border_curve(
         _mark_machine(axes, found, dim, axis.unit)
         if axis.log:
             plain_log_ticks(axes, "x")
-        figure.legend(loc="outside lower center", ncols=3)
+        figure.legend(loc="outside lower center", ncols=3, handlelength=2.8)
     return figure
 
 

@@ -90,6 +90,8 @@ def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: Axi
     real, imag = found["eigenvalue_real"].values, found["eigenvalue_imag"].values * unit.factor
     across = np.broadcast_to(speed[:, None], real.shape)
     kept = imag >= 0.0
+    if "Floquet" in str(found.attrs.get("theory", "")):  # what dies out within a revolution is noise
+        kept &= real > -np.log(1e6) / (2.0 * np.pi) * found["speed"].values[:, None]
     margin = 1e-9 * np.abs(found["speed"].values)[:, None]
     groups = (
         (real < -margin, BALLS[2], "mode that decays", 6),

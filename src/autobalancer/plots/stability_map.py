@@ -98,7 +98,7 @@ def plot_map(
             else ""
         )
         figure.suptitle(title or f"{found.attrs['title']}{fixed}", fontsize=10.5, weight="bold", x=0.02, ha="left")
-        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=2.8)
     return figure
 
 

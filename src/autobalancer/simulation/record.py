@@ -9,8 +9,9 @@ import numpy as np
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.integrators.memory import NEXT_TURN, Memory
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.system import X, Y
+from autobalancer.kernels.system import THETA, X, Y
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
 
@@ -70,15 +71,19 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
     )
 
 
-def turns_complete(record: Record, memory: Memory) -> bool:
-    """Whether the ring holds the last revolutions as far as the rotor made any, without a gap."""
-    size = record.turn_states.shape[0]
+def turns_complete(record: Record, memory: Memory, assembly: Assembly) -> bool:
+    """Whether the ring holds the last revolutions, as far as the rotor made any, and without a gap."""
+    size, begin, end = record.turn_states.shape[0], assembly.state[THETA], memory.state[THETA]
     if size == 0 or math.isinf(record.turn_count):
         return True
-    written = int(memory.counts[NEXT_TURN])
-    last = written % size - 1
-    angles = np.roll(record.turn_states[: min(written, size), 1 + THETA], -(last + 1))
-    turned = abs(memory.state[THETA] - memory.origin) / record.turn_step
+    expected = min(size, int(abs(end - begin) / record.turn_step))
+    if expected < 2:
+        return True
+    angles = record.turn_states[: int(memory.counts[NEXT_TURN]), 1 + THETA]
+    whole = angles.size >= expected and np.ptp(angles) < (angles.size - 0.5) * record.turn_step
+    return bool(whole and np.abs(angles - end).min() < 1.5 * record.turn_step)
+
+
 def _checked(wish: SampleTimes, end: float) -> np.ndarray:
     times = np.array(wish.times, np.float64)
     if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)):

@@ -114,7 +114,7 @@ def simulate(
     record = record_for(wishes, events, assembly, end)
     state = memory_for(assembly, end, tolerance, pair)
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
-    if not (interrupted or turns_complete(record, state)):
+    if not (interrupted or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
         assembly.system.now[0] = 0
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)

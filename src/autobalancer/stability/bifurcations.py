@@ -9,38 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from autobalancer.stability.continuation import CORRECTIONS, NoConvergence, Point, locate
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
+from autobalancer.stability.special import Special, crossing_at
 from autobalancer.stability.steady import Steady
-from autobalancer.stability.symmetry import Groups, gathered, joined, meeting, restoring, splittings
+from autobalancer.stability.symmetric_points import symmetric_points
 
 SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
 SINGULAR = 1e-6  # singular value below which the equations have two curves through a point
 
 
-@dataclass(frozen=True)
-class Special:
-    """A special point, and where to go on from it."""
-
-    kind: str  # fold, Hopf, pitchfork, branch point
-    point: Point
-    frequency: float = math.nan  # of the Hopf mode, rad/s
-    lyapunov: float = math.nan  # first Lyapunov coefficient for an amplitude of the ball angle in rad
-    mode: Complexes = field(default_factory=lambda: np.zeros(0, np.complex128))  # scaled, ball angle of amplitude 1 rad
-    onward: tuple[tuple[Groups, Floats], ...] = ()  # groups and direction of the ball groups of what branches off
-    ends: bool = False  # beyond it the curve is its own copy with balls exchanged
-
-
 def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """All special points between two points of a curve, in order."""
-    meetings = _meetings(problem, kind, a, b)
-    found = _hopf_points(problem, a, b) + meetings + _splittings(problem, a, b)
-    if not meetings:
-        found += _folds_and_branch_points(problem, a, b)
+    symmetric = symmetric_points(problem, kind, a, b)
+    found = _hopf_points(problem, a, b) + (symmetric or _folds_and_branch_points(problem, a, b))
     chord = (b.u - a.u) * problem.weight
     return sorted(found, key=lambda s: float(chord @ s.point.u))
 
@@ -132,62 +117,6 @@ def lyapunov_coefficient(problem: Steady, u: Floats, q: Complexes, w: float) -> 
     return float((np.vdot(p, total)).real / (2.0 * w))
 
 
-def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
-    """Pitchforks seen from the side of the split balls: two groups of equal balls come together."""
-    found = []
-    for one, other in meeting(problem.groups, kind):
-        apart = [math.sin(0.5 * float(p.u[4 + one] - p.u[4 + other])) for p in (a, b)]
-        if apart[0] * apart[1] < 0.0:
-            guess = a.u + apart[0] / (apart[0] - apart[1]) * (b.u - a.u)
-            groups = joined(problem.groups, (one, other))
-            together = Steady(problem.span, groups)
-            start = np.append(gathered(problem.state(guess), groups) / together.scale, guess[-1])
-            start[4 + one] += 0.5 * math.remainder(guess[4 + other] - guess[4 + one], 2.0 * math.pi)
-            u = symmetric_point(together, one, start)
-            if u is not None:
-                state = together.state(u)
-                point = np.append(gathered(state, problem.groups) / problem.scale, u[-1])
-                balls = slice(4, 4 + len(problem.groups))
-                point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
-                found.append(Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True))
-    return found
-
-
-def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
-    """Branch points at which a group of coincident balls falls apart."""
-    found = []
-    for number, group in enumerate(problem.groups):
-        if len(group) < 2:
-            continue
-        r = [_restoring(problem, number, p.u) for p in (a, b)]
-        if r[0] * r[1] < 0.0 and min(abs(r[0]), abs(r[1])) > SMALL:
-            u = symmetric_point(problem, number, a.u + r[0] / (r[0] - r[1]) * (b.u - a.u))
-            ways = tuple(way for way in splittings(problem.groups) if group not in way[0])
-            if u is not None:
-                point = Point(u, b.tangent)
-                found.append(Special("pitchfork" if len(group) == 2 else "branch point", point, onward=ways))
-    return found
-
-
-def _restoring(problem: Steady, group: int, u: Floats) -> float:
-    return float(restoring(problem.field(u), u[:-1] * problem.scale)[group])
-
-
-def symmetric_point(problem: Steady, group: int, guess: Floats) -> Floats | None:
-    """Where a group of coincident balls is about to fall apart: F = 0 and r = 0, regular in the merged balls."""
-    u = np.array(guess)
-    for _ in range(CORRECTIONS):
-        row = np.array([(_restoring(problem, group, u + h) - _restoring(problem, group, u - h)) / 2e-6 for h in 1e-6 * np.eye(u.size)])
-        try:
-            step = problem.solve(u, row, -problem.residual(u), -_restoring(problem, group, u))
-        except np.linalg.LinAlgError:
-            return None
-        u = u + step
-        if np.abs(step).max() < 1e-12:
-            break
-    return u if np.abs(step).max() < 1e-9 and np.abs(u - guess).max() < 0.5 else None
-
-
 def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Special]:
     if a.tangent[-1] * b.tangent[-1] < 0.0:
         point = _try(problem, a, b, lambda p: float(p.tangent[-1]))
@@ -196,7 +125,7 @@ def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Specia
             if point is None
             else [Special("fold", point)]
             if _regular(problem, point)
-            else [_crossing(problem, point, True)]
+            else [crossing_at(problem, point, True)]
         )
 
     def orientation(p: Point) -> float:
@@ -205,21 +134,13 @@ def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Specia
     if orientation(a) * orientation(b) < 0.0:
         point = _try(problem, a, b, orientation)
         if point is not None and not _regular(problem, point):
-            return [_crossing(problem, point, False)]
+            return [crossing_at(problem, point, False)]
     return []
 
 
 def _regular(problem: Steady, point: Point) -> bool:
     rows = problem.bordered(point.u, point.tangent)[:-1]
     return bool(np.linalg.svd(rows, compute_uv=False)[-1] > SINGULAR)
-
-
-def _crossing(problem: Steady, point: Point, ends: bool) -> Special:
-    """A branch point without a symmetry of its own: on along the other direction in the kernel."""
-    vectors = np.linalg.svd(problem.bordered(point.u, point.tangent)[:-1])[2][-2:]
-    t = point.tangent / np.linalg.norm(point.tangent)
-    other = max((v - (v @ t) * t for v in vectors), key=lambda v: float(np.linalg.norm(v)))
-    return Special("branch point", point, onward=((problem.groups, other / np.linalg.norm(other)),), ends=ends)
 
 
 def _try(problem: Steady, a: Point, b: Point, test: Callable[[Point], float]) -> Point | None:

@@ -98,8 +98,7 @@ def _running_true(p: Plane, speed: float, stiffness: complex, center: complex) -
 def close_polygon(lengths: Floats, target: complex) -> list[Floats]:
     """Directions in which vectors of these lengths add up to ``target``; both mirror images, empty if they cannot.
 
-    For more than two vectors one pair out of the continuum is returned: the vectors in order, all but the last opened
-    like a fan about the target.
+    For more than two vectors one pair out of the continuum is returned.
     """
     reach, size = float(lengths.sum()), abs(target)
     longest = float(lengths.max()) if lengths.size else 0.0
@@ -118,21 +117,8 @@ def close_polygon(lengths: Floats, target: complex) -> list[Floats]:
             second = cmath.phase(target - a * cmath.exp(1j * first))
             found.append(np.array([first, second]))
         return found[:1] if np.allclose(np.exp(1j * found[0]), np.exp(1j * found[1]), atol=1e-9) else found
-    # split into two bundles of nearly equal reach and close the triangle of the bundles, each bundle a straight row
-    order = np.argsort(-lengths)
-    bundles: list[list[int]] = [[], []]
-    sums = [0.0, 0.0]
-    for index in order:
-        side_of = 0 if sums[0] <= sums[1] else 1
-        bundles[side_of].append(int(index))
-        sums[side_of] += float(lengths[index])
-    found = []
-    for pair in close_polygon(np.array(sums), target):
-        angles = np.zeros(lengths.size)
-        for bundle, angle in zip(bundles, pair, strict=True):
-            angles[bundle] = angle
-        found.append(angles)
-    return found
+    opened = directions(lengths, target)
+    return [] if opened is None else [opened, 2.0 * cmath.phase(target) - opened]
 
 
 def net_moments(p: Plane) -> dict[float, Floats]:

@@ -9,12 +9,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from autobalancer.stability.bifurcations import Special, special_points
+from autobalancer.stability.bifurcations import special_points
 from autobalancer.stability.continuation import NoConvergence, Point, Steps, at_parameter, correct, follow, tangent_at
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.orbit_points import special_orbits
 from autobalancer.stability.orbits import FIRST_AMPLITUDE, Orbits, born_at
 from autobalancer.stability.rows import Row, orbit_row, steady_row
+from autobalancer.stability.special import Special
 from autobalancer.stability.steady import Range, Steady
 from autobalancer.stability.symmetry import Groups, gathered, signature
 
@@ -22,6 +23,7 @@ Progress = Callable[[int, float], None]
 OFF = 0.02  # first step on a branch that leaves another one
 INACCURATE = 1e-3  # error of the trivial multiplier above which an orbit is not trusted
 CLOSED = 12  # points after which a curve may have come back to its start
+ORBITS = 500  # at most so many on one side of a branch
 LONG = 60.0  # times the shortest period of the branch
 SETTLED, NEARLY = 1e-3, 2e-2  # change of the parameter while the period doubles: it has no limit, or seems to have none
 
@@ -118,7 +120,7 @@ class Explorer:
         number = self._open("equilibrium")
         branch = self.branches[number]
         branch.problem, branch.ended = problem, "could not be followed further"
-        points = [Point(start if origin is None else origin, like)]
+        points, place = [Point(start if origin is None else origin, like)], start
         steps = self.steps if origin is None else replace(self.steps, first=OFF)
         for _, a, b in follow(problem, start, like, steps=steps):
             specials = special_points(problem, self.kind, a, b)
@@ -133,9 +135,10 @@ class Explorer:
                 branch.ended = end.kind
                 break
             points.append(b)
-            if len(points) > CLOSED and _passes(start, a.u, b.u):
+            if len(points) > CLOSED and _passes(place, a.u, b.u):
                 branch.ended = "closed"
                 break
+            place = b.u if _checkpoint(len(points)) else place
             if not 0.0 < b.u[-1] < 1.0:
                 branch.ended = "end of the range"
         branch.points = points
@@ -149,7 +152,7 @@ class Explorer:
         u = found.special.point.u
         new = Steady(self.span, groups)
         here = np.append(gathered(old.state(u), groups) / new.scale, u[-1])
-        if found.row.name == "balanced" and new.freedom(here):
+        if found.row.name == "balanced" and new.freedom_or_none(here):
             return  # a continuum of balanced states, of which the curve of two bundles is followed
         if way.size == u.size and groups == old.groups:
             likes = [way, -way]
@@ -216,10 +219,11 @@ class Explorer:
 
     def _follow_orbits(self, number: int, problem: Orbits, u: Floats, like: Floats, *, born: bool) -> list[Row]:
         branch, rows = self.branches[number], [orbit_row(problem, u)]
+        place = _mark(rows[0])
         here = problem.orbit(u)
         grown, shortest = 0.0, here.period
         branch.ended = "could not be followed further"
-        for now, a, b in follow(problem, u, like, steps=Steps(OFF, 1e-6, 5.0 * self.steps.most, self.steps.count)):
+        for now, a, b in follow(problem, u, like, steps=Steps(OFF, 1e-6, 5.0 * self.steps.most, ORBITS)):
             there = now.orbit(b.u)
             if abs(there.multipliers[0] - 1.0) > INACCURATE:
                 branch.ended = "too unstable to be followed"
@@ -237,9 +241,10 @@ class Explorer:
                 branch.ended = "Hopf"
                 self._arrived(float(b.u[-1]))
                 break
-            if len(rows) > CLOSED and _passes(_mark(rows[0]), _mark(rows[-2]), _mark(rows[-1])):
+            if len(rows) > CLOSED and _passes(place, _mark(rows[-2]), _mark(rows[-1])):
                 branch.ended = "closed"
                 break
+            place = _mark(rows[-1]) if _checkpoint(len(rows)) else place
             if there.period > LONG * shortest or _without_limit(rows, SETTLED):
                 branch.ended = "period without limit"
                 break
@@ -264,6 +269,11 @@ class Explorer:
         near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
         if near is not None and abs(near.row.share - share) < 0.02:
             near.used = True
+
+
+def _checkpoint(count: int) -> bool:
+    """Whether from now on a return to this point is looked for: at ever longer intervals (Brent 1980)."""
+    return count >= 4 * CLOSED and count & (count - 1) == 0
 
 
 def _passes(place: Floats, a: Floats, b: Floats) -> bool:

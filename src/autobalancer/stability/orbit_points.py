@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from autobalancer.stability.bifurcations import Special
+from autobalancer.stability.special import Special
 from autobalancer.stability.continuation import NoConvergence, Point, locate
 from autobalancer.stability.lateral import Complexes, Floats
 from autobalancer.stability.orbits import Orbit, Orbits

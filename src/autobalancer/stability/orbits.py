@@ -13,7 +13,7 @@ from typing import Self
 
 import numpy as np
 
-from autobalancer.stability.bifurcations import Special
+from autobalancer.stability.special import Special
 from autobalancer.stability.collocation import DEGREE, Condensed, Mesh, basis, condensed
 from autobalancer.stability.continuation import NoConvergence, correct
 from autobalancer.stability.lateral import Complexes, Floats, Matrix

@@ -127,9 +127,9 @@ class Steady:
         """The state of all balls, SI."""
         return expanded(u[:-1] * self.scale, self.groups)
 
-    def freedom(self, u: Floats) -> int:
-        """Dimension of the continuum of balanced states of the merged balls at a point."""
-        return running_true(self.field(u).plane, u[:-1] * self.scale, self.span.length) or 0
+    def freedom_or_none(self, u: Floats) -> int | None:
+        """Dimension of the continuum of balanced states of the merged balls; ``None`` where no race runs true."""
+        return running_true(self.field(u).plane, u[:-1] * self.scale, self.span.length)
 
     def eigenvalues(self, u: Floats) -> Complexes:
         """Of the merged balls, 1/s, greatest real part first."""

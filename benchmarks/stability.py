@@ -1,0 +1,64 @@
+"""Stability maps against a loop of numpy.linalg.eigvals over matrices assembled in Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.files.machine_file import load_machine
+from autobalancer.stability.equilibria import equilibria_of
+from autobalancer.stability.lateral import plane
+from autobalancer.stability.linear import matrices
+from autobalancer.stability.maps import stability_map
+from benchmarks import compared, measured, seconds
+
+MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
+SMALL, LARGE = (250, 80), (1000, 1000)  # speeds, viscosities
+
+
+def bench() -> list[dict[str, Any]]:
+    """The same map both ways, and the points per second of a large one."""
+    machine = load_machine(MACHINE)
+    found, rates = ours(machine, SMALL), theirs(machine)
+    worst = float(np.abs(found["growth_rate"].values - rates).max())
+    assert worst < 1e-9 * 60.0, worst  # of the critical speed
+    small = seconds(lambda: ours(machine, SMALL))
+    peer = seconds(lambda: theirs(machine), repeats=1)
+    large = seconds(lambda: ours(machine, LARGE), repeats=2)
+    points = SMALL[0] * SMALL[1]
+    note = f"{points} points, growth rates equal to {worst:.1g} 1/s"
+    return [
+        compared("stability_map_vs_numpy", small, "numpy.linalg.eigvals in a loop", peer, note=note),
+        measured("stability_map_points_per_s", LARGE[0] * LARGE[1] / large, "1/s", note="10^6 points, all cores"),
+    ]
+
+
+def axes(shape: tuple[int, int]) -> dict[str, Any]:
+    """Speed and viscosity."""
+    return {"speed": np.linspace(50.0, 130.0, shape[0]), "viscosity": np.geomspace(0.2e-6, 100e-6, shape[1])}
+
+
+def ours(machine: Any, shape: tuple[int, int]) -> xr.Dataset:
+    """The whole function, with the machines of all rows."""
+    return stability_map(machine, axes(shape), borders=0)
+
+
+def theirs(machine: Any) -> np.ndarray:
+    """Matrices of the linearized equations and their eigenvalues, point by point."""
+    grid = axes(SMALL)
+    rates = np.empty(SMALL)
+    for j, viscosity in enumerate(grid["viscosity"]):
+        p = plane(with_quantity(machine, "viscosity", viscosity))
+        state = equilibria_of(p, 100.0)[0]  # its angles do not depend on the speed
+        for i, speed in enumerate(grid["speed"]):
+            m, c, k = matrices(p, float(speed), state)
+            n = len(m)
+            first = np.zeros((2 * n, 2 * n))
+            first[:n, n:] = np.eye(n)
+            first[n:, :n], first[n:, n:] = -np.linalg.solve(m, k), -np.linalg.solve(m, c)
+            rates[i, j] = np.linalg.eigvals(first).real.max()
+    return rates
