@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
@@ -23,7 +22,7 @@ from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.release import release_border
 from autobalancer.stability.windows import lower_critical_speed, plane_of, windows_of
 
-__all__ = ["Border", "border_speeds", "borders_of", "planar_balancer", "why_not"]
+__all__ = ["Border", "border_speeds", "borders_of"]
 
 SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
 SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the worst case is looked for
@@ -184,29 +183,3 @@ def _range(members: list[Balanced]) -> str:
         if isinstance(m, EqualBalls)
     ]
     return f"|S2| from {ends[0]:.3g} to {ends[1]:.3g}; "
-
-
-def why_not(machine: Machine, balls: tuple[Ball, ...]) -> str:
-    """Why the closed forms do not hold for a machine; empty if they do."""
-    if not balls:
-        return "it has no balls"
-    if not machine.rotor.isotropic:
-        return "its supports are not isotropic"
-    if machine.axis == "horizontal" and machine.gravity > 0.0:
-        return "gravity acts in its plane"
-    if len({(ball.balancer, ball.race) for ball in balls}) > 1:
-        return "it has more than one race"
-    if any(ball.eccentricity for ball in balls):
-        return "its race is eccentric"
-    if len({(ball.moment, ball.inertia, ball.drag) for ball in balls}) > 1:
-        return "its balls are not equal"
-    if len(balls) < 2:
-        return "one ball alone can balance one unbalance only"
-    if machine.rotor.damping_xy[0] == 0.0 or balls[0].drag == 0.0:
-        return "its rotor or its balls are undamped"
-    return ""
-
-
-def planar_balancer(machine: Machine, balls: tuple[Ball, ...]) -> PlanarBalancer:
-    """The numbers of the closed forms."""
-    return planar_balancer_of(plane_of(machine, None))

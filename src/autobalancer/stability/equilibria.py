@@ -1,16 +1,16 @@
 """All states in which the balls rest in a rotor that turns at constant speed.
 
-With the forward whirl Z of the race center (constant in the rotor) and the dynamic stiffness D a rotor with balls at rest
-obeys D Z = W^2 (U + sum m E + sum m eps e^(i phi)), and a ball rests where the vector from the axis of rotation to its
-race center, c = Z + E, has no component across the ball: Im(e^(-i phi) c) = 0. So in each race either
+With the forward whirl Z of the race center (constant in the rotor) and the dynamic stiffness D a rotor with balls at
+rest obeys D Z = W^2 (U + sum m E + sum m eps e^(i phi)), and a ball rests where the vector from the axis of rotation
+to its race center, c = Z + E, has no component across the ball: Im(e^(-i phi) c) = 0. So in each race either
 
 - c = 0: the race runs true, its balls may stand anywhere as long as they close the sum (*balanced*), or
-- every ball stands along c, outward (+) or inward (-): *coincident* if all balls of the race are on one side, *in line*
-  otherwise.
+- every ball stands along c, outward (+) or inward (-): *coincident* if all balls of the race are on one side, *in
+  line* otherwise.
 
-For races with one center this leaves a quadratic for each net moment, so that none is missed. On orthotropic supports D is
-that of the forward component and the states are those of the averaged torque (Spannan 2021, 4.25-4.29 with the signs
-corrected); the ripple at twice the speed is found by :mod:`autobalancer.stability.floquet`.
+For races with one center this leaves a quadratic for each net moment, so that none is missed. On orthotropic supports
+D is that of the forward component and the states are those of the averaged torque (Spannan 2021, 4.25-4.29 with the
+signs corrected); the ripple at twice the speed is found by :mod:`autobalancer.stability.floquet`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ import numpy as np
 from scipy.optimize import fsolve
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.lateral import Complexes, Floats, Plane
+from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.polygon import directions
 
 PATTERNS = 4096  # at most so many ways of placing balls on the two sides are gone through
 

@@ -12,6 +12,7 @@ import numpy as np
 from autobalancer.stability.bifurcations import special_points
 from autobalancer.stability.continuation import NoConvergence, Point, Steps, at_parameter, correct, follow, tangent_at
 from autobalancer.stability.lateral import Floats
+from autobalancer.stability.loop import Loop
 from autobalancer.stability.orbit_points import special_orbits
 from autobalancer.stability.orbits import FIRST_AMPLITUDE, Orbits, born_at
 from autobalancer.stability.rows import Row, orbit_row, steady_row
@@ -22,7 +23,6 @@ from autobalancer.stability.symmetry import Groups, gathered, signature
 Progress = Callable[[int, float], None]
 OFF = 0.02  # first step on a branch that leaves another one
 INACCURATE = 1e-3  # error of the trivial multiplier above which an orbit is not trusted
-CLOSED = 12  # points after which a curve may have come back to its start
 ORBITS = 500  # at most so many on one side of a branch
 LONG = 60.0  # times the shortest period of the branch
 SETTLED, NEARLY = 1e-3, 2e-2  # change of the parameter while the period doubles: it has no limit, or seems to have none
@@ -120,7 +120,7 @@ class Explorer:
         number = self._open("equilibrium")
         branch = self.branches[number]
         branch.problem, branch.ended = problem, "could not be followed further"
-        points, place = [Point(start if origin is None else origin, like)], start
+        points, loop = [Point(start if origin is None else origin, like)], Loop(start)
         steps = self.steps if origin is None else replace(self.steps, first=OFF)
         for _, a, b in follow(problem, start, like, steps=steps):
             specials = special_points(problem, self.kind, a, b)
@@ -135,10 +135,9 @@ class Explorer:
                 branch.ended = end.kind
                 break
             points.append(b)
-            if len(points) > CLOSED and _passes(place, a.u, b.u):
+            if loop.closed(a.u, b.u):
                 branch.ended = "closed"
                 break
-            place = b.u if _checkpoint(len(points)) else place
             if not 0.0 < b.u[-1] < 1.0:
                 branch.ended = "end of the range"
         branch.points = points
@@ -219,7 +218,7 @@ class Explorer:
 
     def _follow_orbits(self, number: int, problem: Orbits, u: Floats, like: Floats, *, born: bool) -> list[Row]:
         branch, rows = self.branches[number], [orbit_row(problem, u)]
-        place = _mark(rows[0])
+        loop = Loop(_mark(rows[0]))
         here = problem.orbit(u)
         grown, shortest = 0.0, here.period
         branch.ended = "could not be followed further"
@@ -241,10 +240,9 @@ class Explorer:
                 branch.ended = "Hopf"
                 self._arrived(float(b.u[-1]))
                 break
-            if len(rows) > CLOSED and _passes(place, _mark(rows[-2]), _mark(rows[-1])):
+            if loop.closed(_mark(rows[-2]), _mark(rows[-1])):
                 branch.ended = "closed"
                 break
-            place = _mark(rows[-1]) if _checkpoint(len(rows)) else place
             if there.period > LONG * shortest or _without_limit(rows, SETTLED):
                 branch.ended = "period without limit"
                 break
@@ -269,19 +267,6 @@ class Explorer:
         near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
         if near is not None and abs(near.row.share - share) < 0.02:
             near.used = True
-
-
-def _checkpoint(count: int) -> bool:
-    """Whether from now on a return to this point is looked for: at ever longer intervals (Brent 1980)."""
-    return count >= 4 * CLOSED and count & (count - 1) == 0
-
-
-def _passes(place: Floats, a: Floats, b: Floats) -> bool:
-    """Whether a curve that began at ``place`` comes through it again between two of its points."""
-    chord = b - a
-    length = float(np.linalg.norm(chord))
-    share = float((place - a) @ chord) / length**2 if length else math.nan
-    return 0.0 <= share <= 1.0 and bool(np.linalg.norm(place - a - share * chord) < 0.03 * length)
 
 
 def _mark(row: Row) -> Floats:
