@@ -8,6 +8,7 @@ DEMO    := out/demo
 BIN     := .venv/bin
 PIP     := $(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check
 export MPLBACKEND := Agg
+export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in each other's way
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

@@ -104,7 +104,7 @@ def test_no_unbalance_has_a_border_above_the_worst_case(seed: int) -> None:
 
 
 def test_for_a_lightly_damped_rotor_balls_in_line_are_worse_than_balls_at_right_angles() -> None:
-    machine = with_quantity(ab.load_machine(MACHINES / "stall_and_release.toml"), "damping", 15.0)
+    machine = rig(damping=1.1, beta=1e-4, balls=[{"count": 2, "mass": "60 g", "diameter": "25 mm"}])
     worst = next(border for border in ab.border_speeds(machine) if border.name == "exact border, worst case")
     assert "in line" in worst.note
     balancer = EqualBalls(plane(machine)).balancer
@@ -212,7 +212,7 @@ def test_more_than_two_balls_have_a_worst_and_a_best_border_and_a_note() -> None
     [
         (2, 0.7, 1.51, 1.51),
         (3, 0.0, 0.0, 0.0),
-        (3, 2.0, 0.0, 1.25),
+        (3, 2.0, 0.0, math.sqrt(1.5)),
         (4, 1.0, 0.0, 3.5),
         (6, 4.5, 0.75, None),
         (5, 5.0, 5, 5),
@@ -223,7 +223,7 @@ def test_the_range_of_s2_is_known_where_it_can_be_worked_out(
 ) -> None:
     found = spread_range(count, share)
     assert found[0] == pytest.approx(low, abs=1e-6)
-    assert high is None or found[1] == pytest.approx(high, abs=2e-2)
+    assert high is None or found[1] == pytest.approx(high, abs=1e-6)
 
 
 def test_stable_windows_are_stable_inside_and_unstable_outside() -> None:
@@ -295,7 +295,7 @@ def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> 
         (lambda: ab.stable_windows(rig(), math.inf), "they must ascend"),
         (lambda: ab.border_speeds(with_parameter(rig(), "balancers", ())), "has no balls"),
         (lambda: ab.border_speeds(with_parameter(rig(), "axis", "horizontal")), "gravity acts in the plane"),
-        (lambda: ab.border_curve(rig(), "mass", [1.0]), "no such name"),
+        (lambda: ab.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
         (lambda: ab.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
         (lambda: ab.border_curve(rig(), "ball_mass", []), "given none"),
         (lambda: ab.border_curve(rig(), "viscosity", [1e-6]), "which no viscosity changes"),
@@ -327,7 +327,7 @@ def test_the_border_over_the_unbalance_peaks_where_the_balls_are_at_right_angles
     assert share[-1] == pytest.approx(2.0, rel=1e-12)
     never = np.isinf(found["exact_border"].values)
     assert never.any()
-    assert np.abs(share[never] - math.sqrt(2.0)).max() < 0.01
+    assert np.abs(share[never] - math.sqrt(2.0)).max() < 0.02
     assert np.isfinite(found["exact_border"].values[np.abs(share - math.sqrt(2.0)) > 0.02]).all()
     assert all(found["exact_border_note"].values[never])
     one = float(found["exact_border"][20])

@@ -59,12 +59,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     MachineError
         If the value is impossible there.
     """
-    if name not in QUANTITIES:
-        if "." not in name:
-            raise QuestionError(
-                f"quantity {name!r}: no such name; there are {', '.join(QUANTITIES)}, "
-                "and paths such as 'rotor.damping' or 'balancers[1].races[1].drag.beta'"
-            )
+    if _is_path(name):
         return with_parameter(machine, name, value)
     value = si_value(machine, name, value)
     if name in ("damping", "stiffness"):
@@ -95,7 +90,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
 
 def si_value(machine: Machine, name: str, value: Any) -> float:
     """A value of a quantity or path as a number in SI."""
-    if name not in QUANTITIES:
+    if _is_path(name):
         return _entry(with_parameter(machine, name, value), name)
     if name == "count":
         number = float(to_si(value if isinstance(value, str) else float(value), ""))
@@ -114,7 +109,7 @@ def value_of(machine: Machine, name: str) -> float:
         if not isinstance(machine.drive, PrescribedSpeed):
             return math.nan
         return float(profile_pieces(machine.drive.profile)[-1].numbers[0])
-    if name not in QUANTITIES:
+    if _is_path(name):
         return _entry(machine, name)
     if name in ("damping", "stiffness"):
         x, y = getattr(machine.rotor, f"{name}_xy")
@@ -146,6 +141,15 @@ def label_of(name: str) -> tuple[str, str]:
 def dimension_of(name: str) -> str:
     """The name of a quantity or path as a dimension of a dataset."""
     return name.replace("[", "_").replace("]", "").replace(".", "_")
+
+
+def _is_path(name: str) -> bool:
+    if name not in QUANTITIES and "." not in name:
+        raise QuestionError(
+            f"quantity {name!r}: no such name; there are {', '.join(QUANTITIES)}, "
+            "and paths such as 'rotor.damping' or 'balancers[1].races[1].drag.beta'"
+        )
+    return name not in QUANTITIES
 
 
 def _with_races(machine: Machine, change: Callable[[str, Race], dict[str, Any]]) -> Machine:

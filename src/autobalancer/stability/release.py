@@ -5,7 +5,8 @@ answers with a whirl that brakes the ball; averaged over a turn the torque is
 
     s (sum s) v^4 L(v),    L(v) = (1/2) sum over x, y of b v / ((k - M v^2)^2 + (b v)^2),    s = m eps,
 
-and the fluid drags it with beta (W - v). Stalling is possible as long as both are equal for some v < W.
+and the fluid drags it with beta (W - v). A ball can stall as long as W is below the maximum that v + torque/beta has
+near a resonance.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ import math
 import numpy as np
 
 from autobalancer.stability.border import Border
-from autobalancer.stability.lateral import Plane
+from autobalancer.stability.lateral import Floats, Plane
 
-POINTS = 4000
+POINTS = 8000
 
 
 def release_border(p: Plane) -> Border:
@@ -35,17 +36,28 @@ def release_border(p: Plane) -> Border:
         critical = math.sqrt(p.stiffness[0] / p.mass)
         speeds, pulls = np.array([critical]), np.array([critical**3 / p.damping[0]])
     else:
-        note = f"last resonance; {note}"
+        note = f"the highest of both resonances; {note}"
         ends = [math.sqrt(k / p.mass) for k in p.stiffness]
-        speeds = np.linspace(0.7 * min(ends), 1.5 * max(ends), POINTS)
+        speeds = np.linspace(0.5 * min(ends), 1.5 * max(ends), POINTS)
         pulls = np.zeros(POINTS)
         for k, b in zip(p.stiffness, p.damping, strict=True):
             pulls += 0.5 * speeds**5 * b / ((k - p.mass * speeds**2) ** 2 + (b * speeds) ** 2)
     stalled, released = list(range(p.moment.size)), 0.0
     while stalled:
         total = float(p.moment[stalled].sum())
-        least = {i: float((speeds + p.moment[i] * total * pulls / p.drag[i]).max()) for i in stalled}
+        least = {i: _greatest(speeds, p.moment[i] * total * pulls / p.drag[i]) for i in stalled}
         first = min(stalled, key=lambda i: least[i])
         released = max(released, least[first])
         stalled.remove(first)
+    if released == 0.0:
+        return Border(name, math.sqrt(max(p.stiffness) / p.mass), "the balls are damped so well that they never stall")
     return Border(name, released, note)
+
+
+def _greatest(speeds: Floats, lags: Floats) -> float:
+    """The highest maximum of v + lag that is not at an end; zero if there is none."""
+    sums = speeds + lags
+    if sums.size == 1:
+        return float(sums[0])
+    peaks = (sums[1:-1] > sums[:-2]) & (sums[1:-1] >= sums[2:])
+    return float(sums[1:-1][peaks].max(initial=0.0))

@@ -1,0 +1,5 @@
+"""``python -m autobalancer``."""
+
+from autobalancer.cli import app
+
+app()

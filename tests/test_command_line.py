@@ -1,0 +1,121 @@
+"""The commands as a user types them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import autobalancer as ab
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+COMMAND = [sys.executable, "-m", "autobalancer"]
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
+    machine = str(MACHINES / "discoidal.toml")
+    answer = run("run", machine, "--duration", "30 s", "--out", "run.nc", "--json", cwd=tmp_path)
+    assert answer.returncode == 0, answer.stderr
+    found = json.loads(answer.stdout)
+    assert found["outcome"] == "finished"
+    assert found["measures"]["peak_deflection"] == float(
+        ab.peak_deflection(ab.load_run(tmp_path / "run.nc"))["deflection"]
+    )
+    drawn = run("plot", "run.nc", "--out", "pictures", cwd=tmp_path)
+    assert drawn.returncode == 0, drawn.stderr
+    assert len(list((tmp_path / "pictures").glob("*.png"))) == 3
+
+
+def test_check_says_the_same_as_the_python_interface(tmp_path: Path) -> None:
+    answer = run("check", str(MACHINES / "discoidal.toml"), "--json", cwd=tmp_path)
+    found, expected = json.loads(answer.stdout), ab.summary(MACHINES / "discoidal.toml")
+    assert found["critical_speeds"] == list(expected.critical_speeds)
+    assert [border["speed"] for border in found["borders"]] == [border.speed for border in expected.borders]
+
+
+def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
+    arguments = ["run", str(MACHINES / "stall_and_release.toml"), "--duration", "1000000 s", "--out", "long.nc"]
+    process = subprocess.Popen([*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(6.0)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 130
+    kept = ab.load_run(tmp_path / "long.nc")
+    assert kept.attrs["outcome"] == "interrupted"
+    assert 0.0 < kept.attrs["end_time"] < 1e6
+    assert kept.sizes["time"] >= 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "none.toml"], "none.toml: no such file"),
+        (["run", "MACHINE", "--duration", "5 kg"], "a quantity in s is wanted"),
+        (["plot", "none.nc"], "none.nc: no such file"),
+        (["stability", "MACHINE", "--speeds", "fast"], "fast"),
+        (["basin", "MACHINE", "--speed", "1200 rpm"], "one or two axes"),
+    ],
+)
+def test_what_a_user_can_mend_ends_with_code_2_and_a_message(
+    arguments: list[str], message: str, tmp_path: Path
+) -> None:
+    machine = str(MACHINES / "discoidal.toml")
+    answer = run(*[machine if word == "MACHINE" else word for word in arguments], cwd=tmp_path)
+    assert answer.returncode == 2
+    assert message in answer.stderr
+    assert "Traceback" not in answer.stderr
+
+
+def test_every_command_has_an_example_in_its_help(tmp_path: Path) -> None:
+    from autobalancer.cli import app
+
+    names = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
+    assert {"check", "run", "plot", "animate", "stability", "borders", "map", "basin", "receptance"} <= set(names)
+    for command in app.registered_commands:
+        assert command.callback is not None
+        assert "Example: autobalancer" in (command.callback.__doc__ or ""), command.callback.__name__
+
+
+def test_importing_the_package_is_light_and_without_side_effects(tmp_path: Path) -> None:
+    heavy = "numpy numba xarray pint pydantic matplotlib scipy"
+    code = f"import sys, autobalancer; print([m for m in '{heavy}'.split() if m in sys.modules])"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert answer.stdout.strip() == "[]"
+
+
+def test_every_public_name_can_be_imported() -> None:
+    for name in ab.__all__:
+        assert getattr(ab, name) is not None
+    assert sorted(ab.__all__) == ab.__all__
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    """With a fresh cache: the first process compiles, the second finds every kernel."""
+    code = (
+        "import autobalancer as ab\n"
+        f"ab.simulate({str(MACHINES / 'discoidal.toml')!r}, duration=1.0)\n"
+        f"ab.basin({str(MACHINES / 'discoidal.toml')!r}, 100.0, random=2, hold=0.1)\n"
+        "from autobalancer.kernels.integrators.runge_kutta import advance\n"
+        "from autobalancer.kernels.guided_balls import planar\n"
+        "from autobalancer.kernels.settle import settle\n"
+        "print([sum(f.stats.cache_misses.values()) for f in (advance, planar, settle)])\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    missed = []
+    for _ in range(2):
+        answer = subprocess.run(
+            [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+        )
+        missed.append(json.loads(answer.stdout))
+    assert missed[0] == [1, 1, 1]
+    assert missed[1] == [0, 0, 0]

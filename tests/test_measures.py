@@ -1,0 +1,116 @@
+"""Measures read off runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError, ResultError
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+
+
+@pytest.fixture(scope="module")
+def stalled_run() -> xr.Dataset:
+    return ab.simulate(MACHINES / "stall_and_release.toml", save=(ab.Samples(20_001), ab.Envelope(2000)))
+
+
+def test_stalled_balls_hang_below_the_critical_speed_and_break_away_near_the_formula(stalled_run: xr.Dataset) -> None:
+    released = ab.release_speed(stalled_run).values
+    formula = 250.0 * (1.0 + 2.0 * (2.5e-4 * 250.0) ** 2 / (100.0 * 1.4685e-4))
+    np.testing.assert_allclose(released, formula, rtol=0.02)
+
+
+def test_the_peak_of_the_run_up_is_where_the_balls_break_away(stalled_run: xr.Dataset) -> None:
+    peak = ab.peak_deflection(stalled_run)
+    assert float(peak["deflection"]) == pytest.approx(1.3317e-3, rel=1e-3)
+    assert float(peak["speed"]) == pytest.approx(387.0, abs=1.0)
+
+
+def test_balls_end_opposite_to_the_unbalance_and_the_rotor_is_at_rest(stalled_run: xr.Dataset) -> None:
+    final = ab.ball_angle_to_unbalance(stalled_run).isel(time=-1)
+    np.testing.assert_allclose(np.abs(final), np.pi, atol=0.05)
+    assert ab.residual_vibration(stalled_run, last=0.5) < 1e-6
+
+
+def test_envelope_and_samples_tell_the_same_peak(stalled_run: xr.Dataset) -> None:
+    from_samples = stalled_run.drop_vars([name for name in stalled_run if str(name).startswith("envelope")])
+    exact = float(ab.peak_deflection(stalled_run)["deflection"])
+    sampled = float(ab.peak_deflection(from_samples)["deflection"])
+    assert sampled <= exact
+    assert sampled == pytest.approx(exact, rel=1e-3)
+
+
+def test_the_residual_is_the_sum_of_unbalance_and_balls(stalled_run: xr.Dataset) -> None:
+    angle = stalled_run["ball_angle_in_rotor"].values[100]
+    expected = abs(5e-4 + (2.5e-4 * np.exp(1j * angle)).sum())
+    assert float(stalled_run["residual_unbalance"][100]) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_ball_settles_when_it_stays_near_its_last_angle() -> None:
+    run = ab.simulate(MACHINES / "eccentric_race.toml", duration=5.0)
+    time, angle = run["time"].values, run["ball_angle_in_rotor"].values
+    for ball, settled in enumerate(ab.settling_time(run).values):
+        away = np.abs(angle[:, ball] - angle[-1, ball]) > np.deg2rad(2.0)
+        assert not away[time >= settled].any()
+        assert away[time < settled][-1]
+
+
+def test_a_ball_that_still_moves_has_not_settled() -> None:
+    run = ab.simulate(MACHINES / "stall_and_release.toml", duration=10.0)  # stalled at the end
+    assert np.isnan(ab.settling_time(run)).all()
+    assert np.isnan(ab.release_speed(run)).all()
+
+
+def test_a_result_file_gives_back_the_run_and_says_where_it_came_from(stalled_run: xr.Dataset, tmp_path: Path) -> None:
+    path = ab.save_run(stalled_run, tmp_path / "deep" / "run.nc")
+    again = ab.load_run(path)
+    xr.testing.assert_identical(again.drop_attrs(), stalled_run.drop_attrs())
+    assert again.attrs["critical_speeds"] == stalled_run.attrs["critical_speeds"]
+    assert again["speed"].attrs["units"] == "rad/s"
+    from autobalancer.files.machine_file import parse_machine
+
+    assert parse_machine(again.attrs["machine"]) == ab.load_machine(MACHINES / "stall_and_release.toml")
+
+
+def test_files_that_are_no_results_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match="no such file"):
+        ab.load_run(tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("hello")
+    with pytest.raises(ResultError, match="not a readable result file"):
+        ab.load_run(tmp_path / "text.nc")
+    xr.Dataset({"a": 1}).to_netcdf(tmp_path / "foreign.nc")
+    with pytest.raises(ResultError, match="was not written by autobalancer"):
+        ab.load_run(tmp_path / "foreign.nc")
+
+
+def test_a_run_that_kept_nothing_cannot_be_measured() -> None:
+    run = ab.simulate(MACHINES / "discoidal.toml", duration=1.0, save=())
+    with pytest.raises(QuestionError, match="kept neither samples"):
+        ab.peak_deflection(run)
+
+
+def test_a_sweep_gives_what_single_runs_give_on_any_number_of_threads() -> None:
+    machine = ab.load_machine(MACHINES / "eccentric_race.toml")
+    variations = {"balancers[1].races[1].drag.beta": [5e-4, "1e-3 N*m*s"], "rotor.damping": [80.0, 120.0, 160.0]}
+    one = ab.sweep(machine, variations, duration=4.0, workers=1)
+    two = ab.sweep(machine, variations, duration=4.0, workers=2)
+    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+    single = ab.with_parameter(machine, "rotor.damping", 120.0)
+    run = ab.simulate(single, duration=4.0, save=ab.Envelope(500), tolerance=1e-7)
+    cell = one.isel(rotor_damping=1).sel(balancers_1_races_1_drag_beta=1e-3)
+    assert float(cell["peak_deflection"]) == pytest.approx(float(ab.peak_deflection(run)["deflection"]), rel=1e-12)
+    np.testing.assert_allclose(
+        np.abs(cell["ball_angle_to_unbalance"]), np.abs(np.angle(np.exp(1j * run["envelope_ball_angle_in_rotor"][-1])))
+    )
+
+
+def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
+    with pytest.raises(ab.errors.MachineError, match=r"parameter 'rotor.mass' = '-1 kg'"):
+        ab.sweep(MACHINES / "discoidal.toml", {"rotor.mass": ["-1 kg"]}, duration=1.0)
+    with pytest.raises(QuestionError, match="no 'massx' there"):
+        ab.sweep(MACHINES / "discoidal.toml", {"rotor.massx": [1.0]}, duration=1.0)
