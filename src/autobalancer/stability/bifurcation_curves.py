@@ -19,7 +19,7 @@ from autobalancer.stability.explorer import Explorer, Progress
 from autobalancer.stability.family import Family
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.steady import Range
-from autobalancer.stability.symmetry import coincident, kinds
+from autobalancer.stability.symmetry import coincident, in_two_bundles, kinds
 
 
 def bifurcation_curves(
@@ -90,8 +90,10 @@ def bifurcation_curves(
     explorer = Explorer(span, kind_of, Steps(0.3 * largest_step, 1e-7, largest_step), 10, 10, None)
     field = family(first, now)
     for state in starts_of(field, from_state, parameter, first):
-        explorer.steady_from(coincident(state.angles, kind_of), state_vector(field, state))
-    found = [f for f in explorer.specials if f.special.kind == kind]
+        begin = in_two_bundles(field.plane, state_vector(field, state), kind_of) if state.freedom else None
+        begin = state_vector(field, state) if begin is None else begin
+        explorer.steady_from(coincident(begin[4 : 4 + len(kind_of)], kind_of), begin)
+    found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
     if not found:
         raise QuestionError(
             f"kind: no {kind} point of the {from_state} state along {parameter} from {first:.6g} to {last:.6g} at "

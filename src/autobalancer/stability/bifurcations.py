@@ -15,7 +15,7 @@ import numpy as np
 from autobalancer.stability.continuation import CORRECTIONS, NoConvergence, Point, locate
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
 from autobalancer.stability.special import Special, crossing_at
-from autobalancer.stability.steady import Steady
+from autobalancer.stability.steady import CONTINUUM, Steady
 from autobalancer.stability.symmetric_points import symmetric_points
 
 SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
@@ -26,6 +26,8 @@ def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: 
     """All special points between two points of a curve, in order."""
     symmetric = symmetric_points(problem, kind, a, b)
     found = _hopf_points(problem, a, b) + (symmetric or _folds_and_branch_points(problem, a, b))
+    if problem.loose:  # ordinary tests for branch points see the continuum
+        found = [s for s in found if s.kind != "branch point"]
     chord = (b.u - a.u) * problem.weight
     return sorted(found, key=lambda s: float(chord @ s.point.u))
 
@@ -65,7 +67,7 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     c = np.conj(q) / np.vdot(q, q)
     for _ in range(CORRECTIONS):
         matrix, miss = hopf_equations(problem, u, w, q, c)
-        step = np.linalg.solve(matrix, -miss)
+        step = np.linalg.lstsq(matrix, -miss, rcond=CONTINUUM)[0] if problem.loose else np.linalg.solve(matrix, -miss)
         u, w = u + step[: d + 1], w + float(step[d + 1])
         q = q + step[d + 2 : 2 * d + 2] + 1j * step[2 * d + 2 :]
         if np.abs(step).max() < 1e-12 or not np.all(np.isfinite(step)):
@@ -73,7 +75,8 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     if not (np.all(np.isfinite(u)) and abs(u[-1] - guess.u[-1]) < 1e-3):
         raise NoConvergence
     q = as_ball_angle(q)
-    lyapunov = lyapunov_coefficient(problem, u, q, w)
+    # along a continuum the drift of its other states takes part: no coefficient of one mode decides
+    lyapunov = math.nan if problem.loose else lyapunov_coefficient(problem, u, q, w)
     return Special("Hopf", Point(u, guess.tangent), w * problem.span.frequency, lyapunov, q)
 
 

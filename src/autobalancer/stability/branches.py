@@ -20,7 +20,7 @@ from autobalancer.stability.family import Family
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.stalled import stalled_orbit
 from autobalancer.stability.steady import Range
-from autobalancer.stability.symmetry import coincident, kinds
+from autobalancer.stability.symmetry import coincident, in_two_bundles, kinds
 from autobalancer.stability.tables import branch_dataset
 from autobalancer.stability.vector_field import Field
 
@@ -110,7 +110,9 @@ def branches(
     if from_state != "stalled":
         field = family(first)
         for state in starts_of(field, from_state, parameter, first):
-            explorer.steady_from(coincident(state.angles, kind), state_vector(field, state))
+            start = in_two_bundles(field.plane, state_vector(field, state), kind) if state.freedom else None
+            start = state_vector(field, state) if start is None else start
+            explorer.steady_from(coincident(start[4 : 4 + len(kind)], kind), start)
         if switch:
             explorer.switch()
         if orbits:

@@ -64,8 +64,10 @@ class Explorer:
     def steady_from(self, groups: Groups, state: Floats, share: float = 0.0) -> None:
         """The branch through a steady state of all balls at an end of the range, unless it is known."""
         problem = Steady(self.span, groups)
+        guess = np.append(gathered(state, groups) / problem.scale, share)
+        problem.loose = bool(problem.freedom_or_none(guess))
         try:
-            u = at_parameter(problem, np.append(gathered(state, groups) / problem.scale, share), share)
+            u = at_parameter(problem, guess, share)
         except (NoConvergence, np.linalg.LinAlgError):
             return
         if not self._known(problem, u):
@@ -97,7 +99,7 @@ class Explorer:
     def orbits(self) -> None:
         """Follow the periodic orbits born at every Hopf point."""
         for found in [f for f in self.specials if f.special.kind == "Hopf"]:
-            if found.used or found.steady is None or len(self.branches) >= self.limit:
+            if found.used or found.steady is None or found.steady.loose or len(self.branches) >= self.limit:
                 continue
             found.used = True
             try:

@@ -17,6 +17,7 @@ from autobalancer.stability.vector_field import Field, Numbers
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
 LARGEST_RESONANCE = 100.0
+CONTINUUM = 1e-9  # singular value, over the greatest, that counts as zero along a continuum of states
 TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
 
 
@@ -88,10 +89,13 @@ def running_true(p: Plane, state: Floats, length: float) -> int | None:
 
 
 class Steady:
-    """Unknowns: scaled state of the merged balls, then the share of the parameter's range."""
+    """Unknowns: scaled state of the merged balls, then the share of the parameter's range.
 
-    def __init__(self, span: Range, groups: Groups) -> None:
-        self.span, self.groups = span, groups
+    ``loose``: the states are a continuum even in the merged balls; the curve goes across it by the shortest way.
+    """
+
+    def __init__(self, span: Range, groups: Groups, loose: bool = False) -> None:
+        self.span, self.groups, self.loose = span, groups, loose
         self.scale = span.scale(len(groups))
         self.weight = np.ones(self.scale.size + 1)
 
@@ -118,7 +122,10 @@ class Steady:
         return np.vstack([np.column_stack([self.jacobian(u), self.slope(u)]), row])
 
     def solve(self, u: Floats, row: Floats, right: Floats, last: float) -> Floats:
-        return np.asarray(np.linalg.solve(self.bordered(u, row), np.append(right, last)))
+        matrix, sides = self.bordered(u, row), np.append(right, last)
+        if self.loose:
+            return np.asarray(np.linalg.lstsq(matrix, sides, rcond=CONTINUUM)[0])
+        return np.asarray(np.linalg.solve(matrix, sides))
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
         return self, u, tangent

@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from autobalancer.stability.equilibria import close_polygon
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.vector_field import Field
 
@@ -104,6 +105,23 @@ def joined(groups: Groups, pair: tuple[int, int]) -> Groups:
     a, b = pair
     both = tuple(sorted(groups[a] + groups[b]))
     return (*groups[:a], both, *groups[a + 1 : b], *groups[b + 1 :])
+
+
+def in_two_bundles(p: Plane, state: Floats, kind: list[tuple[float, ...]]) -> Floats | None:
+    """The balanced state with the same resultant in which equal balls stand in two bundles, as even as possible.
+
+    In the merged balls it is no continuum any more. ``None`` if the balls are not all equal or no two bundles close.
+    """
+    count = p.moment.size
+    if len(set(kind)) != 1:
+        return None
+    target = complex((p.moment * np.exp(1j * state[4 : 4 + count])).sum())
+    for part in range(count // 2, 0, -1):
+        for pair in close_polygon(p.moment[0] * np.array([float(count - part), float(part)]), target)[:1]:
+            new = np.array(state)
+            new[4 : 4 + count] = np.repeat(pair, [count - part, part])
+            return new
+    return None
 
 
 def signature(p: Plane, state: Floats) -> Floats:
