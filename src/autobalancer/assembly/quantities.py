@@ -104,7 +104,7 @@ def si_value(machine: Machine, name: str, value: Any) -> float:
 
 
 def value_of(machine: Machine, name: str) -> float:
-    """The value that the machine has, SI; nan if none, or not one for all. ``"speed"`` is the last that is prescribed."""
+    """The value that the machine has, SI; nan if none, or not one for all. ``"speed"`` is the last prescribed one."""
     if name == "speed":
         if not isinstance(machine.drive, PrescribedSpeed):
             return math.nan

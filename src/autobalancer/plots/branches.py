@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from autobalancer.errors import QuestionError, UnitError
+from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.quantity_axis import axis_unit
 from autobalancer.plots.style import INK, look, picture
-from autobalancer.units import from_si
 
 COLORS = {
     "balanced": "#0072B2",
@@ -38,13 +38,11 @@ MARKS = {
     "torus": ("p", "white", "torus"),
     "infinite period": ("*", INK, "period grows without limit"),
 }
-UNITS = {"rad/s": "rpm", "kg m": "g*mm", "kg": "g", "m": "mm", "m^2/s": "mm^2/s", "rad": "deg"}
 
 
 def plot_branches(
     branches: xr.Dataset,
     *,
-    parameter_unit: str | None = None,
     deflection_unit: str | None = None,
     speed_unit: str = "rpm",
 ) -> Figure:
@@ -57,12 +55,10 @@ def plot_branches(
     ----------
     branches
         From :func:`branches`.
-    parameter_unit
-        Of the horizontal axis; by default rpm, g mm, mm²/s and the like.
     deflection_unit
         ``"m"``, ``"mm"``, ``"um"`` or ``"nm"``; by default the one that suits the greatest deflection.
     speed_unit
-        Of ball speeds: ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
 
     Returns
     -------
@@ -76,7 +72,7 @@ def plot_branches(
     """
     if not branches.sizes.get("point"):
         raise QuestionError("branches: there is no point to draw")
-    across = parameter_axis(branches["parameter"], parameter_unit)
+    across = axis_unit(branches["parameter"], speed_unit)
     lengths = length_axis(deflection_unit, float(np.nanmax(branches["deflection_max"].values)))
     speeds = speed_axis(speed_unit)
     stalls = bool((branches["name"].values == "stalled").any())
@@ -104,26 +100,6 @@ def plot_branches(
         handles = _explained(branches)
         figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=2.0)
     return figure
-
-
-def parameter_axis(values: xr.DataArray, unit: str | None) -> AxisUnit:
-    """The unit of a parameter axis.
-
-    Raises
-    ------
-    QuestionError
-        If ``unit`` does not suit the parameter.
-    """
-    own = str(values.attrs.get("units", ""))
-    unit = UNITS.get(own, own) if unit is None else unit
-    if not unit:
-        return AxisUnit("", 1.0)
-    try:
-        factor = from_si(1.0, own.replace(" ", "*"), unit)
-    except (UnitError, ValueError, TypeError) as reason:
-        raise QuestionError(f"parameter_unit: given {unit!r}; does not suit a parameter in {own}: {reason}") from None
-    sign = unit.replace("*", " ").replace("^2", "²").replace("^3", "³").replace("um", "µm").replace("deg", "°")
-    return AxisUnit(sign, factor)
 
 
 def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: str, high: str) -> None:

@@ -78,10 +78,7 @@ def bifurcation_curves(
     ends = family.read(1, second_start), family.read(1, second_end)
     if first == last or ends[0] == ends[1]:
         raise QuestionError(f"{parameter}, {second}: a range is empty; give two different ends")
-    try:
-        now = family.now(1)
-    except QuestionError:  # a speed that the machine does not prescribe
-        now = ends[0]
+    now = family.now(1)
     now = now if min(ends) <= now <= max(ends) else ends[0]
     span = Range(family, first, last, (now,))
     kind_of = kinds([family(value, other).plane for value in (first, last) for other in ends])
@@ -183,7 +180,7 @@ def _dataset(family: Family, rows: list[dict[str, Any]], specials: list[dict[str
     names = [("parameter", family.label(0)), ("second_parameter", family.label(1))]
     data: dict[str, Any] = {"curve": ("point", [row["curve"] for row in rows], {"long_name": "number of the curve"})}
     for name, (text, unit) in names:
-        attrs = {"long_name": text, "units": unit.replace("*", " ")}
+        attrs = {"long_name": text, "units": unit}
         data[name] = ("point", [row[name] for row in rows], attrs)
         data[f"special_{name}"] = ("special", np.array([row[name] for row in specials], np.float64), attrs)
     data["special_type"] = ("special", np.array([row["type"] for row in specials], dtype=np.str_), {"long_name": "what happens there"})

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from dataclasses import replace
+
 import numpy as np
 
 from autobalancer.stability.continuation import CORRECTIONS, NoConvergence, Point, locate
@@ -24,10 +26,11 @@ SINGULAR = 1e-6  # singular value below which the equations have two curves thro
 
 def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """All special points between two points of a curve, in order."""
-    symmetric = symmetric_points(problem, kind, a, b)
-    found = _hopf_points(problem, a, b) + (symmetric or _folds_and_branch_points(problem, a, b))
-    if problem.loose:  # ordinary tests for branch points see the continuum
-        found = [s for s in found if s.kind != "branch point"]
+    found = _hopf_points(problem, a, b)
+    if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
+        found += [replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)]
+    else:
+        found += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
     chord = (b.u - a.u) * problem.weight
     return sorted(found, key=lambda s: float(chord @ s.point.u))
 
@@ -130,6 +133,9 @@ def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Specia
             if _regular(problem, point)
             else [crossing_at(problem, point, True)]
         )
+
+    if problem.loose:
+        return []
 
     def orientation(p: Point) -> float:
         return float(np.linalg.slogdet(problem.bordered(p.u, p.tangent))[0])

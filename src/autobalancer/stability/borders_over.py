@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import dimension_of, label_of, si_value, with_quantity
+from autobalancer.assembly.quantities import dimension_of, label_of, si_value
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
@@ -18,6 +18,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.borders import Border, borders_of, exact
 from autobalancer.stability.lateral import Floats, plane
+from autobalancer.stability.map_rates import with_values
 from autobalancer.stability.windows import lower_critical_speed, plane_of
 
 Progress = Callable[[int, int], None]
@@ -81,8 +82,7 @@ def border_curve(
     rows, critical = [], []
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
-        changed = with_quantity(machine, parameter, value)
-        p = plane_of(changed, None)
+        changed, p = with_values(machine, {parameter: value})
         if parameter == "unbalance" and constant is not None and p.isotropic and not np.any(p.offset):
             rows.append((*(b for b in constant if not b.name.startswith("exact border")), *exact(changed, p)))
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")

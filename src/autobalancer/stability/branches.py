@@ -50,8 +50,8 @@ def branches(
     machine
         A machine or the path of a machine file; isotropic supports, no gravity in its plane.
     parameter
-        ``speed``, ``unbalance``, ``drag``, ``viscosity``, ``ball_mass``, ``damping``, ``stiffness``, or a path like
-        ``"balancers[1].races[1].balls[1].diameter"``.
+        ``speed``, ``unbalance``, ``drag``, ``viscosity``, ``ball_mass``, ``ball_diameter``, ``damping``, ``stiffness``, or a
+        path like ``"balancers[1].races[1].eccentricity"``.
     start, end
         The range, SI or with a unit; ``end`` may be the lower one.
     speed
@@ -97,7 +97,7 @@ def branches(
     first, last = family.read(0, start), family.read(0, end)
     if first == last:
         raise QuestionError(f"{parameter}: the range begins and ends at {first:.6g}; give two different values")
-    if parameter in ("speed", "stiffness", "ball_mass") and not min(first, last) > 0.0:
+    if parameter in ("speed", "stiffness", "ball_mass", "ball_diameter") and not min(first, last) > 0.0:
         raise QuestionError(f"{parameter}: given {min(first, last):.6g}; must be greater than zero")
     span = Range(family, first, last)
     planes = [family(value).plane for value in (first, last, 0.63 * first + 0.37 * last)]

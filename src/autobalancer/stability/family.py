@@ -1,7 +1,7 @@
 """A machine with one or several of its numbers free: the vector field as a function of parameters.
 
-A parameter is a name of :data:`NAMES`, or a path of :func:`autobalancer.assembly.parameters.with_parameter` such as
-``"balancers[1].races[1].drag.beta"``.
+A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, or a path such as
+``"balancers[1].races[1].balls[1].diameter"``.
 """
 
 from __future__ import annotations
@@ -11,34 +11,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.catalog.resolve import fluid_numbers, resolve
+from autobalancer.assembly.quantities import QUANTITIES, label_of, si_value, value_of, with_quantity
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.machine.balancer.drag import DragTorque
 from autobalancer.machine.profile import Constant
-from autobalancer.stability.lateral import Floats, Plane, plane
+from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.vector_field import Field
 from autobalancer.units import to_si
 
-NAMES = {
-    "speed": ("rotor speed", "rad/s"),
-    "unbalance": ("unbalance", "kg*m"),
-    "drag": ("drag torque of a ball over its speed", "N*m*s"),
-    "viscosity": ("kinematic viscosity", "m^2/s"),
-    "ball_mass": ("mass of a ball", "kg"),
-    "damping": ("damping of the supports", "N*s/m"),
-    "stiffness": ("stiffness of the supports", "N/m"),
-}
-_UNITS = {
-    "mass": "kg", "stiffness": "N/m", "damping": "N*s/m", "moment": "kg*m", "radius": "m", "angle": "rad", "beta": "N*m*s",
-    "orbit_radius": "m", "race_radius": "m", "eccentricity": "m", "eccentricity_angle": "rad", "diameter": "m", "temperature": "K",
-    "density": "kg/m^3", "viscosity": "m^2/s", "clear_width": "m",
-}  # fmt: skip
+SMOOTH = ("speed", *(name for name in QUANTITIES if name != "count"))
 
 
 class Family:
@@ -69,10 +54,10 @@ class Family:
         for name in self.parameters:
             self._check(name)
         if "speed" not in self.parameters:
-            speed = _speed_of(machine) if speed is None else speed
+            speed = _constant_speed(machine) if speed is None else speed
             if not (math.isfinite(speed) and speed > 0.0):
                 raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
-        self._speed = speed
+        self._speed, self._plane = speed, plane(machine)
         self._at = lru_cache(maxsize=64)(self._build)
 
     def __call__(self, *values: float) -> Field:
@@ -82,71 +67,54 @@ class Family:
     def read(self, index: int, value: float | str) -> float:
         """A value of parameter ``index`` in SI; texts have a unit."""
         name = self.parameters[index]
-        if name in NAMES:
-            return float(to_si(value, NAMES[name][1]))
-        return _entry(with_parameter(self.machine, name, value), name)
+        return float(to_si(value, "rad/s") if name == "speed" else si_value(self.machine, name, value))
 
     def now(self, index: int) -> float:
-        """The value that the machine itself has."""
-        name = self.parameters[index]
-        if name not in NAMES:
-            return _entry(self.machine, name)
-        p = plane(self.machine)
-        if name == "speed":
-            return _speed_of(self.machine)
-        if name == "ball_mass":
-            return resolve(self.machine)[0].mass
-        if name == "viscosity":
-            return float(_viscosities(self.machine)[0])
-        values = {"unbalance": abs(p.unbalance), "damping": p.damping[0], "stiffness": p.stiffness[0]}
-        return values[name] if name in values else float(p.drag[0])
+        """The value that the machine itself has; nan if it has none, or not one for all."""
+        return value_of(self.machine, self.parameters[index])
 
     def label(self, index: int) -> tuple[str, str]:
         """Long name and SI unit of a parameter."""
-        name = self.parameters[index]
-        return NAMES[name] if name in NAMES else (name, _UNITS.get(name.rsplit(".", 1)[-1], ""))
+        return label_of(self.parameters[index])
 
     def _build(self, values: tuple[float, ...]) -> Field:
         machine, speed = self.machine, self._speed
-        named: dict[str, float] = {}
+        quick: dict[str, float] = {}
         for name, value in zip(self.parameters, values, strict=True):
-            if name in NAMES:
-                named[name] = value
-            else:
-                machine = with_parameter(machine, name, value)
-        p = plane(machine)
-        for name, value in named.items():
             if name == "speed":
                 speed = value
+            elif name in ("unbalance", "drag", "damping", "stiffness", "viscosity", "ball_mass"):
+                quick[name] = value
             else:
-                p = _changed(p, machine, name, value)
+                machine = with_quantity(machine, name, value)
+        p = self._plane if machine is self.machine else plane(machine)
+        for name, value in quick.items():
+            p = _changed(p, machine, name, value)
         assert speed is not None
         return Field(p, speed)
 
     def _check(self, name: str) -> None:
-        if name in NAMES:
-            if name in ("drag", "viscosity", "ball_mass") and not resolve(self.machine):
-                raise QuestionError(f"parameter {name!r}: the machine has no balls")
-            if name == "viscosity":
-                _viscosities(self.machine)
-            return
+        if name != "speed" and "." not in name and name not in SMOOTH:
+            raise QuestionError(
+                f"parameter: given {name!r}; must be one of {', '.join(SMOOTH)}, or a path like 'rotor.mass'"
+            )
         if re.match(r"(drive|start|run)\b", name):
-            raise QuestionError(
-                f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'"
-            )
-        if "." not in name:
-            raise QuestionError(
-                f"parameter: given {name!r}; must be a path like 'rotor.mass', or one of {', '.join(NAMES)}"
-            )
+            raise QuestionError(f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'")
+        if name == "speed":
+            return
         try:
-            _entry(self.machine, name)
+            value = value_of(self.machine, name)
         except (AttributeError, IndexError):
-            with_parameter(self.machine, name, 1.0)  # says what there is
+            with_quantity(self.machine, name, 1.0)  # says what there is
             raise
+        if name in ("viscosity", "ball_diameter"):
+            with_quantity(self.machine, name, 1e-3 if math.isnan(value) else value)  # says why it cannot change
+        if name.endswith(".count"):
+            raise QuestionError(f"parameter {name!r}: must be a number that can change smoothly")
 
 
 def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
-    ones = np.ones(p.moment.size)
+    """What ``with_quantity`` would give, without going through the description of the machine."""
     if name == "unbalance":
         size = abs(p.unbalance)
         return replace(p, unbalance=value * (p.unbalance / size if size else 1.0))
@@ -155,47 +123,24 @@ def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
     if name == "stiffness":
         return replace(p, stiffness=(value, value))
     if name == "drag":
-        return replace(p, drag=value * ones)
+        return replace(p, drag=np.full(p.moment.size, value))
     if name == "viscosity":
-        return replace(p, drag=p.drag * value / _viscosities(machine))
+        now = value_of(machine, "viscosity")
+        if math.isnan(now):
+            return plane(with_quantity(machine, name, value), p.unbalance)
+        return replace(p, drag=p.drag * value / now)
     balls = resolve(machine)
     mass = np.array([value - ball.displaced for ball in balls])
     orbit = np.array([ball.orbit_radius for ball in balls])
     spin = np.array([ball.spin_ratio for ball in balls])
     fluid = np.array([ball.virtual_mass * ball.displaced for ball in balls])
     inertia = ((1.0 + spin) * value + fluid) * orbit**2
-    total = float(machine.rotor.mass) + float(mass.sum())
-    return replace(p, mass=total, ball_mass=mass, moment=mass * orbit, inertia=inertia)
+    return replace(
+        p, mass=float(machine.rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia
+    )
 
 
-def _viscosities(machine: Machine) -> Floats:
-    """Kinematic viscosity at every ball, m^2/s."""
-    found = []
-    for b, balancer in enumerate(machine.balancers, 1):
-        for r, race in enumerate(balancer.races, 1):
-            if race.fluid is None or isinstance(race.drag, DragTorque):
-                raise QuestionError(
-                    f"parameter 'viscosity': the drag in balancers[{b}].races[{r}] does not follow from a fluid; take 'drag'"
-                )
-            found += [fluid_numbers(race.fluid)[1]] * race.ball_count
-    return np.array(found)
-
-
-def _speed_of(machine: Machine) -> float:
+def _constant_speed(machine: Machine) -> float:
     if isinstance(machine.drive, PrescribedSpeed) and isinstance(machine.drive.profile, Constant):
         return float(machine.drive.profile.speed)
     raise QuestionError("speed: the machine has no constant prescribed speed; give one, in rad/s")
-
-
-def _entry(machine: Machine, path: str) -> float:
-    entry: Any = machine
-    for piece in path.split("."):
-        name, *places = piece.replace("]", "").split("[")
-        entry = getattr(entry, name)
-        for place in places:
-            entry = entry[int(place) - 1]
-    if isinstance(entry, bool) or not isinstance(entry, float):
-        raise QuestionError(
-            f"parameter {path!r}: is {entry!r} in this machine; must be a number that can change smoothly"
-        )
-    return float(entry)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +33,8 @@ def rates_over(
     """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
     outer = [name for name in values if name not in ("unbalance", "speed")]  # those that need another machine
     speeds = values.get("speed", np.array([speed]))
-    rows = list(product(*(values[name] for name in outer)))
-    machines = [_with(machine, dict(zip(outer, row, strict=True))) for row in rows]
-    planes = [plane_of(changed, None) for changed in machines]
+    rows = list(product(*(values[name].tolist() for name in outer)))
+    machines, planes = zip(*(with_values(machine, dict(zip(outer, row, strict=True))) for row in rows), strict=True)
     sizes = values.get("unbalance", np.array([np.nan]))  # nan: that of the machine
     parts = np.array_split(np.arange(sizes.size), max(1, min(sizes.size, TASKS // len(rows))))
     tasks = [(row, part) for row in range(len(rows)) for part in parts]
@@ -67,10 +67,18 @@ def _rates(machine: Machine, p: Plane, speeds: Floats, worst: bool) -> Floats:
     return np.asarray((np.fmax if worst else np.fmin).reduce(found))
 
 
-def _with(machine: Machine, values: dict[str, float]) -> Machine:
-    for name, value in values.items():
-        try:
-            machine = with_quantity(machine, name, float(value))
-        except MachineError as error:
-            raise MachineError(f"{name} = {value:.6g}: {error}") from None
-    return machine
+def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Plane]:
+    """The machine with other values of its parameters, and its plane.
+
+    Raises
+    ------
+    MachineError
+        If they make no possible machine; the message names them.
+    """
+    try:
+        for name, value in values.items():
+            machine = with_quantity(machine, name, value)
+        return machine, plane_of(machine, None)
+    except MachineError as error:
+        given = ", ".join(f"{name} = {value}" for name, value in values.items())
+        raise MachineError(f"{given}: {error}") from None

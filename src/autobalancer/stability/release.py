@@ -18,7 +18,7 @@ import numpy as np
 from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Floats, Plane
 
-POINTS = 8000
+POINTS = 2000  # on each side of a resonance
 
 
 def release_border(p: Plane) -> Border:
@@ -38,8 +38,10 @@ def release_border(p: Plane) -> Border:
     else:
         note = f"the highest of both resonances; {note}"
         ends = [math.sqrt(k / p.mass) for k in p.stiffness]
-        speeds = np.linspace(0.5 * min(ends), 1.5 * max(ends), POINTS)
-        pulls = np.zeros(POINTS)
+        near = np.geomspace(1e-7, 0.5, POINTS)
+        offsets = np.concatenate([-near, [0.0], near])
+        speeds = np.unique(np.concatenate([end * (1.0 + offsets) for end in ends]))
+        pulls = np.zeros(speeds.size)
         for k, b in zip(p.stiffness, p.damping, strict=True):
             pulls += 0.5 * speeds**5 * b / ((k - p.mass * speeds**2) ** 2 + (b * speeds) ** 2)
     stalled, released = list(range(p.moment.size)), 0.0

@@ -18,7 +18,7 @@ def branch_dataset(explorer: Explorer, long_name: str, unit: str, attributes: di
     number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
     kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
     balls = len(explorer.kind)
-    parameter = {"long_name": long_name, "units": unit.replace("*", " ")}
+    parameter = {"long_name": long_name, "units": unit}
     data: dict[str, tuple[Any, Any, dict[str, str]]] = {
         "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
         "parameter": ("point", [row.value for row in rows], parameter),

@@ -1,0 +1,377 @@
+"""Stability maps: the compiled growth rate against the linearized equations, and what a map and its pictures say."""
+
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.cli import app
+from autobalancer.errors import AutobalancerError, MachineError, QuestionError
+from autobalancer.machine import Machine
+from autobalancer.plots.border_curve import plot_border_curve
+from autobalancer.plots.stability import plot_stability
+from autobalancer.plots.stability_map import plot_map
+from autobalancer.stability.balanced import balanced_states
+from autobalancer.stability.characteristic import (
+    PlanarBalancer,
+    growth_rate,
+    growth_rates,
+    planar_eigenvalues,
+    scaled_growth_rates,
+)
+from autobalancer.stability.equilibria import equilibria_of
+from autobalancer.stability.lateral import Plane, plane
+from autobalancer.stability.linear import eigensystem, kept, matrices
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+DISCOIDAL = MACHINES / "discoidal.toml"
+
+
+def random_plane(random: np.random.Generator, count: int = 2) -> Plane:
+    """An isotropic machine with equal balls and an unbalance that they can balance."""
+    mass, critical = random.uniform(1.0, 30.0), 10 ** random.uniform(1.0, 3.0)
+    orbit, ball = random.uniform(0.03, 0.2), 10 ** random.uniform(-3.5, -1.0) * mass / count
+    inertia = random.uniform(1.0, 3.0) * ball * orbit**2
+    ones = np.ones(count)
+    return Plane(
+        mass=mass,
+        stiffness=(mass * critical**2,) * 2,
+        damping=(10 ** random.uniform(-3.0, 0.3) * mass * critical,) * 2,
+        unbalance=complex(random.uniform(0.02, 0.98) * count * ball * orbit * np.exp(1j * random.uniform(-3.0, 3.0))),
+        ball_mass=ball * ones,
+        moment=ball * orbit * ones,
+        inertia=inertia * ones,
+        drag=10 ** random.uniform(-4.0, 1.0) * inertia * critical * ones,
+        race=np.zeros(count, np.int64),
+        offset=np.zeros(count, np.complex128),
+    )
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_compiled_growth_rate_is_that_of_the_linearized_equations(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    p = random_plane(random, 2 + seed % 3)
+    critical = math.sqrt(p.stiffness[0] / p.mass)
+    balancer = PlanarBalancer(p.mass, p.stiffness[0], p.damping[0], p.moment.size, p.moment[0], p.inertia[0], p.drag[0])
+    speeds = critical * 10 ** random.uniform(-0.5, 1.2, 30)
+    expected, spreads = [], []
+    for speed in speeds:
+        state = next(s for s in equilibria_of(p, float(speed)) if s.name == "balanced")
+        values, _ = eigensystem(*matrices(p, float(speed), state))
+        expected.append(float(kept(values, state.freedom).real.max()))
+        spreads.append(abs(np.exp(2j * state.angles).sum()))
+    rates, _ = growth_rates(balancer, speeds, np.array(spreads))
+    assert np.abs(rates - expected).max() < 1e-9 * critical
+
+
+def test_the_compiled_growth_rate_and_frequency_are_those_of_numpy_at_ten_thousand_random_points() -> None:
+    random = np.random.default_rng(1)
+    n = 10_000
+    points = np.column_stack(
+        [10 ** random.uniform(a, b, n) for a, b in ((-1.0, 1.6), (-3.0, 0.3), (-5.0, 1.5), (-5.0, -0.4))]
+        + [random.uniform(0.0, 1.0, n)]
+    )
+    rates, frequencies = scaled_growth_rates(points, 1.0)
+    for row in random.integers(0, n, 1500):
+        w, g, d, h, q = points[row]
+        values = planar_eigenvalues(PlanarBalancer(1.0, 1.0, g, 2, math.sqrt(h), 1.0, d), w, 2.0 * q)
+        best = values[np.argmax(values.real)]
+        assert rates[row] == pytest.approx(best.real, abs=1e-9)
+        nearest = values[np.abs(values.real - best.real) < 1e-8]
+        assert np.abs(np.abs(nearest.imag) - frequencies[row]).min() < 1e-6
+
+
+def test_degenerate_points_have_a_growth_rate_too() -> None:
+    grid = ([0.01, 1.0, 1.0000001, 5.0, 1000.0], [0.0, 2.0, 5.0], [0.0, 1e-9, 3.0, 1e4], [1e-12, 0.45], [0.0, 0.5, 1.0])
+    points = np.array(np.meshgrid(*grid)).reshape(5, -1).T
+    rates, _ = scaled_growth_rates(np.ascontiguousarray(points), 1.0)
+    assert np.isfinite(rates).all()
+    for (w, g, d, h, q), rate in zip(points, rates, strict=True):
+        expected = growth_rate(PlanarBalancer(1.0, 1.0, g, 2, math.sqrt(h), 1.0, d), w, 2.0 * q)
+        assert rate == pytest.approx(expected, abs=3e-7 * max(1.0, w))  # double roots know half of the digits
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    code = (
+        "from autobalancer.kernels.characteristic import growth_rates as f;"
+        "print(sum(f.stats.cache_misses.values()), sum(f.stats.cache_hits.values()))"
+    )
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
+    said = [
+        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert said == ["1 0\n", "0 1\n"]
+
+
+def test_a_map_has_the_growth_rates_of_its_machines() -> None:
+    machine = ab.load_machine(DISCOIDAL)
+    speeds, viscosities = ["60 rad/s", "64 rad/s", "90 rad/s"], [1e-6, "20 mm^2/s"]
+    found = ab.stability_map(machine, {"speed": speeds, "viscosity": viscosities})
+    assert found["growth_rate"].dims == ("speed", "viscosity")
+    for viscosity in (1e-6, 20e-6):
+        changed = with_quantity(machine, "viscosity", viscosity)
+        expected = ab.eigenvalues(changed, [60.0, 64.0, 90.0])["growth_rate"].values
+        assert found["growth_rate"].sel(viscosity=viscosity).values == pytest.approx(expected, abs=1e-9 * 60.0)
+        at = found.isel(viscosity_of_border=int(viscosity > 1e-5))
+        for border in ab.border_speeds(changed):
+            variable = border.name.replace(", ", "_").replace(" ", "_")
+            assert float(at[variable]) == border.speed
+    turned = ab.stability_map(machine, {"viscosity": viscosities, "speed": speeds}, borders=0)
+    assert turned["growth_rate"].equals(found["growth_rate"].transpose("viscosity", "speed"))
+    assert "exact_border" not in turned
+
+
+def test_threads_do_not_change_a_map() -> None:
+    axes = {"speed": np.linspace(40.0, 130.0, 60), "unbalance": np.linspace(0.0, 1.2e-3, 50)}
+    one, two = (ab.stability_map(DISCOIDAL, axes, borders=0, workers=n)["growth_rate"] for n in (1, 2))
+    assert one.equals(two)
+
+
+def test_the_exact_border_is_the_zero_of_the_growth_rate() -> None:
+    speeds = np.linspace(60.0, 100.0, 401)
+    found = ab.stability_map(DISCOIDAL, {"speed": speeds, "viscosity": np.geomspace(1e-6, 50e-6, 9)})
+    for number, border in enumerate(found["exact_border"].values):
+        rates = found["growth_rate"].isel(viscosity=number).values
+        assert (rates[speeds > border] < 0.0).all()
+        assert rates[speeds < border][-1] > 0.0
+
+
+def test_a_map_over_the_unbalance_ends_at_the_capability_and_is_symmetric_to_right_angles_by_s2() -> None:
+    machine = ab.load_machine(DISCOIDAL)
+    ball = float(plane(machine).moment[0])
+    shares = np.array([0.3, math.sqrt(4.0 - 0.3**2), 2.001])  # |S2| = |share^2 - 2| is the same for the first two
+    found = ab.stability_map(machine, {"unbalance": shares * ball, "speed": [62.0, 80.0]}, borders=0)["growth_rate"]
+    assert found[1].values == pytest.approx(found[0].values, rel=1e-8)
+    assert np.isnan(found[2]).all()
+
+
+def test_a_map_at_one_speed_takes_that_of_the_drive() -> None:
+    axes = {"viscosity": [1e-6, 1e-5], "ball_mass": ["5 g", "7 g", "8 g"]}
+    at_end = ab.stability_map(DISCOIDAL, axes)
+    assert at_end.attrs["speed"] == pytest.approx(1200.0 * math.pi / 30.0)
+    again = ab.stability_map(DISCOIDAL, axes, speed="1200 rpm")
+    assert again["growth_rate"].equals(at_end["growth_rate"])
+    row = ab.stability_map(DISCOIDAL, {"speed": ["1200 rpm"], "viscosity": [1e-5]}, borders=0)
+    own = with_quantity(with_quantity(ab.load_machine(DISCOIDAL), "viscosity", 1e-5), "ball_mass", "7 g")
+    assert float(at_end["growth_rate"][1, 1]) == pytest.approx(
+        float(ab.eigenvalues(own, [at_end.attrs["speed"]])["growth_rate"][0]), abs=1e-8
+    )
+    assert row["growth_rate"].shape == (1, 1)
+
+
+def test_maps_of_unequal_balls_and_orthotropic_supports_are_those_of_eigenvalues() -> None:
+    machine = ab.load_machine(DISCOIDAL)
+    balls = [{"count": 1, "mass": f"{mass} g", "diameter": "12 mm"} for mass in (7.0, 9.0)]
+    for changed, route in (
+        (with_parameter(machine, "balancers[1].races[1].balls", balls), "eigenvalues"),
+        (with_parameter(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
+    ):
+        assert balanced_states(changed, plane(changed))[0].route == route
+        found = ab.stability_map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)
+        assert route in found.attrs["theory"]
+        expected = ab.eigenvalues(with_quantity(changed, "viscosity", 2e-5), [66.0, 90.0])["growth_rate"].values
+        assert found["growth_rate"][:, 0].values == pytest.approx(expected, abs=1e-6)
+
+
+def test_of_many_balls_the_worst_positions_are_less_stable_than_the_best() -> None:
+    machine = with_quantity(ab.load_machine(DISCOIDAL), "count", 4)
+    axes = {"speed": np.linspace(62.0, 80.0, 10), "viscosity": [2e-6]}
+    worst, best = (
+        ab.stability_map(machine, axes, positions=which, borders=0)["growth_rate"] for which in ("worst", "best")
+    )
+    assert (worst.values >= best.values).all()
+    assert (worst.values > best.values + 1e-4).any()
+
+
+def test_operating_points_and_fluids_are_marked_where_they_are() -> None:
+    found = ab.stability_map(
+        DISCOIDAL,
+        {"speed": [50.0, 130.0], "viscosity": [1e-6, 60e-6]},
+        operating_points={"measured": ("64 rad/s", "0.65 mm^2/s")},
+        borders=0,
+    )
+    assert list(found["operating_point"].values) == ["Discoidal rotor, planar stand-in", "measured"]
+    assert found["operating_viscosity"].values == pytest.approx([20e-6, 0.65e-6], rel=1e-9)
+    assert found["operating_speed"].values == pytest.approx([40.0 * math.pi, 64.0])
+    names = list(found["fluid"].values)
+    assert "silicone oil 20" in names
+    assert "silicone oil 100" not in names
+    assert float(found["fluid_viscosity"].sel(fluid="silicone oil 20")) == pytest.approx(20e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize("factor", [0.2, 5.0])
+def test_a_map_scales_with_time(factor: float) -> None:
+    p = random_plane(np.random.default_rng(3))
+    faster = replace(
+        p,
+        stiffness=(factor**2 * p.stiffness[0],) * 2,
+        damping=(factor * p.damping[0],) * 2,
+        drag=factor * p.drag,
+    )
+    machine = ab.load_machine(DISCOIDAL)  # only its name counts here
+    speeds = math.sqrt(p.stiffness[0] / p.mass) * np.linspace(0.5, 4.0, 30)
+    one, other = (balanced_states(machine, q)[0].rates(w) for q, w in ((p, speeds), (faster, factor * speeds)))
+    assert other == pytest.approx(factor * one, rel=1e-9)
+
+
+AXES = {"speed": [50.0, 130.0], "viscosity": [1e-6, 60e-6]}
+
+
+@pytest.mark.parametrize(
+    ("axes", "options", "message"),
+    [
+        ({"speed": [1.0]}, {}, "given 1 parameters; give two"),
+        ({"speed": [1.0], "sped": [1.0]}, {}, "'sped' is no parameter; there are speed, viscosity"),
+        ({"speed": [], "drag": [1.0]}, {}, "given no values"),
+        ({"speed": [0.0, 1.0], "drag": [1.0]}, {}, "must be greater than zero"),
+        (AXES, {"speed": 3.0}, "given twice"),
+        (AXES, {"positions": "median"}, "must be 'worst' or 'best'"),
+        (AXES, {"operating_points": {"p": (1.0,)}}, "given 1 values"),
+        ({"drag": [1.0], "viscosity": [1.0]}, {"speed": -1.0}, "must be greater than zero"),
+    ],
+)
+def test_bad_maps_are_refused_with_a_reason(axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
+    with pytest.raises(QuestionError, match=re.escape(message)):
+        ab.stability_map(DISCOIDAL, axes, **options)
+
+
+def test_an_impossible_combination_is_named() -> None:
+    with pytest.raises(MachineError, match=r"ball_diameter = 0\.03"):
+        ab.stability_map(DISCOIDAL, {"speed": [100.0], "ball_diameter": ["10 mm", "30 mm"]}, borders=0)
+    with pytest.raises(QuestionError, match="neither an axis nor prescribed"):
+        ab.stability_map(MACHINES / "stall_and_release.toml", {"drag": [1e-4], "ball_mass": [1e-3]})
+
+
+@pytest.fixture(scope="module")
+def thin_map() -> xr.Dataset:
+    machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
+    return ab.stability_map(
+        machine, {"speed": np.linspace(50.0, 130.0, 41), "viscosity": np.geomspace(2e-7, 1e-4, 41)}, borders=21
+    )
+
+
+def labels(figure: Any) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_picture_of_a_map_names_every_border_and_has_the_units_asked_for(thin_map: xr.Dataset) -> None:
+    figure = plot_map(thin_map, speed_unit="rad/s")
+    for name in ("averaged border", "exact border", "exact border, worst case", "release speed", "critical speed"):
+        assert name in labels(figure)
+    axes = figure.axes[0]
+    assert "(rad/s)" in axes.get_xlabel()
+    assert "(mm²/s)" in axes.get_ylabel()
+    assert axes.get_yscale() == "log"
+    assert any(text.get_text() == "silicone oil 0.65" for text in axes.texts)
+    exact = next(line for line in axes.get_lines() if line.get_label() == "exact border")
+    assert np.allclose(exact.get_xdata(), thin_map["exact_border"])
+    turned = plot_map(thin_map, x="viscosity", speed_unit="Hz", fluids=False).axes[0]
+    assert "(Hz)" in turned.get_ylabel()
+    assert not turned.texts
+
+
+def test_a_border_outside_the_picture_says_so_in_the_legend() -> None:
+    machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
+    axes = {"speed": np.linspace(50.0, 130.0, 21), "unbalance": np.linspace(0.0, 1.2e-3, 21)}
+    said = labels(plot_map(ab.stability_map(machine, axes)))
+    assert "averaged border: never" in said
+    assert "release speed: above the picture" in said
+    assert "no balanced state" in said
+
+
+def test_the_picture_of_a_border_curve_names_its_lines() -> None:
+    machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
+    found = ab.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
+    said = labels(plot_border_curve(found, speed_unit="rad/s"))
+    assert "averaged border: never" in said
+    assert any(text.startswith("release speed: above 30") for text in said)
+    assert "exact border" in said
+
+
+def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion() -> None:
+    found = ab.eigenvalues(DISCOIDAL, list(np.linspace(40.0, 125.0, 60)))
+    figure = plot_stability(found, speed_unit="rad/s")
+    upper, lower = figure.axes
+    assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
+    assert any(text.get_text() in set(found["leading_motion"].values) for text in upper.texts)
+    assert "rad/s" in lower.get_xlabel()
+
+
+def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
+    for call, message in (
+        (lambda: plot_map(xr.Dataset()), "no result of stability_map"),
+        (lambda: plot_map(thin_map, x="drag"), "must be one of speed, viscosity"),
+        (lambda: plot_map(thin_map, speed_unit="mph"), "must be one of rpm"),
+        (lambda: plot_map(thin_map.isel(speed=[0])), "one value along an axis"),
+        (lambda: plot_border_curve(thin_map), "no result of border_curve"),
+        (lambda: plot_stability(thin_map), "no result of eigenvalues"),
+        (lambda: plot_stability(ab.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
+    ):
+        with pytest.raises(QuestionError, match=message):
+            call()
+
+
+def run(*arguments: str, code: int = 0) -> str:
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, list(arguments))
+    assert result.exit_code == code, result.output
+    return re.sub(r"\x1b\[[0-9;]*m", "", result.output)
+
+
+def test_the_commands_print_what_the_functions_return(tmp_path: Path) -> None:
+    file = str(DISCOIDAL)
+    text = run("stability", file, "--speeds", "500 rpm:1500 rpm:50", "--plot", str(tmp_path / "s.png"))
+    assert "stable, growth rate at most" in text
+    text = run(
+        *("map", file, "--x", "speed", "50:130 rad/s:20", "--y", "viscosity", "0.2:100 mm^2/s:20:log"),
+        *("--out", str(tmp_path / "m.nc"), "--plot", str(tmp_path / "m.svg"), "--point", "p=64 rad/s, 1 mm^2/s"),
+    )
+    assert "400 points, 400 with a balanced state" in text
+    assert ab.load_run(tmp_path / "m.nc")["growth_rate"].shape == (20, 20)
+    text = run(
+        *("borders", file, "--over", "count=2:4:3", "--plot", str(tmp_path / "b.pdf"), "--windows-up-to", "3000 rpm"),
+        *("--minimum-viscosity-at", "1200 rpm"),
+    )
+    assert "exact border               65.08 rad/s" in text
+    assert "exact border: 0.07558 mm^2/s" in text
+    assert {path.name for path in tmp_path.iterdir()} == {"s.png", "m.nc", "m.svg", "b.pdf"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("stability", "--speeds", "5:1:1"), "must ascend"),
+        (("stability", "--speeds", "5:1"), "from:to:step"),
+        (("stability", "--speeds", "5", "--state", "lost"), "must be balanced"),
+        (("map", "--x", "speed", "1:2:3", "--y", "speed", "1:2:3", "--plot", "x.png"), "two different parameters"),
+        (("map", "--x", "speed", "1:2", "--y", "drag", "1:2:3", "--plot", "x.png"), "from:to:count"),
+        (("map", "--x", "speed", "0:2:3:log", "--y", "drag", "1:2:3", "--plot", "x.png"), "ends above zero"),
+        (("map", "--x", "speed", "1:2:3", "--y", "drag", "1:2:3"), "give --plot"),
+        (("borders", "--plot", "x.png"), "name it with --over"),
+        (("borders", "--over", "unbalance"), "with --plot or --out"),
+    ],
+)
+def test_a_command_that_makes_no_sense_ends_with_code_2(arguments: tuple[str, ...], message: str) -> None:
+    name, *rest = arguments
+    assert message in " ".join(run(name, str(DISCOIDAL), *rest, code=2).split())
+
+
+def test_all_errors_are_of_the_package() -> None:
+    machine = with_parameter(ab.load_machine(DISCOIDAL), "axis", "horizontal")
+    assert isinstance(machine, Machine)
+    for ask in (ab.border_speeds, ab.minimum_viscosity, ab.stable_windows):
+        with pytest.raises(AutobalancerError):
+            ask(machine, *(() if ask is ab.border_speeds else (80.0,)))
