@@ -18,7 +18,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.balanced import EqualBalls, balanced_states
 from autobalancer.stability.borders import borders_of
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.equilibria import Equilibrium
+from autobalancer.stability.equilibria import Equilibrium, equilibria_of
 from autobalancer.stability.lateral import plane
 from autobalancer.stability.linear import eigensystem, kept, matrices
 from autobalancer.stability.spread import spread_range
@@ -178,6 +178,23 @@ def test_a_race_that_is_hardly_eccentric_has_the_border_of_a_centric_one() -> No
     race = rig().balancers[0].races[0]
     eccentric = with_parameter(rig(), "balancers[1].races[1]", race.model_copy(update={"eccentricity": 1e-12}))
     assert speeds(eccentric)["exact border"] == pytest.approx(speeds(rig())["exact border"], rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_an_eccentric_race_has_the_growth_rates_of_its_eigenvalues_where_the_balls_can_balance(count: int) -> None:
+    machine = with_quantity(ab.load_machine(MACHINES / "eccentric_race.toml"), "count", count)
+    p = plane(machine)
+    followed = np.array([100.0, 200.0, 255.0, 280.0, 300.0, 500.0])
+    low, high = (EqualBalls(p, place).rates(followed) for place in (0.0, 1.0))
+    for speed, one, other in zip(followed, low, high, strict=True):
+        states = [state for state in equilibria_of(p, float(speed)) if state.name == "balanced"]
+        assert bool(states) == bool(np.isfinite(one))
+        for state in states[:1]:
+            values, _ = eigensystem(*matrices(p, float(speed), state))
+            rate = float(kept(values, count - 2).real.max())
+            assert min(one, other) - 1e-6 <= rate <= max(one, other) + 1e-6
+    assert np.isnan(low[0])
+    assert np.isfinite(low[-3:]).all()
 
 
 @pytest.mark.parametrize("count", [3, 4, 5])
@@ -394,6 +411,9 @@ def test_each_quantity_changes_what_it_says_and_nothing_else() -> None:
         others -= {"ball_mass"} if name == "ball_diameter" else {"viscosity"} if name == "drag" else set()
         for other in others:
             assert value_of(changed, other) == pytest.approx(value_of(machine, other), rel=1e-12)
+    assert value_of(with_quantity(machine, "ball_diameter", "6.15 mm"), "ball_mass") == pytest.approx(
+        value_of(machine, "ball_mass") / 8.0, rel=1e-12
+    )
     assert abs(plane(with_quantity(rig(), "unbalance", 1e-4)).unbalance - 1e-4 * np.exp(0.4j)) < 1e-18
 
 

@@ -7,16 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-
-from autobalancer.machine import Machine
 from tests.references import lagrange
 from tests.references.runs import run_to, states_at
+
+from autobalancer.machine import Machine
 
 REVOLUTIONS = 1000
 SPEED = 300.0  # rad/s, above the critical speed of about 240
 
 
-def machine(*, axis: str = "vertical", isotropic: bool = True, damping: float = 0.0, beta: float = 0.0, **top: Any) -> Machine:
+def machine(
+    *, axis: str = "vertical", isotropic: bool = True, damping: float = 0.0, beta: float = 0.0, **top: Any
+) -> Machine:
     """Two races, one of them off center, with unequal rolling balls, a fluid around some; nothing drives."""
     drag = {"law": "beta", "beta": beta}
     data: dict[str, Any] = {

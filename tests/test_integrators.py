@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
+from tests.references import lagrange
+from tests.references.runs import states_at
+from tests.references.trees import order_of, trees
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
@@ -23,9 +27,6 @@ from autobalancer.simulation.events import Event
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
-from tests.references import lagrange
-from tests.references.runs import states_at
-from tests.references.trees import order_of, trees
 
 PAIRS = {"tsitouras": tsitouras(), "dormand_prince_8": dormand_prince_8()}
 ORDERS = {"tsitouras": (5, 4, 4), "dormand_prince_8": (8, 5, 7)}  # solution, embedded, dense output
@@ -95,7 +96,12 @@ def prepared(
 ) -> tuple[Any, Tableau, Record, Memory]:
     pair = pair or dormand_prince_8()
     assembly = assemble(machine, rotating=rotating)
-    return assembly.system, pair, record_for(save or [], events or [], assembly, end), memory_for(assembly, end, tolerance, pair)
+    return (
+        assembly.system,
+        pair,
+        record_for(save or [], events or [], assembly, end),
+        memory_for(assembly, end, tolerance, pair),
+    )
 
 
 # the pairs as numbers ---------------------------------------------------------------------------------------------------
@@ -140,7 +146,7 @@ def test_dense_output_ends_in_the_solution_and_with_its_slope(method: str) -> No
 # observed orders --------------------------------------------------------------------------------------------------------
 
 
-def fixed_steps(machine: Machine, end: float, count: int, pair: Tableau, times: list[float]) -> np.ndarray:
+def fixed_steps(machine: Machine, end: float, count: int, pair: Tableau, times: Any) -> np.ndarray:
     system, _, record, memory = prepared(machine, end, [SampleTimes(times)], tolerance=1e-2, pair=pair)
     memory.absolute[:] = 1e6
     memory.clock[STEP] = memory.clock[LONGEST] = end / count
@@ -152,19 +158,20 @@ def fixed_steps(machine: Machine, end: float, count: int, pair: Tableau, times: 
 @both
 def test_halving_the_step_divides_the_error_by_two_to_the_order(method: str) -> None:
     """At the end of steps and in between, on the nonlinear machine with balls on unequal supports."""
-    machine = run_up(rotor={"mass": 10.0, "stiffness": [6.25e5, 5e5], "damping": 100.0, "inertia": 0.05}, start={"speed": 200.0})
+    machine = run_up(
+        rotor={"mass": 10.0, "stiffness": [6.25e5, 5e5], "damping": 100.0, "inertia": 0.05}, start={"speed": 200.0}
+    )
     end = 0.1
-    times = [0.0123456, 0.0654321, end]
+    times = [*np.linspace(0.0, end, 2000, endpoint=False), end]
     reference = states_at(machine, times, tolerance=1e-13)
-    counts = np.array([16, 32, 64] if method == "dormand_prince_8" else [64, 128, 256])
     errors = []
-    for count in counts:
-        miss = np.abs(fixed_steps(machine, end, int(count), PAIRS[method], times) - reference)
-        errors.append([miss[:2].max(), miss[2].max()])
+    for count in (16, 32, 64) if method == "dormand_prince_8" else (64, 128, 256):
+        miss = np.abs(fixed_steps(machine, end, count, PAIRS[method], times) - reference)
+        errors.append([miss[:-1].max(), miss[-1].max()])
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     order = ORDERS[method][0]
-    assert rates[-1].min() > order - 0.4, rates
-    assert rates[-1].max() < order + 1.5, rates
+    assert rates.min() > order - 0.5, rates
+    assert rates.max() < order + 1.5, rates
 
 
 @both
@@ -275,6 +282,13 @@ def test_a_terminal_event_ends_the_run_there_and_the_state_is_that_of_the_event(
     np.testing.assert_allclose(lagrange.to_space(memory.state), tight, rtol=1e-9, atol=1e-12)
 
 
+def test_two_watchers_of_one_level_both_see_it() -> None:
+    events = [Event("speed", 100.0), Event("speed", 100.0, ends_run=True), Event("speed", 100.0)]
+    run = ab.simulate(run_up(), duration=1.0, save=Samples(2), events=events)
+    assert run.attrs["events_seen"] == [1, 1, 1]
+    assert run.attrs["outcome"] == "event"
+
+
 def test_a_run_can_go_on_after_a_terminal_event() -> None:
     machine = run_up()
     events = [Event("speed", 100.0, ends_run=True)]
@@ -314,7 +328,7 @@ def test_corners_cost_no_accuracy() -> None:
     reference = lagrange.planar(machine)
     state = lagrange.to_space(assemble(machine).state)
     edges = sorted({0.0, *CORNERS, 0.77, 0.9, 1.5})
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in pairwise(edges):
         inside = 0.5 * (a + b)
 
         def rates(t: float, y: np.ndarray, a: float = a, b: float = b, inside: float = inside) -> np.ndarray:
@@ -393,7 +407,10 @@ def test_the_envelope_of_the_oscillator_has_the_extrema_of_the_closed_form() -> 
     for b in range(10):
         inside = deflection[b * 200_000 : (b + 1) * 200_000 + 1]
         assert run.envelope_high.values[b] == pytest.approx(inside.max(), rel=1e-9)
-        assert run.envelope_low.values[b] == pytest.approx(inside.min(), rel=1e-6)
+        near = times[b * 200_000 + int(np.argmin(inside))]
+        bounds = max(near - 1e-6, 0.1 * b), min(near + 1e-6, 0.1 * (b + 1))
+        least = minimize_scalar(lambda t: np.hypot(*exact(machine, t)), bounds=bounds, options={"xatol": 1e-15})
+        assert run.envelope_low.values[b] == pytest.approx(min(least.fun, inside.min()), rel=1e-6)
 
 
 def test_states_at_the_ends_of_bins_are_the_samples_there() -> None:
@@ -419,7 +436,12 @@ def test_last_revolutions_stand_at_equal_rotor_angles_and_on_the_motion() -> Non
     "case",
     [
         {"drive": {"kind": "torque", "torque": 0.0, "damping": 0.05}, "start": {"speed": 300.0}},
-        {"drive": {"kind": "speed", "profile": {"kind": "table", "time": [0.0, 1.0, 1.1], "speed": [300.0, 300.0, 0.0]}}},
+        {
+            "drive": {
+                "kind": "speed",
+                "profile": {"kind": "table", "time": [0.0, 1.0, 1.1], "speed": [300.0, 300.0, 0.0]},
+            }
+        },
         {"drive": {"kind": "speed", "profile": {"kind": "constant", "speed": -200.0}}},
         {},
     ],
@@ -488,8 +510,8 @@ def test_a_run_out_of_budget_keeps_what_it_has_and_says_so() -> None:
 
 
 def test_a_torque_that_jumps_back_and_forth_makes_the_step_too_small() -> None:
-    table = {"kind": "torque_table", "speed": [100.0, 100.00000000000003], "torque": [1e9, -1e9]}
-    run = ab.simulate(run_up(drive=table), duration=1.0, save=Samples(11), tolerance=1e-12)
+    table = {"kind": "torque_table", "speed": [100.0, 100.00000000000003], "torque": [1e25, -1e25]}
+    run = ab.simulate(run_up(drive=table, start={"speed": 100.0}), duration=1.0, save=Samples(11), max_steps=10**5)
     assert run.attrs["outcome"] == "step too small"
     assert run.attrs["end_time"] < 1.0
 
@@ -535,8 +557,6 @@ def test_a_second_process_compiles_nothing() -> None:
 
 def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:
     compiled, interpreted = fresh_process(), fresh_process(NUMBA_DISABLE_JIT="1")
-    values = [
-        [float.fromhex(word.strip("[',]")) for word in said.split()[1:4]] for said in (compiled, interpreted)
-    ]
+    values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:4]] for said in (compiled, interpreted)]
     np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-16)
     assert compiled.split()[-1] == interpreted.split()[-1]

@@ -298,7 +298,7 @@ def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     found = ab.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
     said = labels(plot_border_curve(found, speed_unit="rad/s"))
     assert "averaged border: never" in said
-    assert any(text.startswith("release speed: above 30") for text in said)
+    assert any(text.startswith("release speed: 30") for text in said)
     assert "exact border" in said
 
 

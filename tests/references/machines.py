@@ -13,7 +13,12 @@ DRIVES = ("torque", "target_torque", "torque_table", "constant", "ramp", "table"
 
 
 def random_machine(
-    random: np.random.Generator, *, isotropic: bool | None = None, axis: str | None = None, drive: str | None = None
+    random: np.random.Generator,
+    *,
+    isotropic: bool | None = None,
+    axis: str | None = None,
+    drive: str | None = None,
+    scheduled: bool = True,
 ) -> Machine:
     """One or two balancers, races with equal and unequal balls, with and without fluid, offset or not."""
     u = random.uniform
@@ -28,7 +33,7 @@ def random_machine(
             "damping": pair(0.0, 200.0),
             "inertia": u(0.02, 0.5),
         },
-        "unbalances": [_unbalance(random) for _ in range(random.integers(0, 3))],
+        "unbalances": [_unbalance(random, scheduled) for _ in range(random.integers(0, 3))],
         "balancers": [
             {"races": [_race(random) for _ in range(random.integers(1, 3))]} for _ in range(random.integers(1, 3))
         ],
@@ -47,10 +52,10 @@ def random_state(random: np.random.Generator, reference: Planar) -> tuple[float,
     return time, np.concatenate([host, u(-3.0, 3.0, n), u(-30.0, 30.0, n)])
 
 
-def _unbalance(random: np.random.Generator) -> dict[str, Any]:
+def _unbalance(random: np.random.Generator, scheduled: bool) -> dict[str, Any]:
     u = random.uniform
     data: dict[str, Any] = {"mass": u(1e-3, 1e-2), "radius": u(0.02, 0.2), "angle": u(-3.0, 3.0)}
-    if random.integers(2):
+    if scheduled and random.integers(2):
         data["schedule"] = {"time": [2.0, 5.0, 8.0], "factor": list(u(0.0, 2.0, 3))}
     return data
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from tests.references.lagrange import to_space
 
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.guided_balls import planar
@@ -15,7 +16,6 @@ from autobalancer.machine import Machine
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import SampleTimes
-from tests.references.lagrange import to_space
 
 
 def states_at(

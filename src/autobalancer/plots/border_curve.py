@@ -96,7 +96,8 @@ def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dic
     if np.isposinf(speeds[~np.isnan(speeds)]).all():
         label += ": never"
     elif np.nanmin(speeds) > high:
-        label += f": above {significant(float(np.nanmin(speeds)))}{sign}"
+        finite = speeds[np.isfinite(speeds)]
+        label += f": {'from ' if np.ptp(finite) > 1e-3 * high else ''}{significant(float(finite.min()))}{sign}"
     axes.plot(x, drawable(speeds, high), **{**style, "label": label})
 
 

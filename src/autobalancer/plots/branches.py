@@ -49,7 +49,8 @@ def plot_branches(
     """Draw branches over their parameter: deflection, ball angles, and how fast stalled balls turn.
 
     Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
-    greatest and least value. Balls that turn round and round have no line among the angles but one among the speeds.
+    greatest and least value. Balls that turn round and round have no line among the angles but one among the speeds. Marks
+    are small where what is unstable stays so.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def plot_branches(
         panels[0].set_title(str(branches.attrs.get("title", "Branches")))
         _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
         panels[0].set_ylabel(f"deflection ({lengths.sign})")
-        panels[0].set_ylim(bottom=0.0 if float(np.nanmin(branches["deflection_max"].values)) < 1e-3 else None)
+        top = float(np.nanmax(branches["deflection_max"].values)) * lengths.factor or 1.0
+        panels[0].set_ylim(-0.03 * top, 1.05 * top)  # states without deflection stay visible
         if with_angles:
             degrees = AxisUnit("°", 180.0 / math.pi)
             _draw(panels[1], branches, across, degrees, "ball_angle_in_rotor_min", "ball_angle_in_rotor_max")
@@ -111,14 +113,17 @@ def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: s
             values = np.atleast_2d(data[quantity].values.T)[:, piece] * unit.factor
             for line in values:
                 style = "-" if stable else (0, (4, 2.2))
-                axes.plot(x[piece], line, ls=style, lw=width, color=COLORS.get(name, INK), zorder=2.5 if stable else 2.2)
+                axes.plot(
+                    x[piece], line, ls=style, lw=width, color=COLORS.get(name, INK), zorder=2.5 if stable else 2.2
+                )
     for i in range(data.sizes.get("special", 0)):
         kind = str(data["criticality"].values[i]) or str(data["special_type"].values[i])
         marker, face, _ = MARKS[kind]
         place = float(data["special_parameter"].values[i]) * across.factor
         for value in np.unique(np.round(np.atleast_1d(data[f"special_{high}"].values[i]) * unit.factor, 9)):
-            size = 9.0 if marker == "*" else 5.5
-            axes.plot(place, value, marker, ms=size, mfc=face, mec=INK, mew=0.9, zorder=3.0)
+            small = 0.45 if data["special_unstable_directions"].values[i] else 1.0
+            size = 9.0 if marker == "*" else 5.5 * small
+            axes.plot(place, value, marker, ms=size, mfc=face, mec=INK, mew=0.9 * small, zorder=2.6 + small)
 
 
 def _pieces(data: xr.Dataset) -> Iterator[tuple[slice, bool, str]]:
@@ -143,7 +148,9 @@ def _explained(data: xr.Dataset) -> list[Line2D]:
         handles.append(Line2D([], [], color=INK, label="stable"))
     if (data["verdict"].values == "unstable").any():
         handles.append(Line2D([], [], color=INK, ls=(0, (4, 2.2)), label="unstable"))
-    special = zip(data["criticality"].values, data["special_type"].values, strict=True) if data.sizes.get("special") else ()
+    special = (
+        zip(data["criticality"].values, data["special_type"].values, strict=True) if data.sizes.get("special") else ()
+    )
     for kind in dict.fromkeys(str(a) or str(b) for a, b in special):
         marker, face, text = MARKS[kind]
         size = 9.0 if marker == "*" else 5.5

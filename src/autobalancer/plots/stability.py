@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -45,7 +47,7 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         figure = picture(8.0, 6.2)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
         figure.suptitle(str(found.attrs.get("title", "Stability")), fontsize=10.5, weight="bold", x=0.02, ha="left")
-        _shade(upper, speed, [str(word) for word in found["verdict"].values])
+        _shade(upper, speed, [str(word) for word in found["verdict"].values], _gaps(found))
         _growth_panel(upper, found, speed)
         _frequency_panel(lower, found, speed, unit)
         lower.set_xlabel(f"rotor speed ({unit.sign})")
@@ -107,12 +109,17 @@ def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: Axi
     legend(axes)
 
 
-def _shade(axes: Axes, speed: np.ndarray, verdicts: list[str]) -> None:
+def _shade(axes: Axes, speed: np.ndarray, verdicts: list[str], gaps: np.ndarray) -> None:
+    """Colors for the verdicts, none where there is no such state."""
     edges, named = _edges(speed), set()
-    for start, end, word in _runs(verdicts):
-        label = word if word not in named else "_"
-        named.add(word)
-        axes.axvspan(edges[start], edges[end + 1], color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
+    ends = [0, *gaps.tolist(), speed.size]
+    for first, last in pairwise(ends):
+        for start, end, word in _runs(verdicts[first:last]):
+            left = speed[first] if start == 0 else edges[first + start]
+            right = speed[last - 1] if first + end + 1 == last else edges[first + end + 1]
+            label = word if word not in named else "_"
+            named.add(word)
+            axes.axvspan(left, right, color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
 
 
 def _gaps(found: xr.Dataset) -> np.ndarray:

@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import round_down, speed_axis
 from autobalancer.plots.border_curve import BORDERS
+from autobalancer.plots.map_marks import fluid_names, operating_points
 from autobalancer.plots.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.style import CRITICAL, INK, look, picture
 
@@ -29,7 +30,6 @@ COLORS = LinearSegmentedColormap.from_list(
         (1.0, "#C9501F"),
     ],
 )
-FAMILIES = ("silicone oil", "mineral oil", "water", "glycerol-water", "air")  # the first has the first choice of room
 
 
 def plot_map(
@@ -87,9 +87,9 @@ def plot_map(
         axes.set_xlabel(along[0].label)
         axes.set_ylabel(along[1].label)
         handles += _borders(axes, found, dims, along)
-        handles += _operating_points(axes, found, dims, along)
+        handles += operating_points(axes, found, dims, along)
         if fluids and "fluid" in found and "viscosity" in dims:
-            _fluids(axes, found, dims.index("viscosity"), along)
+            fluid_names(axes, found, dims.index("viscosity"), along)
         axes.set_xlim(along[0].values[0], along[0].values[-1])
         axes.set_ylim(along[1].values[0], along[1].values[-1])
         fixed = (
@@ -165,74 +165,3 @@ def _where(speeds: np.ndarray, shown: np.ndarray) -> str:
     if not finite.size:
         return "never"
     return "above the picture" if finite.min() > shown[-1] else "below the picture"
-
-
-def _operating_points(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
-    if "operating_point" not in found:
-        return []
-    markers, handles = "oDs^vP*X", []
-    columns = [found[f"operating_{dim}"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True)]
-    for number, name in enumerate(found["operating_point"].values):
-        px, py = float(columns[0][number]), float(columns[1][number])
-        inside = all(a.values[0] <= v <= a.values[-1] for a, v in zip(along, (px, py), strict=True))
-        if not inside:
-            continue
-        style: dict[str, Any] = {
-            "marker": markers[number % len(markers)],
-            "ms": 7.5,
-            "mfc": "white",
-            "mec": INK,
-            "mew": 1.5,
-        }
-        axes.plot(px, py, ls="none", zorder=5, clip_on=False, **style)
-        handles.append(Line2D([], [], ls="none", **style, label=f"{name}"))
-    return handles
-
-
-def _fluids(axes: Axes, found: xr.Dataset, place: int, along: list[QuantityAxis]) -> None:
-    """Names on the side opposite to the viscosity's own numbers, as many as have room."""
-    axis = along[place]
-    low, high = (np.log(v) if axis.log else v for v in (axis.values[0], axis.values[-1]))
-    need = 0.034 if place == 1 else 0.03
-    taken: list[float] = []
-    names, families = found["fluid"].values, [str(word) for word in found["fluid_family"].values]
-    shown = found["fluid_viscosity"].values * axis.unit.factor
-    order = sorted(
-        range(len(names)),
-        key=lambda i: (FAMILIES.index(families[i]) if families[i] in FAMILIES else 9, "(" in str(names[i])),
-    )
-    for i in order:
-        value = float(shown[i])
-        at = ((np.log(value) if axis.log else value) - low) / (high - low)
-        if not 0.0 <= at <= 1.0 or any(abs(at - other) < need for other in taken):
-            continue
-        taken.append(at)
-        name = str(names[i])
-        if place == 1:
-            axes.annotate(
-                name,
-                (1.0, value),
-                xycoords=("axes fraction", "data"),
-                xytext=(6, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=7.5,
-            )
-            axes.plot(
-                [1.0, 1.012], [value, value], transform=axes.get_yaxis_transform(), color=INK, lw=0.8, clip_on=False
-            )
-        else:
-            axes.annotate(
-                name,
-                (value, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(0, 6),
-                textcoords="offset points",
-                ha="center",
-                va="bottom",
-                rotation=90,
-                fontsize=7.5,
-            )
-            axes.plot(
-                [value, value], [1.0, 1.014], transform=axes.get_xaxis_transform(), color=INK, lw=0.8, clip_on=False
-            )

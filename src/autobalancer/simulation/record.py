@@ -67,6 +67,8 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         event_directions=np.array(ways, np.int64),
         event_terminal=np.array(ends, np.int64),
         event_seen=np.zeros(len(events), np.int64),
+        event_sides=np.zeros(len(events)),
+        event_places=np.zeros(len(events)),
         event_states=np.zeros((LOGGED_EVENTS if events else 0, n + 2)),
     )
 

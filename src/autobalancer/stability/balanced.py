@@ -8,8 +8,6 @@ for it, from the least to the greatest |S2| where that decides.
 
 from __future__ import annotations
 
-import cmath
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -18,15 +16,12 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.stability.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates
-from autobalancer.stability.equilibria import Equilibrium, _running_true, close_polygon
-from autobalancer.stability.floquet import periodic_state
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.linear import eigensystem, kept, matrices
 from autobalancer.stability.spread import spread_of_two, spread_range
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
-SAMPLES = 24  # of a continuum of unequal balls
 POINTS = {"polynomial": 1500, "eigenvalues": 240, "multipliers": 100}  # speeds at which a border is looked for
 
 
@@ -39,13 +34,6 @@ class Balanced(Protocol):
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
-
-
-def target(p: Plane, speed: float, center: complex) -> complex:
-    """What the balls of races with this center have to add up to so that these run true, kg m."""
-    if center == 0.0:
-        return -p.fixed_load
-    return -center * p.dynamic_stiffness(speed) / speed**2 - p.fixed_load
 
 
 @dataclass(frozen=True)
@@ -97,74 +85,6 @@ class EqualBalls:
         return grid, low + self.place * (high - low)
 
 
-@dataclass(frozen=True)
-class AnyBalls:
-    """Balls on isotropic supports. ``leading`` are directions of all but the two heaviest balls, from the target on."""
-
-    plane: Plane
-    leading: tuple[float, ...] | None = None  # None: the states in which a race runs true
-    route: str = "eigenvalues"
-
-    def rates(self, speeds: Floats) -> Floats:
-        """Growth rates, 1/s; of several states the most stable one."""
-        return np.array([self._rate(float(speed)) for speed in speeds])
-
-    def _rate(self, speed: float) -> float:
-        found = [self._growth(speed, state) for state in self.states(speed)]
-        return min(found, default=math.nan)
-
-    def _growth(self, speed: float, state: Equilibrium) -> float:
-        values, _ = eigensystem(*matrices(self.plane, speed, state))
-        return float(kept(values, state.freedom).real.max())
-
-    def states(self, speed: float) -> list[Equilibrium]:
-        """The balanced states at a speed."""
-        p = self.plane
-        if p.dynamic_stiffness(speed) == 0.0:
-            return []
-        if self.leading is None:
-            return running_true(p, speed)
-        center = complex(p.offset[0])
-        wanted = target(p, speed, center)
-        order = np.argsort(-p.moment, kind="stable")
-        angles = np.empty(p.moment.size)
-        angles[order[2:]] = cmath.phase(wanted) + np.array(self.leading)
-        rest = wanted - complex((p.moment[order[2:]] * np.exp(1j * angles[order[2:]])).sum())
-        for pair in close_polygon(p.moment[order[:2]], rest)[:1]:
-            angles[order[:2]] = pair
-            return [Equilibrium("balanced", angles, -center, p.moment.size - 2, 0)]
-        return []
-
-
-@dataclass(frozen=True)
-class OnOrthotropicSupports:
-    """Multipliers over a revolution; of several states the most stable one, of a continuum one member."""
-
-    machine: Machine
-    plane: Plane
-    route: str = "multipliers"
-
-    def rates(self, speeds: Floats) -> Floats:
-        """Growth rates, 1/s; nan also where no periodic state is found."""
-        return np.array([self._rate(float(speed)) for speed in speeds])
-
-    def _rate(self, speed: float) -> float:
-        p = self.plane
-        if p.dynamic_stiffness(speed) == 0.0:
-            return math.nan
-        states = running_true(p, speed)
-        if np.ptp(p.moment) == 0.0:
-            states = states[:1]  # the mirror image is an exchange of equal balls
-        found = []
-        for state in states:
-            try:
-                values = periodic_state(self.machine, p, speed, state).exponents
-            except QuestionError:  # shooting found nothing there
-                continue
-            found.append(float(kept(values, state.freedom).real.max()))
-        return min(found, default=math.nan)
-
-
 def balanced_states(machine: Machine, p: Plane) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
@@ -175,15 +95,8 @@ def balanced_states(machine: Machine, p: Plane) -> list[Balanced]:
     if equal_balls(p):
         return [EqualBalls(p, place) for place in (MEMBERS if count > 2 else (0.0,))]
     if count > 2 and one_center:
-        return [AnyBalls(p), *_sampled(p)]
+        return [AnyBalls(p), *sampled(p)]
     return [AnyBalls(p)]
-
-
-def running_true(p: Plane, speed: float) -> list[Equilibrium]:
-    """The states in which at least one race runs true."""
-    stiffness = p.dynamic_stiffness(speed)
-    centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
-    return [state for center in centers for state in _running_true(p, speed, stiffness, center)]
 
 
 def equal_balls(p: Plane) -> bool:
@@ -208,17 +121,3 @@ def planar_balancer_of(p: Plane) -> PlanarBalancer:
         inertia=float(p.inertia[0]),
         drag=float(p.drag[0]),
     )
-
-
-def _sampled(p: Plane) -> list[AnyBalls]:
-    """Places of all but two balls, drawn evenly, for which the other two can close the sum at high speed."""
-    random = np.random.default_rng(0)
-    high = 40.0 * math.sqrt(p.stiffness[0] / p.mass)
-    found: list[AnyBalls] = []
-    for _ in range(40 * SAMPLES):
-        member = AnyBalls(p, tuple(random.uniform(-math.pi, math.pi, p.moment.size - 2)))
-        if member.states(high):
-            found.append(member)
-        if len(found) == SAMPLES:
-            break
-    return found

@@ -12,14 +12,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.branches import starts_of, state_vector
+from autobalancer.stability.branches import begin_at, starts_of
 from autobalancer.stability.continuation import NoConvergence, Point, Steps, at_parameter, follow, locate
 from autobalancer.stability.curves import Curve, FoldCurve, HopfCurve, curve_from
 from autobalancer.stability.explorer import Explorer, Progress
 from autobalancer.stability.family import Family
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.steady import Range
-from autobalancer.stability.symmetry import coincident, in_two_bundles, kinds
+from autobalancer.stability.symmetry import coincident, kinds
 
 
 def bifurcation_curves(
@@ -87,8 +87,7 @@ def bifurcation_curves(
     explorer = Explorer(span, kind_of, Steps(0.3 * largest_step, 1e-7, largest_step), 10, 10, None)
     field = family(first, now)
     for state in starts_of(field, from_state, parameter, first):
-        begin = in_two_bundles(field.plane, state_vector(field, state), kind_of) if state.freedom else None
-        begin = state_vector(field, state) if begin is None else begin
+        begin = begin_at(field, state, kind_of)
         explorer.steady_from(coincident(begin[4 : 4 + len(kind_of)], kind_of), begin)
     found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
     if not found:
@@ -118,7 +117,13 @@ def bifurcation_curves(
 
 
 def _side(
-    problem: Curve, u: Floats, way: float, number: int, specials: list[dict[str, Any]], most: float, progress: Progress | None
+    problem: Curve,
+    u: Floats,
+    way: float,
+    number: int,
+    specials: list[dict[str, Any]],
+    most: float,
+    progress: Progress | None,
 ) -> list[dict[str, Any]]:
     like = np.zeros(u.size)
     like[-1] = way
@@ -173,20 +178,24 @@ def _row(problem: Curve, u: Floats, number: int) -> dict[str, Any]:
 
 
 def _near(row: dict[str, Any], problem: Curve, u: Floats) -> bool:
-    return abs(row["share"] - problem.share(u)) < 1e-3 and abs(row["mark"] - float(u[-1])) < 2e-2
+    return bool(abs(row["share"] - problem.share(u)) < 1e-3 and abs(row["mark"] - float(u[-1])) < 2e-2)
 
 
-def _dataset(family: Family, rows: list[dict[str, Any]], specials: list[dict[str, Any]], attributes: dict[str, Any]) -> xr.Dataset:
-    names = [("parameter", family.label(0)), ("second_parameter", family.label(1))]
+def _dataset(
+    family: Family, rows: list[dict[str, Any]], specials: list[dict[str, Any]], attributes: dict[str, Any]
+) -> xr.Dataset:
+    labels = [("parameter", family.label(0)), ("second_parameter", family.label(1))]
     data: dict[str, Any] = {"curve": ("point", [row["curve"] for row in rows], {"long_name": "number of the curve"})}
-    for name, (text, unit) in names:
+    for name, (text, unit) in labels:
         attrs = {"long_name": text, "units": unit}
         data[name] = ("point", [row[name] for row in rows], attrs)
         data[f"special_{name}"] = ("special", np.array([row[name] for row in specials], np.float64), attrs)
-    data["special_type"] = ("special", np.array([row["type"] for row in specials], dtype=np.str_), {"long_name": "what happens there"})
+    types = np.array([row["type"] for row in specials], dtype=np.str_)
+    data["special_type"] = ("special", types, {"long_name": "what happens there"})
     if rows and "frequency" in rows[0]:
         values = [row["lyapunov_coefficient"] for row in rows]
         data["frequency"] = ("point", [row["frequency"] for row in rows], {"long_name": "frequency", "units": "rad/s"})
         data["lyapunov_coefficient"] = ("point", values, {"long_name": "first Lyapunov coefficient", "units": "1"})
-        data["criticality"] = ("point", ["supercritical" if v < 0.0 else "subcritical" for v in values], {"long_name": "criticality"})
+        names = ["supercritical" if value < 0.0 else "subcritical" for value in values]
+        data["criticality"] = ("point", names, {"long_name": "criticality"})
     return xr.Dataset(data, attrs=attributes)

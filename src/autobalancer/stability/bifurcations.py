@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +27,9 @@ def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: 
     """All special points between two points of a curve, in order."""
     found = _hopf_points(problem, a, b)
     if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
-        found += [replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)]
+        found += [
+            replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)
+        ]
     else:
         found += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
     chord = (b.u - a.u) * problem.weight

@@ -19,8 +19,9 @@ from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_state
 from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.planes import lower_critical_speed, plane_of
 from autobalancer.stability.release import release_border
-from autobalancer.stability.windows import lower_critical_speed, plane_of, windows_of
+from autobalancer.stability.windows import windows_of
 
 __all__ = ["Border", "border_speeds", "borders_of"]
 

@@ -19,7 +19,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.stability.borders import Border, borders_of, exact
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import with_values
-from autobalancer.stability.windows import lower_critical_speed, plane_of
+from autobalancer.stability.planes import lower_critical_speed, plane_of
 
 Progress = Callable[[int, int], None]
 VARIABLES = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -110,16 +110,15 @@ def branches(
     if from_state != "stalled":
         field = family(first)
         for state in starts_of(field, from_state, parameter, first):
-            start = in_two_bundles(field.plane, state_vector(field, state), kind) if state.freedom else None
-            start = state_vector(field, state) if start is None else start
-            explorer.steady_from(coincident(start[4 : 4 + len(kind)], kind), start)
+            begin = begin_at(field, state, kind)
+            explorer.steady_from(coincident(begin[4 : 4 + len(kind)], kind), begin)
         if switch:
             explorer.switch()
         if orbits:
             explorer.orbits()
     if from_state in ("stalled", "all"):
         _stalled(explorer, span, kind, intervals, from_state)
-    attributes = {
+    attributes: dict[str, Any] = {
         "title": f"Branches of {machine.name}",
         **provenance(),
         "machine": machine_text(machine),
@@ -139,13 +138,20 @@ def state_vector(field: Field, state: Equilibrium) -> Floats:
     return np.concatenate([[whirl.real, whirl.imag, rate.real, rate.imag], state.angles, rest])
 
 
+def begin_at(field: Field, state: Equilibrium, kind: list[tuple[float, ...]]) -> Floats:
+    """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
+    here = state_vector(field, state)
+    bundled = in_two_bundles(field.plane, here, kind) if state.freedom else None
+    return here if bundled is None else bundled
+
+
 def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[Equilibrium]:
     states = equilibria_of(field.plane, field.speed)
     chosen = [state for state in states if wanted in (state.name, "all")]
     if not chosen:
         there = ", ".join(sorted({state.name for state in states}))
         raise QuestionError(
-            f"from_state: no state {wanted!r} at {parameter} = {value:.6g}; there is {there}. Begin elsewhere or take one of these"
+            f"from_state: no state {wanted!r} at {parameter} = {value:.6g}; there is {there}. take one of these"
         )
     return chosen
 
@@ -166,5 +172,3 @@ def _stalled(explorer: Explorer, span: Range, kind: list[tuple[float, ...]], int
             f"from_state: balls that start at the critical speed ({critical:.5g} rad/s) hang there at none of {STARTS} values "
             "in the range; they catch up with the rotor or settle otherwise. Widen the range, or look for them with simulate()"
         )
-
-

@@ -29,7 +29,7 @@ def basis() -> tuple[Matrix, Matrix, Floats, Matrix]:
     values = np.vander(gauss, DEGREE + 1, increasing=True) @ coefficients
     order = np.arange(DEGREE + 1)
     slopes = np.where(order > 0, order * gauss[:, None] ** np.maximum(order - 1, 0), 0.0) @ coefficients
-    return values, slopes, weights, coefficients
+    return np.asarray(values), np.asarray(slopes), np.asarray(weights, np.float64), np.asarray(coefficients, np.float64)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -36,6 +36,9 @@ class Problem(Protocol):
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
         """The problem in the form that suits the next step (mesh, phase), with point and tangent in it."""
+
+
+P = TypeVar("P", bound=Problem)
 
 
 @dataclass(frozen=True)
@@ -94,14 +97,14 @@ def tangent_at(problem: Problem, u: Floats, like: Floats) -> Floats:
 
 
 def follow(
-    problem: Problem,
+    problem: P,
     start: Floats,
     like: Floats,
     *,
     steps: Steps,
     low: float = 0.0,
     high: float = 1.0,
-) -> Iterator[tuple[Problem, Point, Point]]:
+) -> Iterator[tuple[P, Point, Point]]:
     """Pieces of the curve from ``start`` on, until the last unknown leaves [low, high].
 
     The piece at an end of the range ends exactly there. Steps are halved where the corrector fails or the curve turns by

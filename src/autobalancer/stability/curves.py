@@ -6,9 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from autobalancer.stability.special import Special
 from autobalancer.stability.bifurcations import as_ball_angle, hopf_equations, lyapunov_coefficient
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
+from autobalancer.stability.special import Special
 from autobalancer.stability.steady import DIFFERENCE, Range, Steady
 from autobalancer.stability.symmetry import Groups
 

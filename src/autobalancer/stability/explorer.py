@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -13,19 +12,15 @@ from autobalancer.stability.bifurcations import special_points
 from autobalancer.stability.continuation import NoConvergence, Point, Steps, at_parameter, correct, follow, tangent_at
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.loop import Loop
-from autobalancer.stability.orbit_points import special_orbits
-from autobalancer.stability.orbits import FIRST_AMPLITUDE, Orbits, born_at
-from autobalancer.stability.rows import Row, orbit_row, steady_row
+from autobalancer.stability.orbit_branch import follow_orbits
+from autobalancer.stability.orbits import Orbits, born_at
+from autobalancer.stability.rows import Row, steady_row
 from autobalancer.stability.special import Special
 from autobalancer.stability.steady import Range, Steady
 from autobalancer.stability.symmetry import Groups, gathered, signature
 
 Progress = Callable[[int, float], None]
 OFF = 0.02  # first step on a branch that leaves another one
-INACCURATE = 1e-3  # error of the trivial multiplier above which an orbit is not trusted
-ORBITS = 500  # at most so many on one side of a branch
-LONG = 60.0  # times the shortest period of the branch
-SETTLED, NEARLY = 1e-3, 2e-2  # change of the parameter while the period doubles: it has no limit, or seems to have none
 
 
 @dataclass
@@ -54,7 +49,13 @@ class Explorer:
     """Follows branches from given starts until nothing new is left."""
 
     def __init__(
-        self, span: Range, kind: list[tuple[float, ...]], steps: Steps, intervals: int, limit: int, progress: Progress | None
+        self,
+        span: Range,
+        kind: list[tuple[float, ...]],
+        steps: Steps,
+        intervals: int,
+        limit: int,
+        progress: Progress | None,
     ) -> None:
         self.span, self.kind, self.steps, self.intervals, self.limit = span, kind, steps, intervals, limit
         self.progress = progress
@@ -219,49 +220,12 @@ class Explorer:
         return False
 
     def _follow_orbits(self, number: int, problem: Orbits, u: Floats, like: Floats, *, born: bool) -> list[Row]:
-        branch, rows = self.branches[number], [orbit_row(problem, u)]
-        loop = Loop(_mark(rows[0]))
-        here = problem.orbit(u)
-        grown, shortest = 0.0, here.period
-        branch.ended = "could not be followed further"
-        for now, a, b in follow(problem, u, like, steps=Steps(OFF, 1e-6, 5.0 * self.steps.most, ORBITS)):
-            there = now.orbit(b.u)
-            if abs(there.multipliers[0] - 1.0) > INACCURATE:
-                branch.ended = "too unstable to be followed"
-                break
-            for special in special_orbits(now, a, b, here, there):
-                row = orbit_row(now, special.point.u)
-                self.specials.append(Found(special, number, row, None))
-                rows.append(row)
-            rows.append(orbit_row(now, b.u))
-            here, shortest = there, min(shortest, there.period)
-            self._say(number, float(b.u[-1]))
-            size = float(np.ptp(now.states(b.u)[:, 4 : 4 + len(now.groups)], axis=0).max())
-            grown = max(grown, size)
-            if born and size < FIRST_AMPLITUDE < 0.5 * grown:
-                branch.ended = "Hopf"
-                self._arrived(float(b.u[-1]))
-                break
-            if loop.closed(_mark(rows[-2]), _mark(rows[-1])):
-                branch.ended = "closed"
-                break
-            if there.period > LONG * shortest or _without_limit(rows, SETTLED):
-                branch.ended = "period without limit"
-                break
-            if not 0.0 < b.u[-1] < 1.0:
-                branch.ended = "end of the range"
-        if branch.ended in ("too unstable to be followed", "period without limit") and _without_limit(rows, NEARLY):
-            branch.ended = "period without limit"
-            self.specials.append(Found(Special("infinite period", a, 0.0), number, self._extrapolated(rows), None))
-        return rows
-
-    def _extrapolated(self, rows: list[Row]) -> Row:
-        """Where the period is infinite: at a fold on a stable orbit 1/T^2 runs to zero linearly; elsewhere about here."""
-        (x, p), (y, q), (z, r) = ((row.period**-2, row.share) for row in rows[-3:])
-        share = r
-        if not rows[-1].unstable and q != p and y != x and abs((r - q) / (q - p) * (y - x) / (z - y) - 1.0) < 0.3:
-            share = r - z * (r - q) / (z - y)
-        return replace(rows[-1], share=share, value=self.span.value(share), period=math.inf)
+        part = follow_orbits(problem, u, like, self.steps.most, born=born, say=lambda share: self._say(number, share))
+        self.specials += [Found(special, number, row, None) for special, row in part.specials]
+        self.branches[number].ended = part.ended
+        if part.ended == "Hopf":
+            self._arrived(part.rows[-1].share)
+        return part.rows
 
     def _arrived(self, share: float) -> None:
         """The Hopf point at which an orbit has shrunk to nothing needs no branch of its own."""
@@ -269,17 +233,3 @@ class Explorer:
         near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
         if near is not None and abs(near.row.share - share) < 0.02:
             near.used = True
-
-
-def _mark(row: Row) -> Floats:
-    """Numbers by which an orbit is known again."""
-    span = np.nan_to_num(np.concatenate([row.low, row.high]))
-    return np.concatenate([[row.share, math.log(row.period), 10.0 * row.growth / row.speed], span])
-
-
-def _without_limit(rows: list[Row], change: float) -> bool:
-    """Whether the period has at least doubled at the end while the parameter changed by no more than this share of it."""
-    period = rows[-1].period
-    values = [row.value for row in rows if row.period > 0.5 * period]
-    longer = len(values) > 3 and period > 2.0 * min(row.period for row in rows if math.isfinite(row.period))
-    return longer and max(values) - min(values) < change * max(map(abs, values))

@@ -99,7 +99,9 @@ class Family:
                 f"parameter: given {name!r}; must be one of {', '.join(SMOOTH)}, or a path like 'rotor.mass'"
             )
         if re.match(r"(drive|start|run)\b", name):
-            raise QuestionError(f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'")
+            raise QuestionError(
+                f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'"
+            )
         if name == "speed":
             return
         try:

@@ -4,16 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import memory
-from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.system import (
-    BALL_COLUMNS, BALLS, DRAG, DRIVE, INERTIA, MASS, MOMENT, OFFSET_X, OFFSET_Y, PRESCRIBED, SEGMENT_COLUMNS, SPEED, UNBALANCE,
-    VX, VY, System, X, Y,
+    BALL_COLUMNS,
+    BALLS,
+    DRAG,
+    DRIVE,
+    INERTIA,
+    MASS,
+    MOMENT,
+    OFFSET_X,
+    OFFSET_Y,
+    PRESCRIBED,
+    SEGMENT_COLUMNS,
+    SPEED,
+    UNBALANCE,
+    VX,
+    VY,
+    System,
+    X,
+    Y,
 )  # fmt: skip
+from autobalancer.simulation.record import record_for
+from autobalancer.simulation.run import memory_for
+from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.lateral import Floats, Matrix
 from autobalancer.stability.vector_field import Field
 
@@ -29,7 +47,6 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
         If the motion leaves all bounds.
     """
     n = field.balls
-    system = _system(field)
     full = np.zeros(BALLS + 2 * n)
     full[KEPT], full[BALLS:], full[SPEED] = state[:4], state[4:], field.speed
     scale, growing = np.ones(full.size), np.zeros(full.size)
@@ -39,12 +56,11 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
     scale[[X, Y]], scale[[VX, VY]], scale[BALLS + n :] = length, length * frequency, frequency
     growing[KEPT] = 1.0
     pair = tableaus.dormand_prince_8()
+    assembly = Assembly(_system(field), full, scale, growing, ())
     end = float(times[-1])
-    record = _samples(np.ascontiguousarray(times, np.float64), full.size)
-    run = memory(
-        full, end, tolerance * scale, tolerance * growing, total=pair.total, degree=pair.degree, longest=end
-    )
-    if advance(planar, system, pair, record, run, 100_000_000) != FINISHED:
+    record = record_for([SampleTimes(times.tolist())], (), assembly, end)
+    run = memory_for(assembly, end, tolerance, pair)
+    if advance(planar, assembly.system, pair, record, run, 100_000_000) != FINISHED:
         raise QuestionError("branches: a motion from which an orbit was to start leaves all bounds")
     found = np.concatenate([record.samples[:, KEPT], record.samples[:, BALLS:]], -1)
     if times[0] == 0.0:
@@ -80,11 +96,3 @@ def _system(field: Field) -> System:
         segments=segments,
         now=np.zeros(1, np.int64),
     )
-
-
-def _samples(times: Floats, size: int) -> Record:
-    none, whole, table = np.zeros(0), np.zeros(0, np.int64), np.zeros((0, 1))
-    return Record(
-        times, np.full((times.size, size), np.nan), none, none, none, table, table, 1.0, 0.0, whole, whole, none, whole, whole,
-        whole, table,
-    )  # fmt: skip

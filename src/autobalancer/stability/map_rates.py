@@ -16,7 +16,7 @@ from autobalancer.errors import MachineError
 from autobalancer.machine import Machine
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.windows import plane_of
+from autobalancer.stability.planes import plane_of
 
 MEMBERS = 6  # of a continuum of balanced states, at most
 TASKS = 32  # at least so many pieces of work, if there is enough of it

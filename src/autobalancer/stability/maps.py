@@ -26,7 +26,7 @@ from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points
 from autobalancer.stability.map_rates import rates_over
-from autobalancer.stability.windows import plane_of
+from autobalancer.stability.planes import plane_of
 from autobalancer.units import to_si
 
 Axis = Sequence[Any] | Floats

@@ -17,8 +17,8 @@ from autobalancer.stability import borders
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.borders_over import VARIABLES
 from autobalancer.stability.lateral import Plane
+from autobalancer.stability.planes import plane_of
 from autobalancer.stability.release import release_border
-from autobalancer.stability.windows import plane_of
 from autobalancer.units import to_si
 
 VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from autobalancer.stability.special import Special
 from autobalancer.stability.continuation import NoConvergence, Point, locate
 from autobalancer.stability.lateral import Complexes, Floats
 from autobalancer.stability.orbits import Orbit, Orbits
+from autobalancer.stability.special import Special
 
 PRECISION = 1e-11  # of the share of a step at which a special point lies
 

@@ -13,10 +13,10 @@ from typing import Self
 
 import numpy as np
 
-from autobalancer.stability.special import Special
 from autobalancer.stability.collocation import DEGREE, Condensed, Mesh, basis, condensed
 from autobalancer.stability.continuation import NoConvergence, correct
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
+from autobalancer.stability.special import Special
 from autobalancer.stability.steady import Range
 from autobalancer.stability.symmetry import Groups, expanded
 from autobalancer.stability.vector_field import Field

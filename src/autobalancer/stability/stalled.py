@@ -61,7 +61,7 @@ def _period(angles: Floats, duration: float) -> tuple[float, tuple[int, ...]] | 
     a, b = angles[before : before + 2, leader] - angles[-1, leader] - 2.0 * math.pi
     period = duration - float(times[before] + (times[1] - times[0]) * a / (a - b))
     back = np.array([np.interp(duration - period, times, angles[:, i]) for i in range(angles.shape[1])])
-    return period, tuple(int(round(turns)) for turns in (angles[-1] - back) / (2.0 * math.pi))
+    return period, tuple(np.rint((angles[-1] - back) / (2.0 * math.pi)).astype(int).tolist())
 
 
 def _same(field: Field, problem: Orbits, u: Floats) -> bool:

@@ -43,7 +43,9 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
             point = np.append(gathered(together.state(u), problem.groups) / problem.scale, u[-1])
             balls = slice(4, 4 + len(problem.groups))
             point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
-            found.append(Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True))
+            found.append(
+                Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True)
+            )
     return found
 
 
@@ -52,7 +54,12 @@ def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
     found = []
     for number, group in enumerate(problem.groups):
         r = [_restoring(problem, number, p.u) for p in (a, b)]
-        if len(group) < 2 or r[0] * r[1] >= 0.0 or min(abs(r[0]), abs(r[1])) < SMALL or len(_company(problem, a.u, number)) > 1:
+        if (
+            len(group) < 2
+            or r[0] * r[1] >= 0.0
+            or min(abs(r[0]), abs(r[1])) < SMALL
+            or len(_company(problem, a.u, number)) > 1
+        ):
             continue
         u = falling_apart(problem, number, a.u + r[0] / (r[0] - r[1]) * (b.u - a.u))
         ways = tuple(way for way in splittings(problem.groups) if group not in way[0])
@@ -76,7 +83,9 @@ def falling_apart(problem: Steady, group: int, guess: Floats) -> Floats | None:
     u = np.array(guess)
     for _ in range(CORRECTIONS):
         offsets = 1e-6 * np.eye(u.size)
-        row = np.array([(_restoring(problem, group, u + h) - _restoring(problem, group, u - h)) / 2e-6 for h in offsets])
+        row = np.array(
+            [(_restoring(problem, group, u + h) - _restoring(problem, group, u - h)) / 2e-6 for h in offsets]
+        )
         try:
             step = problem.solve(u, row, -problem.residual(u), -_restoring(problem, group, u))
         except np.linalg.LinAlgError:

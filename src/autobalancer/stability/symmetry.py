@@ -51,11 +51,19 @@ def merged(p: Plane, groups: Groups) -> Plane:
     if len(groups) == p.moment.size:
         return p
     first = [group[0] for group in groups]
-    total = {
-        name: np.array([getattr(p, name)[list(g)].sum() for g in groups])
-        for name in ("ball_mass", "moment", "inertia", "drag")
-    }
-    return replace(p, race=p.race[first], offset=p.offset[first], **total)
+
+    def total(values: Floats) -> Floats:
+        return np.array([values[list(group)].sum() for group in groups])
+
+    return replace(
+        p,
+        race=p.race[first],
+        offset=p.offset[first],
+        ball_mass=total(p.ball_mass),
+        moment=total(p.moment),
+        inertia=total(p.inertia),
+        drag=total(p.drag),
+    )
 
 
 def expanded(states: Floats, groups: Groups) -> Floats:
@@ -79,7 +87,7 @@ def restoring(field: Field, state: Floats) -> Floats:
     rate = field(state)
     ax, ay = rate[2] - field.speed * state[3], rate[3] + field.speed * state[2]
     along = p.offset.real * c + p.offset.imag * s
-    return p.moment * (field.speed**2 * along - c * ax - s * ay) / (p.inertia * field.speed**2)
+    return np.asarray(p.moment * (field.speed**2 * along - c * ax - s * ay) / (p.inertia * field.speed**2))
 
 
 def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:

@@ -47,7 +47,8 @@ class Field:
         angle, turn = state[..., 4 : 4 + n], direction[..., 4 : 4 + n]
         rate, change = state[..., 4 + n :], direction[..., 4 + n :]
         square = [(speed + rate) ** 2, 2.0 * (speed + rate) * change, change**2]
-        cosine, sine, matrices, rates = [], [], [], []
+        cosine, sine, matrices = [], [], []
+        rates: list[Numbers] = []
         for k in range(order + 1):
             factor = turn**k / math.factorial(k)
             cosine.append(np.cos(angle + 0.5 * np.pi * k) * factor)

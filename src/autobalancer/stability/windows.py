@@ -14,7 +14,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.balanced import POINTS, Balanced, balanced_states
-from autobalancer.stability.lateral import Floats, Plane, plane, unbalance_vector
+from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.planes import lower_critical_speed, plane_of, why_no_state
 
 MARGIN = 1e-12  # a growth rate above -MARGIN times the critical speed is not stable, but marginal
 
@@ -113,51 +114,6 @@ def windows_of(state: Balanced, low: float, high: float, p: Plane) -> tuple[list
         flat = bool(np.nanmin(np.abs(rates)) < 3.0 * margin)
         notes.append("marginal at best" if flat else f"unstable from {low:.4g} to {high:.4g} rad/s")
     return windows, "; ".join(notes)
-
-
-def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
-    """The plane with an unbalance; a mere size keeps the direction of the machine's largest one, the default."""
-    largest = _largest_unbalance(machine)
-    if unbalance is None:
-        return plane(machine, largest)
-    value = complex(unbalance)
-    if not (math.isfinite(value.real) and math.isfinite(value.imag)) or (
-        not isinstance(unbalance, complex) and value.real < 0.0
-    ):
-        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
-    if isinstance(unbalance, complex) or largest == 0.0:
-        return plane(machine, value)
-    return plane(machine, value * largest / abs(largest))
-
-
-def _largest_unbalance(machine: Machine) -> complex:
-    """The greatest resultant of all unbalances over time, as a vector."""
-    times = {0.0}
-    for unbalance in machine.unbalances:
-        if unbalance.schedule is not None:
-            times |= {float(t) for t in unbalance.schedule.time}
-    vectors = [unbalance_vector(machine, time, before) for time in sorted(times) for before in (False, True)]
-    return max(vectors, key=abs)
-
-
-def lower_critical_speed(p: Plane) -> float:
-    """sqrt(k/M) of the softer direction, rad/s."""
-    return math.sqrt(min(p.stiffness) / p.mass)
-
-
-def why_no_state(p: Plane) -> str:
-    """Why a machine has no balanced state at any speed that was tried."""
-    need, have = abs(p.unbalance) * 1e6, float(p.moment.sum()) * 1e6
-    if p.moment.size == 1:
-        return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
-    if np.any(p.offset != 0.0):
-        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
-    if need > have:
-        return f"no balanced state: the balls can balance {have:.4g} g mm at most, the unbalance is {need:.4g} g mm"
-    least = 2.0 * float(p.moment.max()) * 1e6 - have
-    if need < least:
-        return f"no balanced state: unequal balls always add up to {least:.4g} g mm, the unbalance is {need:.4g} g mm"
-    return "no balanced state was found"
 
 
 def _grid(low: float, high: float, p: Plane, count: int) -> Floats:

@@ -47,6 +47,8 @@ class Record(NamedTuple):
     event_directions: Integers  # (e,) +1 rising, -1 falling, 0 both
     event_terminal: Integers  # (e,) 1 ends the run
     event_seen: Integers  # (e,) how often it happened
+    event_sides: Floats  # (e,) on which side of the level the quantity was seen last, +1 or -1; 0 before the first look
+    event_places: Floats  # (e,) work: the fraction of the step up to which passages are noted
     event_states: Floats  # (k, n + 2) event number, time, state; the first k events
 
 
@@ -54,7 +56,8 @@ record_type = types.NamedTuple(
     [
         vector_type, matrix_type, vector_type, vector_type, vector_type, matrix_type, matrix_type,
         types.float64, types.float64,
-        integers_type, integers_type, vector_type, integers_type, integers_type, integers_type, matrix_type,
+        integers_type, integers_type, vector_type, integers_type, integers_type, integers_type,
+        vector_type, vector_type, matrix_type,
     ],
     Record,
 )  # fmt: skip
@@ -171,48 +174,70 @@ def record_turns(left: float, cut: float, r, t, m, pair) -> None:  # type: ignor
 
 
 @njit(**INLINE)
-def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
-    """Log the events of a step in order; the fraction of the step at which the run ends, or 2."""
-    position, ended = 0.0, 0.0
-    while ended == 0.0:
-        # the earliest event after `position`; few events happen, so the search starts again after each
-        first, which = 2.0, -1
-        for e in range(r.event_kinds.size):
-            kind, ball, level = r.event_kinds[e], r.event_balls[e], r.event_levels[e]
-            before = event_value(kind, ball, level, position, m)
-            for piece in range(PIECES):
-                low, high = max(piece / PIECES, position), (piece + 1) / PIECES
-                if high <= position:
-                    continue
-                after = event_value(kind, ball, level, high, m)
-                rising = before < 0.0 <= after and r.event_directions[e] >= 0
-                falling = before > 0.0 >= after and r.event_directions[e] <= 0
-                before = after
-                if rising or falling:
-                    sign = 1.0 if rising else -1.0
+def _value(e: int, x: float, r: Record, m: Memory) -> float:
+    return event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], x, m)
+
+
+@njit(**INLINE)
+def _passage(e: int, r: Record, m: Memory) -> tuple[float, float]:
+    """The next passage that counts, after those noted: its fraction of the step, or 2, and the side it leads to."""
+    side, low = r.event_sides[e], r.event_places[e]
+    for piece in range(int(low * PIECES), PIECES):
+        high = (piece + 1) / PIECES
+        value = _value(e, high, r, m)
+        if side == 0.0 and value != 0.0:
+            side = math.copysign(1.0, value)
+        elif side * value <= 0.0 and side != 0.0:
+            if side * r.event_directions[e] <= 0.0:
+                middle = 0.5 * (low + high)
+                while low < middle < high:
+                    if side * _value(e, middle, r, m) <= 0.0:
+                        high = middle
+                    else:
+                        low = middle
                     middle = 0.5 * (low + high)
-                    while low < middle < high:
-                        if sign * event_value(kind, ball, level, middle, m) >= 0.0:
-                            high = middle
-                        else:
-                            low = middle
-                        middle = 0.5 * (low + high)
-                    if high < first:
-                        first, which = high, e
-                    break
-        if which < 0:
-            ended = 2.0
-        else:
+                return high, -side
+            side = -side
+        low = high
+    return 2.0, side
+
+
+@njit(**INLINE)
+def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+    """Log the events of a step in order; the fraction of the step at which the run ends, or 2.
+
+    The side of a quantity is remembered from step to step, so that rounding neither hides nor doubles a passage.
+    """
+    ended = 2.0
+    for e in range(r.event_kinds.size):
+        r.event_places[e] = 0.0
+        value = _value(e, 0.0, r, m)
+        if r.event_sides[e] == 0.0 and value != 0.0:
+            r.event_sides[e] = math.copysign(1.0, value)
+    searching = True
+    while searching:
+        first, which, side = 2.0, -1, 0.0
+        for e in range(r.event_kinds.size):
+            x, after = _passage(e, r, m)
+            if x < first:
+                first, which, side = x, e, after
+        searching = which >= 0 and first <= ended
+        if searching:
             r.event_seen[which] += 1
+            r.event_places[which], r.event_sides[which] = first, side
             log = m.counts[EVENTS_SEEN]
             if log < r.event_states.shape[0]:
                 r.event_states[log, 0] = which
                 r.event_states[log, 1] = left + first * m.clock[TAKEN]
                 evaluate(first, pair, data(r.event_states[log, 2:]))
             m.counts[EVENTS_SEEN] += 1
-            position = first
             if r.event_terminal[which] == 1:
                 ended = first
+    last = min(ended, 1.0)
+    for e in range(r.event_kinds.size):
+        value = _value(e, last, r, m)
+        if r.event_places[e] < last and value != 0.0:
+            r.event_sides[e] = math.copysign(1.0, value)
     return ended
 
 

@@ -79,9 +79,11 @@ def _first_step(m: Memory) -> float:
         weight = 1.0 / (m.absolute[i] + m.relative[i] * abs(m.state[i]))
         size += (m.state[i] * weight) ** 2
         rate += (m.stages[0, i] * weight) ** 2
-    if size < 1e-10 or rate < 1e-10:
-        return 1e-6 * (m.clock[END] - m.clock[TIME])
-    return min(0.01 * math.sqrt(size / rate), m.clock[END] - m.clock[TIME])
+    left = m.clock[END] - m.clock[TIME]
+    ratio = size / rate
+    if size < 1e-10 or rate < 1e-10 or not math.isfinite(ratio):
+        return 1e-6 * left
+    return min(0.01 * math.sqrt(ratio), left)
 
 
 @njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
@@ -125,7 +127,7 @@ def advance(
             m.counts[REJECTED] += 1
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
             m.clock[STEP] = step * shrink
-            if m.clock[STEP] < 4e-16 * max(abs(time), 1e-3):
+            if not m.clock[STEP] >= 4e-16 * max(abs(time), 1e-3):
                 for i in range(n):
                     if not math.isfinite(m.stages[last, i]):
                         return NOT_FINITE

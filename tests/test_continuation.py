@@ -1,0 +1,571 @@
+"""Continuation: steady states, their bifurcations, periodic motions and stalled balls, against closed forms and simulation."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+import xarray as xr
+from scipy.optimize import brentq
+from tests.references.machines import random_machine
+from typer.testing import CliRunner
+
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.system import assemble
+from autobalancer.cli.branches import branches as command
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.kernels.guided_balls import planar
+from autobalancer.kernels.system import DRIVE, PRESCRIBED, SEGMENT_COLUMNS, UNBALANCE
+from autobalancer.machine import Balls, Machine
+from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
+from autobalancer.plots.branches import plot_branches
+from autobalancer.simulation.run import simulate
+from autobalancer.simulation.sampling import Samples
+from autobalancer.stability.balanced import planar_balancer_of
+from autobalancer.stability.bifurcation_curves import bifurcation_curves
+from autobalancer.stability.bifurcations import lyapunov_coefficient
+from autobalancer.stability.branches import branches
+from autobalancer.stability.characteristic import growth_rate, worst_case_border
+from autobalancer.stability.collocation import DEGREE, Mesh
+from autobalancer.stability.continuation import Point, Steps, follow, locate
+from autobalancer.stability.explorer import Explorer
+from autobalancer.stability.family import SMOOTH, Family
+from autobalancer.stability.flow import flow
+from autobalancer.stability.lateral import plane
+from autobalancer.stability.stalled import stalled_orbit
+from autobalancer.stability.steady import Range, Steady
+from autobalancer.stability.symmetry import coincident, expanded, kinds, merged
+from autobalancer.stability.vector_field import Field
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+DISCOIDAL, STALL = (load_machine(MACHINES / f"{name}.toml") for name in ("discoidal", "stall_and_release"))
+RACE = "balancers[1].races[1]"
+SEEDS = range(20)
+
+
+def stall_machine(share: float, drag: float) -> Machine:
+    """The stall-and-release machine with a share of the unbalance that its balls can balance, and another drag."""
+    machine = with_parameter(STALL, "unbalances[1].mass", share * 5e-3)
+    return with_parameter(machine, f"{RACE}.drag.beta", drag)
+
+
+def with_balls(count: int, mass: str) -> Machine:
+    balls = Balls(count=count, mass=mass, material="steel", motion="rolling")
+    return with_parameter(STALL, f"{RACE}.balls", (balls,))
+
+
+def specials(found: xr.Dataset, kind: str, branch: int | None = None) -> list[xr.Dataset]:
+    rows = [found.isel(special=i) for i in range(found.sizes["special"])]
+    return [row for row in rows if row["special_type"] == kind and branch in (None, int(row["special_branch"]))]
+
+
+def branch(found: xr.Dataset, number: int) -> xr.Dataset:
+    return found.isel(point=np.flatnonzero(found["branch"].values == number))
+
+
+def random_field(seed: int) -> tuple[Field, np.ndarray, np.ndarray]:
+    """A field, a state and the sizes of its components."""
+    random = np.random.default_rng(seed)
+    machine = random_machine(random, isotropic=True, axis="vertical", drive="constant")
+    p = plane(machine)
+    n = p.moment.size
+    scale = np.concatenate([[1e-3] * 2, [0.3] * 2, np.ones(n), np.full(n, 100.0)])
+    return Field(p, random.uniform(50.0, 400.0)), scale * random.uniform(-1.0, 1.0, 4 + 2 * n), scale
+
+
+# the vector field
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_vector_field_is_that_of_the_compiled_equations(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    machine = random_machine(random, isotropic=True, axis="vertical", drive="constant")
+    field, state, _ = random_field(seed)
+    segments = np.zeros((1, SEGMENT_COLUMNS))
+    segments[0, DRIVE] = field.speed
+    segments[0, UNBALANCE : UNBALANCE + 2] = field.plane.unbalance.real, field.plane.unbalance.imag
+    system = assemble(machine, rotating=True).system._replace(segments=segments, drive=PRESCRIBED)
+    full = np.concatenate([state[:4], [0.0, field.speed], state[4:]])
+    rates = np.empty_like(full)
+    planar(0.0, full, rates, system)
+    expected = np.delete(rates, [4, 5])
+    np.testing.assert_allclose(field(state), expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_derivatives_of_the_field_are_those_of_its_values(seed: int) -> None:
+    field, state, scale = random_field(seed)
+    random = np.random.default_rng(seed)
+    u, v = (scale * random.normal(size=state.size) for _ in range(2))
+    steps = 1e-2 * np.array([-2.0, -1.0, 1.0, 2.0])
+
+    def difference(function: Any) -> np.ndarray:
+        a, b, c, d = (function(state + h * v) for h in steps)
+        return (a - 8.0 * b + 8.0 * c - d) / 12e-2
+
+    for obtained, expected in (
+        (field.jacobian(state) @ v, difference(field)),
+        (field.second(state, u, v), difference(lambda x: field.jacobian(x) @ u)),
+        (field.third(state, u, v), difference(lambda x: field.second(x, u, u))),
+    ):
+        np.testing.assert_allclose(obtained, expected, rtol=0.0, atol=2e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(field.taylor(state, v, 1)[1], field.jacobian(state) @ v, rtol=1e-9, atol=1e-9)
+
+
+def test_quick_changes_of_a_parameter_are_those_of_the_described_machine() -> None:
+    for name, value in (
+        ("unbalance", 4e-4), ("drag", 3e-4), ("viscosity", 7e-6), ("ball_mass", 5e-3), ("damping", 50.0), ("stiffness", 6e4),
+    ):  # fmt: skip
+        quick, slow = Family(DISCOIDAL, [name], 80.0)(value).plane, plane(with_quantity(DISCOIDAL, name, value))
+        for key in ("mass", "stiffness", "damping", "unbalance", "ball_mass", "moment", "inertia", "drag"):
+            np.testing.assert_allclose(getattr(quick, key), getattr(slow, key), rtol=1e-13, err_msg=f"{name}: {key}")
+
+
+def test_balls_that_coincide_move_as_one_ball_of_their_sum() -> None:
+    p = plane(with_balls(4, "1.5 g"))
+    groups = ((0, 2, 3), (1,))
+    state = np.array([1e-4, -2e-4, 0.03, 0.01, 0.4, 2.0, -3.0, 5.0])
+    whole = expanded(state, groups)
+    together, apart = Field(merged(p, groups), 300.0)(state), Field(p, 300.0)(whole)
+    np.testing.assert_allclose(expanded(together, groups), apart, rtol=1e-12, atol=1e-10)
+
+
+# the method
+
+
+class Circle:
+    """x^2 + (2 p - 1)^2 = 1/4 with p the parameter's share."""
+
+    weight = np.ones(2)
+
+    def residual(self, u: np.ndarray) -> np.ndarray:
+        return np.array([u[0] ** 2 + (u[1] - 0.5) ** 2 - 0.16])
+
+    def solve(self, u: np.ndarray, row: np.ndarray, right: np.ndarray, last: float) -> np.ndarray:
+        return np.linalg.solve(np.array([[2.0 * u[0], 2.0 * u[1] - 1.0], row]), np.append(right, last))
+
+    def renewed(self, u: np.ndarray, tangent: np.ndarray) -> tuple[Circle, np.ndarray, np.ndarray]:
+        return self, u, tangent
+
+
+def test_arclength_goes_round_a_circle_through_its_folds() -> None:
+    folds = []
+    for problem, a, b in follow(Circle(), np.array([0.4, 0.5]), np.array([0.0, 1.0]), steps=Steps(count=150)):
+        assert abs(problem.residual(b.u)[0]) < 1e-12
+        if a.tangent[-1] * b.tangent[-1] < 0.0:
+            folds.append(locate(problem, a, b, lambda p: float(p.tangent[-1])).u[-1])
+    np.testing.assert_allclose(folds[:2], [0.9, 0.1], atol=1e-12)
+
+
+class NormalForm:
+    """x' = -y + s x (x^2 + y^2), y' = x + s y (x^2 + y^2): first Lyapunov coefficient s for amplitude sqrt(x^2 + y^2)."""
+
+    def __init__(self, s: float) -> None:
+        self.s = s
+
+    def jacobian(self, u: np.ndarray) -> np.ndarray:
+        return np.array([[0.0, -1.0], [1.0, 0.0]])
+
+    def second(self, u: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.zeros(2, complex)
+
+    def third(self, u: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return 2.0 * self.s * (a * (a @ b) * 2.0 + b * (a @ a))
+
+
+@pytest.mark.parametrize("s", [-0.3, 0.7])
+def test_the_lyapunov_coefficient_is_that_of_the_normal_form(s: float) -> None:
+    problem: Any = NormalForm(s)
+    assert lyapunov_coefficient(problem, np.zeros(3), np.array([0.5, -0.5j]), 1.0) == pytest.approx(s, abs=1e-12)
+
+
+def test_collocation_converges_with_its_order_and_adapts_its_mesh() -> None:
+    def error(count: int) -> float:
+        mesh = Mesh(np.linspace(0.0, 1.0, count + 1))
+        x = np.exp(np.sin(2.0 * np.pi * mesh.nodes))[:, None]
+        times = np.linspace(0.0, 1.0, 777)
+        return float(np.abs(mesh.interpolated(x, times)[:, 0] - np.exp(np.sin(2.0 * np.pi * times))).max())
+
+    assert math.log2(error(10) / error(20)) > DEGREE + 0.5
+    mesh = Mesh(np.linspace(0.0, 1.0, 21))
+    narrow = mesh.adapted(np.exp(-((mesh.nodes - 0.5) ** 2) / 0.002)[:, None])
+    assert np.diff(narrow.edges).min() < 0.03 < 2.0 * np.diff(narrow.edges).max()
+    assert np.all(np.diff(narrow.edges) > 0.0)
+
+
+# steady states
+
+
+@pytest.mark.parametrize(
+    "machine", [DISCOIDAL, STALL, with_balls(4, "1.5 g")], ids=["discoidal", "stall", "four balls"]
+)
+def test_the_balanced_state_ends_in_a_pitchfork_where_the_balls_just_suffice(machine: Machine) -> None:
+    reach = float(plane(machine).moment.sum())
+    found = branches(machine, "unbalance", 0.2 * reach, 1.5 * reach, speed=400.0, orbits=False)
+    (point,) = specials(found, "pitchfork")
+    assert float(point["special_parameter"]) == pytest.approx(reach, rel=1e-12)
+    assert found.attrs["branch_ends"][0] == "pitchfork"
+    coincident_states = branch(found, 2)
+    below = coincident_states["parameter"] < reach * (1.0 - 1e-9)
+    above = coincident_states["parameter"] > reach * (1.0 + 1e-9)
+    assert (branch(found, 1)["verdict"][:-1] == "stable").all()
+    assert (coincident_states["verdict"][below] == "unstable").all()
+    assert (coincident_states["verdict"][above] == "stable").all()
+
+
+def test_from_coincident_balls_the_balanced_state_is_found_and_takes_over_their_stability() -> None:
+    found = branches(STALL, "ball_mass", "1 g", "6 g", speed=400.0, from_state="coincident", orbits=False)
+    (point,) = specials(found, "pitchfork")
+    assert float(point["special_parameter"]) == pytest.approx(2.5e-3, rel=1e-12)
+    born = [int(i) for i in np.unique(found["branch"]) if (branch(found, int(i))["name"] == "balanced").mean() > 0.9]
+    assert len(born) == 1
+    assert (branch(found, born[0])["verdict"][1:] == "stable").all()
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.65, 0.72, 0.85, 0.95])
+@pytest.mark.parametrize(("machine", "low", "high"), [(DISCOIDAL, 61.0, 200.0), (STALL, 255.0, 600.0)])
+def test_hopf_speeds_are_the_exact_border(machine: Machine, low: float, high: float, share: float) -> None:
+    p = plane(machine)
+    machine = with_quantity(machine, "unbalance", share * float(p.moment.sum()))
+    closed = planar_balancer_of(plane(machine))
+    spread = 2.0 * abs(2.0 * share**2 - 1.0)
+    found = specials(branches(machine, "speed", low, high, orbits=False), "Hopf")
+    assert found
+    for point in found:
+        speed = float(point["special_parameter"])
+        exact = brentq(lambda w: growth_rate(closed, w, spread), speed - 0.05, speed + 0.05, xtol=1e-12)
+        assert speed == pytest.approx(exact, abs=1e-8)
+
+
+def test_coincident_balls_lose_their_place_at_a_fold_of_known_speed() -> None:
+    p = plane(DISCOIDAL)
+    (point,) = specials(branches(DISCOIDAL, "speed", 20.0, 200.0, from_state="coincident", orbits=False), "fold")
+    w, reach = float(point["special_parameter"]), p.moment.sum() / abs(p.unbalance)
+    k, b = p.stiffness[0], p.damping[0]
+    assert (k - p.mass * w * w) ** 2 == pytest.approx((b * w) ** 2 * (reach**2 - 1.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("machine", "parameter", "start", "end"),
+    [
+        (STALL, "speed", 245.0, 280.0),  # unbalance exactly as large as the balls can balance
+        (with_balls(3, "2 g"), "unbalance", 5e-5, 9e-4),  # no two bundles balance the first of these
+        (with_balls(3, "2 g"), "speed", 300.0, 252.0),
+        (with_balls(1, "3 g"), "speed", 240.0, 300.0),
+        (load_machine(MACHINES / "eccentric_race.toml"), f"{RACE}.eccentricity", 1e-6, 3e-4),
+    ],
+    ids=["in line", "three balls", "three balls over speed", "one ball", "eccentric"],
+)
+def test_symmetric_states_and_continua_are_followed(machine: Machine, parameter: str, start: float, end: float) -> None:
+    speed = None if parameter == "speed" else 400.0
+    found = branches(machine, parameter, start, end, speed=speed, from_state="all", orbits=False)
+    span = Range(Family(machine, [parameter], speed), start, end)
+    assert found["branch"].max() >= 2
+    assert found.sizes["point"] < 1500
+    for value in found["parameter"].values:
+        assert min(start, end) - 1e-12 <= value <= max(start, end) + 1e-12
+    assert span.length > 0.0
+
+
+def test_three_balls_split_off_the_coincident_state_one_by_two() -> None:
+    machine = with_balls(3, "2 g")
+    found = branches(machine, "unbalance", 9e-4, 1e-4, speed=400.0, from_state="coincident", orbits=False)
+    first = specials(found, "branch point")[0]
+    assert float(first["special_parameter"]) == pytest.approx(6e-4, rel=1e-12)
+    (last,) = specials(found, "pitchfork")  # two against one balance no less than the moment of one ball
+    assert float(last["special_parameter"]) == pytest.approx(2e-4, rel=1e-12)
+
+
+# Hopf points and the motions born there
+
+
+@cache
+def swinging(share: float) -> xr.Dataset:
+    return branches(stall_machine(share, 1e-4), "speed", 300.0, 273.0)
+
+
+def test_small_stable_swinging_is_born_where_the_coefficient_is_negative() -> None:
+    found = swinging(0.2)
+    (point,) = specials(found, "Hopf", 1)
+    assert str(point["criticality"].values) == "supercritical"
+    small = branch(found, 2).isel(point=slice(1, 6))
+    assert (small["parameter"] < float(point["special_parameter"])).all()
+    assert (small["verdict"] == "stable").all()
+    # simulation: a disturbed balanced state settles on the orbit
+    orbit = small.isel(point=4)
+    assert settled_swing(0.2, float(orbit["parameter"]), 0.05, time=400.0) == pytest.approx(swing(orbit), rel=5e-3)
+
+
+def test_balls_jump_where_the_coefficient_is_positive() -> None:
+    found = swinging(0.85)
+    (point,) = specials(found, "Hopf", 1)
+    assert str(point["criticality"].values) == "subcritical"
+    small = branch(found, 2).isel(point=slice(1, 6))
+    assert (small["parameter"] > float(point["special_parameter"])).all()
+    assert (small["verdict"] == "unstable").all()
+    # simulation: on the stable side a smaller disturbance than the orbit dies out, a larger one grows
+    orbit = small.isel(point=4)
+    speed, size = float(orbit["parameter"]), swing(orbit)
+    assert settled_swing(0.85, speed, 0.7 * size, time=20.0) < 0.6 * size
+    assert settled_swing(0.85, speed, 1.4 * size, time=20.0) > 1.6 * size
+
+
+def swing(orbit: xr.Dataset) -> float:
+    """Greatest half range of a ball angle."""
+    return float((orbit["ball_angle_in_rotor_max"] - orbit["ball_angle_in_rotor_min"]).max() / 2.0)
+
+
+def settled_swing(share: float, speed: float, disturbance: float, time: float) -> float:
+    """Half range of the ball angle after a time, from the balanced state disturbed along its leading mode."""
+    machine = stall_machine(share, 1e-4)
+    span = Range(Family(machine, ["speed"]), speed, speed + 1.0)
+    field = span.whole(0.0)
+    angle = math.acos(-share)
+    state = np.array([0.0, 0.0, 0.0, 0.0, angle, -angle, 0.0, 0.0])
+    scale = span.scale(2)
+    values, vectors = np.linalg.eig(field.jacobian(state) * scale / scale[:, None])
+    values = np.where(values.imag > 0.0, values, -np.inf)
+    mode = vectors[:, np.argmax(values.real)]
+    mode = (mode / mode[4:6][np.argmax(np.abs(mode[4:6]))]).real * scale
+    late = flow(field, state + disturbance * mode, np.linspace(time, time + 2.0, 2001), 1e-9)
+    return float(np.ptp(late[:, 4:6], axis=0).max() / 2.0)
+
+
+def test_the_amplitude_near_a_hopf_point_is_the_one_of_the_coefficient() -> None:
+    machine = stall_machine(0.2, 1e-4)
+    found = swinging(0.2)
+    (point,) = specials(found, "Hopf", 1)
+    speed, w = float(point["special_parameter"]), float(point["special_frequency"])
+    closed = planar_balancer_of(plane(machine))
+    slope = (growth_rate(closed, speed + 0.01, 1.84) - growth_rate(closed, speed - 0.01, 1.84)) / 0.02
+    first = branch(found, 2).isel(point=1)
+    expected = math.sqrt(-slope * (float(first["parameter"]) - speed) / (w * float(point["lyapunov_coefficient"])))
+    assert swing(first) == pytest.approx(expected, rel=0.03)
+
+
+def test_a_branch_of_swinging_balls_can_join_two_hopf_points() -> None:
+    found = swinging(0.2)
+    assert found.attrs["branch_ends"][1] == "Hopf"
+    other = branches(stall_machine(0.2, 1e-4), "speed", 300.0, 273.0, from_state="in line", orbits=False)
+    (point,) = specials(other, "Hopf")
+    assert float(branch(found, 2)["parameter"][-1]) == pytest.approx(float(point["special_parameter"]), abs=2e-3)
+
+
+# stalled balls
+
+
+@cache
+def stalled() -> xr.Dataset:
+    return branches(STALL, "speed", 255.0, 450.0, from_state="stalled")
+
+
+def test_a_stalled_orbit_satisfies_the_compiled_equations_and_has_a_multiplier_of_one() -> None:
+    span = Range(Family(STALL, ["speed"]), 255.0, 450.0)
+    groups = coincident(np.zeros(2), kinds([plane(STALL)]))
+    found = stalled_orbit(span, groups, 0.3, 60)
+    assert found is not None
+    problem, u = found
+    orbit = problem.orbit(u)
+    field, scale = span.whole(0.3), span.scale(2)
+    turn = np.concatenate([np.zeros(4), 2.0 * np.pi * np.array(orbit.winding), np.zeros(2)])
+
+    def after(state: np.ndarray) -> np.ndarray:
+        return flow(field, state, np.array([0.0, orbit.period]), 1e-13)[-1]
+
+    np.testing.assert_allclose((after(orbit.states[0]) - orbit.states[0] - turn) / scale, 0.0, atol=1e-8)
+    assert orbit.winding == (-1, -1)
+    assert abs(orbit.multipliers[0] - 1.0) < 1e-6
+    steps = 1e-5 * np.diag(scale)
+    slopes = [(after(orbit.states[0] + h) - after(orbit.states[0] - h)) / 2e-5 / scale for h in steps]
+    expected = np.linalg.eigvals(np.array(slopes).T)
+    for value in orbit.multipliers:
+        assert np.abs(expected - value).min() < 1e-6
+
+
+def test_stalled_balls_release_at_a_fold_near_the_release_speed() -> None:
+    found = stalled()
+    balancer = planar_balancer_of(plane(STALL))
+    release = balancer.critical_speed * (1.0 + 2.0 * balancer.sommerfeld_number)
+    folds = [float(point["special_parameter"]) for point in specials(found, "fold")]
+    assert max(folds) == pytest.approx(383.3150376, abs=1e-6)
+    assert max(folds) == pytest.approx(release, rel=2e-3)
+    parting = [float(point["special_parameter"]) for point in specials(found, "branch point")]
+    assert parting == [pytest.approx(382.9978303, abs=1e-6)]  # here the balls part, just before
+
+
+def released(acceleration: float) -> float:
+    """Rotor speed at which hanging balls leave the critical speed in a steady run-up."""
+    time = 100.0 / acceleration
+    profile = {"kind": "ramp", "start": 300.0, "end": 400.0, "duration": time}
+    machine = with_parameter(STALL, "drive", {"kind": "speed", "profile": profile})
+    for key, value in (("start_angles", (0.0, 0.1)), ("start_speeds", (-50.0, -50.0))):
+        machine = with_parameter(machine, f"{RACE}.balls[1].{key}", value)
+    run = simulate(machine, duration=time, save=[Samples(40_001)])
+    speed, balls = run["speed"].values, run["ball_speed_in_space"].values.mean(axis=1)
+    hanging = np.abs(balls - 250.0) < 15.0
+    assert hanging[(speed > 305.0) & (speed < 383.0)].all()
+    return float(speed[np.flatnonzero(hanging)[-1]])
+
+
+def test_slow_run_ups_release_the_balls_where_the_stalled_orbit_ends() -> None:
+    fast, slow = released(1.0), released(0.25)
+    # a fold is overrun by a delay that goes with the rate to the power 2/3
+    delay = (fast - slow) / (1.0 - 0.25 ** (2.0 / 3.0))
+    fold = max(float(point["special_parameter"]) for point in specials(stalled(), "fold"))
+    assert 0.2 < slow - fold < fast - fold < 1.5
+    assert fast - delay == pytest.approx(fold, abs=0.05)
+
+
+def test_stalled_balls_turn_with_about_the_critical_speed_wherever_they_are_stable() -> None:
+    found = stalled()
+    stable = found.isel(point=np.flatnonzero(found["verdict"].values == "stable"))
+    speeds = stable["ball_speed_in_space"].values
+    assert np.all(np.abs(speeds - 250.0) < 9.0)
+    assert float(stable["parameter"].min()) == pytest.approx(275.0, abs=1.5)
+    doublings = [float(point["special_parameter"]) for point in specials(found, "period doubling")]
+    assert [value for value in doublings if 270.0 < value < 280.0] == [pytest.approx(274.768894, abs=1e-5)]
+
+
+# two parameters
+
+
+def test_the_hopf_curve_is_the_explicit_worst_case_curve() -> None:
+    machine = with_quantity(STALL, "unbalance", float(plane(STALL).moment.sum()) * math.cos(math.pi / 4.0))
+    found = bifurcation_curves(machine, "Hopf", "speed", 600.0, 252.0, "drag", 2e-5, 1e-3)
+    closed = planar_balancer_of(plane(machine))
+    assert found.sizes["point"] > 30
+    for drag, speed in zip(found["second_parameter"].values, found["parameter"].values, strict=True):
+        assert speed == pytest.approx(worst_case_border(replace(closed, drag=float(drag))), abs=1e-7)
+
+
+def test_criticality_changes_at_a_bautin_point() -> None:
+    found = bifurcation_curves(
+        stall_machine(0.85, 1e-4), "Hopf", "speed", 300.0, 260.0, "drag", 6e-5, 3e-4, largest_step=0.1
+    )
+    assert found["special_type"].values.tolist() == ["Bautin"]
+    drag = float(found["special_second_parameter"][0])
+    sub = found["criticality"].values == "subcritical"
+    assert np.array_equal(sub, found["second_parameter"].values < drag)
+    assert len(plot_bifurcation_curves(found).axes[0].lines) == 3
+
+
+def test_the_fold_curve_of_coincident_balls_has_its_closed_form() -> None:
+    found = bifurcation_curves(
+        DISCOIDAL, "fold", "speed", 20.0, 100.0, "damping", 40.0, 150.0, from_state="coincident", largest_step=0.1
+    )
+    p = plane(DISCOIDAL)
+    w, b = found["parameter"].values, found["second_parameter"].values
+    reach = float(p.moment.sum()) / abs(p.unbalance)
+    left, right = (p.stiffness[0] - p.mass * w**2) ** 2, (b * w) ** 2 * (reach**2 - 1.0)
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+
+
+# results, pictures, commands, errors
+
+
+def test_a_result_says_what_it_holds_and_can_be_drawn_and_kept(tmp_path: Path) -> None:
+    found = swinging(0.85)
+    for name in ("parameter", "deflection_max", "growth_rate", "period", "special_parameter"):
+        assert found[name].attrs["long_name"]
+        assert found[name].attrs["units"]
+    figure = plot_branches(found, speed_unit="rad/s")
+    assert figure.axes[-1].get_xlabel() == "rotor speed (rad/s)"
+    assert {line.get_linestyle() for line in figure.axes[0].lines} >= {"-", "--"}
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"balanced", "stable", "unstable", "Hopf, subcritical"} <= set(texts)
+    found.to_netcdf(tmp_path / "branches.nc")
+
+
+def test_the_command_lists_the_hopf_point_as_the_function_does(tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(command)
+    words = [
+        str(MACHINES / "discoidal.toml"),
+        "--from",
+        "100 rad/s",
+        "--to",
+        "62",
+        "--no-orbits",
+        "--plot",
+        str(tmp_path / "b.png"),
+    ]
+    answer = CliRunner().invoke(app, [*words, "--json"])
+    point = json.loads(answer.stdout)["special"][0]
+    assert point["parameter"] == pytest.approx(65.0802038546, abs=1e-8)
+    assert point["criticality"] == "supercritical"
+    assert (tmp_path / "b.png").stat().st_size > 10_000
+    assert "supercritical" in CliRunner().invoke(app, words).stdout
+
+
+def test_progress_is_reported_while_branches_are_followed() -> None:
+    seen: list[tuple[int, float]] = []
+    branches(DISCOIDAL, "speed", 100.0, 80.0, progress=lambda number, share: seen.append((number, share)))
+    assert seen
+    assert seen[-1] == (1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "words"),
+    [
+        (("sped", 1.0, 2.0), {}, "speed, viscosity"),
+        (("rotor.mas", 1.0, 2.0), {"speed": 80.0}, "mass, stiffness"),
+        (("drive.profile", 1.0, 2.0), {"speed": 80.0}, "write 'speed'"),
+        ((f"{RACE}.balls[1].count", 1, 3), {"speed": 80.0}, "smoothly"),
+        (("unbalance", 1e-4, 2e-4), {}, "no constant prescribed speed"),
+        (("unbalance", 1e-4, 2e-4), {"speed": -3.0}, "greater than zero"),
+        (("speed", 80.0, "80 rad/s"), {}, "two different values"),
+        (("speed", -5.0, 80.0), {}, "greater than zero"),
+        (("unbalance", "2000 g*mm", "1500 g*mm"), {"speed": 80.0}, "there is coincident, in line"),
+        (("speed", 80.0, 90.0), {"from_state": "balance"}, "must be balanced"),
+        (("speed", 200.0, 300.0), {"from_state": "stalled"}, "hang there at none"),
+        (("speed", 80.0, 90.0), {"largest_step": 0.0}, "largest_step"),
+        (("speed", 80.0, 90.0), {"intervals": 2}, "intervals"),
+    ],
+)
+def test_a_question_that_cannot_be_answered_says_what_is_possible(
+    arguments: tuple[Any, ...], options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(QuestionError, match=words):
+        branches(DISCOIDAL, *arguments, **options)
+
+
+def test_machines_without_a_state_of_rest_in_the_rotor_are_refused() -> None:
+    unequal = with_parameter(DISCOIDAL, "rotor.stiffness", (4e4, 5e4))
+    with pytest.raises(QuestionError, match="not isotropic"):
+        branches(unequal, "speed", 80.0, 90.0)
+    with pytest.raises(QuestionError, match="gravity"):
+        branches(with_parameter(DISCOIDAL, "axis", "horizontal"), "speed", 80.0, 90.0)
+    with pytest.raises(QuestionError, match="no Hopf point"):
+        bifurcation_curves(DISCOIDAL, "Hopf", "speed", 100.0, 120.0, "drag", 1e-5, 1e-3)
+
+
+def test_every_smooth_quantity_is_a_parameter() -> None:
+    assert {"speed", "unbalance", "drag", "viscosity", "ball_mass", "ball_diameter", "damping", "stiffness"} <= set(
+        SMOOTH
+    )
+    for name in SMOOTH:
+        family = Family(DISCOIDAL, [name], 80.0)
+        assert family(1.1 * (80.0 if name == "speed" else family.now(0))).balls == 2
+
+
+def test_symmetric_start_states_are_followed_once() -> None:
+    span = Range(Family(DISCOIDAL, ["speed"]), 80.0, 90.0)
+    kind = kinds([plane(DISCOIDAL)])
+    explorer = Explorer(span, kind, Steps(), 10, 10, None)
+    state = np.zeros(8)
+    angle = math.acos(-abs(plane(DISCOIDAL).unbalance) / float(plane(DISCOIDAL).moment.sum()))
+    for angles in ((angle, -angle), (-angle, angle)):
+        state[4:6] = angles
+        explorer.steady_from(((0,), (1,)), state)
+    assert len(explorer.branches) == 1
+    assert isinstance(explorer.branches[0].problem, Steady)
+    assert isinstance(explorer.branches[0].points[0], Point)
