@@ -24,7 +24,18 @@ from autobalancer.stability.vector_field import Field
 
 HERE = Path(__file__).resolve().parent
 STALL = HERE.parents[1] / "examples" / "machines" / "stall_and_release.toml"
-NAMES = {1: "BP", 2: "fold", 3: "Hopf", 4: "user", 5: "fold", 6: "BP", 7: "period doubling", 8: "torus", 9: "end", 32: "Bautin"}
+NAMES = {
+    2: "fold",
+    3: "Hopf",
+    5: "fold",
+    7: "period doubling",
+    8: "torus",
+    9: "end",
+    39: "end",
+    -32: "Bautin",
+    -34: "user",
+    32: "Bautin",
+}
 COMMON = """
 NTST={mesh}, NCOL=4, IAD=3, ISP=2, IPLT=0, NMX=4000, NPR=20000, MXBF=0, IID=2, ITMX=12, ITNW=9, NWTN=5, JAC=0, ILP=1
 IADS=1, NPAR=12, THU={{}}, EPSL={fine}, EPSU={fine}, EPSS={search}
@@ -53,13 +64,31 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         objects = sorted(str(path) for path in (auto / "lib").glob("*.o"))
-        build = [compiler, "-O2", "-fopenmp", "-J", name, str(HERE / "balls.f90"), *objects, "-o", str(folder / "balls")]
+        build = [
+            compiler,
+            "-O2",
+            "-fopenmp",
+            "-J",
+            name,
+            str(HERE / "balls.f90"),
+            *objects,
+            "-o",
+            str(folder / "balls"),
+        ]
         subprocess.run(build, check=True)
         run(folder, "Hopf point of the balanced state", HOPF, "")
         hopf = (folder / "fort.8").read_text()
         run(folder, "balls that swing", SWING, hopf, mesh=60, fine=1e-10, search=1e-8)
         for way in ("-0.01", "0.01"):
-            run(folder, "Hopf points over the drag", CURVE % way, hopf, fine=1e-9, search=1e-5)
+            run(folder, "Hopf points over the drag", CURVE % way, hopf)
+        run(
+            folder,
+            "the same, loosely: AUTO locates the Bautin point by differences",
+            CURVE % "-0.01",
+            hopf,
+            fine=1e-9,
+            search=1e-5,
+        )
         period = stalled_start(folder / "stall.dat")
         for way in ("0.05", "-0.05"):
             start = (folder / "stall.dat").read_text()
@@ -67,7 +96,9 @@ def main() -> int:
     return 0
 
 
-def run(folder: Path, title: str, constants: str, restart: str, mesh: int = 40, fine: float = 1e-11, search: float = 1e-9) -> None:
+def run(
+    folder: Path, title: str, constants: str, restart: str, mesh: int = 40, fine: float = 1e-11, search: float = 1e-9
+) -> None:
     """One run: type, PAR(1) and the last printed column (period in 1/w_c, or the drag) of every special point."""
     text = constants + COMMON.format(mesh=mesh, fine=fine, search=search)
     (folder / "fort.2").write_text(text)
@@ -77,7 +108,7 @@ def run(folder: Path, title: str, constants: str, restart: str, mesh: int = 40, 
     for line in (folder / "fort.7").read_text().splitlines():
         cells = line.split()
         if cells[0] != "0" and int(cells[2]) != 0:
-            print(f"  {NAMES.get(abs(int(cells[2])) % 34, cells[2]):16} {cells[4]:>18} {cells[-1]:>18}")
+            print(f"  {NAMES.get(int(cells[2]), cells[2]):16} {cells[4]:>18} {cells[-1]:>18}")
 
 
 def stalled_start(path: Path) -> float:

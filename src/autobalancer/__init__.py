@@ -196,7 +196,7 @@ if TYPE_CHECKING:
     from autobalancer.results.store import load_run, save_run
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
-    from autobalancer.simulation.sampling import Envelope, LastRevolutions, SampleTimes, Samples
+    from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
     from autobalancer.stability.basins import basin
     from autobalancer.stability.bifurcation_curves import bifurcation_curves
     from autobalancer.stability.borders import border_speeds

@@ -43,7 +43,8 @@ def check(
         enough = f", {share:.3g} times the unbalance" if found.unbalance else ""
         table.add_row(
             f"balancer {race.balancer}, race {race.race}",
-            f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, {race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
+            f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, "
+            f"{race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
             f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
             f"capability {race.capability * 1e6:.5g} g mm{enough}\n"
             f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",

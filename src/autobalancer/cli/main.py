@@ -35,6 +35,7 @@ from autobalancer.cli import (  # noqa: E402
     animate,
     basin,
     borders,
+    branches,
     catalog,
     check,
     plot,
@@ -51,6 +52,7 @@ app.command()(animate.animate)
 app.command()(stability.stability)
 app.command()(borders.borders)
 app.command("map")(stability_map.map_)
+app.command()(branches.branches)
 app.command()(basin.basin)
 app.command()(receptance.receptance)
 app.add_typer(catalog.app, name="catalog")

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.equilibria import Equilibrium, running_true, close_polygon
+from autobalancer.stability.equilibria import Equilibrium, close_polygon, states_about
 from autobalancer.stability.floquet import periodic_state
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.linear import eigensystem, kept, matrices
@@ -29,7 +29,7 @@ def running_true(p: Plane, speed: float) -> list[Equilibrium]:
     """The states in which at least one race runs true."""
     stiffness = p.dynamic_stiffness(speed)
     centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
-    return [state for center in centers for state in running_true(p, speed, stiffness, center)]
+    return [state for center in centers for state in states_about(p, speed, stiffness, center)]
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def equilibria_of(p: Plane, speed: float) -> list[Equilibrium]:
     centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
     found: list[Equilibrium] = []
     for center in centers:
-        found += running_true(p, speed, stiffness, center)
+        found += states_about(p, speed, stiffness, center)
     found += _aligned_one_center(p, speed, stiffness) if len(centers) == 1 else _aligned(p, speed, stiffness)
     order = {"balanced": 0, "coincident": 1, "in line": 2}
     return sorted(found, key=lambda e: (order[e.name], abs(e.whirl)))
@@ -75,7 +75,7 @@ def _whirl(p: Plane, angles: Floats, speed: float) -> complex:
     return speed**2 * load / p.dynamic_stiffness(speed)
 
 
-def running_true(p: Plane, speed: float, stiffness: complex, center: complex) -> list[Equilibrium]:
+def states_about(p: Plane, speed: float, stiffness: complex, center: complex) -> list[Equilibrium]:
     """States in which the races with this center run true; other races stand along their own vector."""
     free = np.isclose(p.offset, center, rtol=0.0, atol=1e-15)
     others = np.flatnonzero(~free)
