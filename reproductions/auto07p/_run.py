@@ -1,4 +1,4 @@
-"""Run AUTO-07p on ``balls.f90`` and print its special points: where the targets of :mod:`reproductions.auto07p.continuation` come from.
+"""Run AUTO-07p on ``balls.f90`` and print its special points, the targets of :mod:`reproductions.auto07p.continuation`.
 
     AUTO_DIR=/usr/lib/auto-07p FC=gfortran python -m reproductions.auto07p._run
 
@@ -83,7 +83,7 @@ def main() -> int:
             run(folder, "Hopf points over the drag", CURVE % way, hopf)
         run(
             folder,
-            "the same, loosely: AUTO locates the Bautin point by differences",
+            "the same, loosely, for the Bautin point",
             CURVE % "-0.01",
             hopf,
             fine=1e-9,
