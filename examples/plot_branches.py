@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.plots.branches import plot_branches
-from autobalancer.stability.branches import branches
+import autobalancer as ab
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
 rig = here / "machines" / "discoidal.toml"
-found = branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
+found = ab.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 
 # %%
 # Below the critical speed the balls stand together on the heavy side. At the fold that state vanishes, and where it was a
@@ -26,13 +25,13 @@ found = branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 # supercritical Hopf point, so that just below it the balls swing a little. Between that point and the end of the stalled
 # motion both are stable, and the way there decides.
 
-motions = plot_branches(found, speed_unit="rad/s")
+motions = ab.plot_branches(found, speed_unit="rad/s")
 
 # %%
 # Over the unbalance: two balls balance what they can. There the balanced pair and the coincident balls exchange stability.
 
-size = branches(rig, "unbalance", "100 g*mm", "1500 g*mm", speed=100.0)
-pitchfork = plot_branches(size)
+size = ab.branches(rig, "unbalance", "100 g*mm", "1500 g*mm", speed=100.0)
+pitchfork = ab.plot_branches(size)
 
 # %%
 # The numbers of the pictures.

@@ -85,9 +85,9 @@ def nearest(found: xr.Dataset, kind: str, speed: float, name: str = "special_par
 
 def draw(stalled: xr.Dataset, out: Path) -> None:
     """The branch of stalled balls; lines mark the folds that AUTO finds."""
-    figure = plot_branches(stalled, speed_unit="rad/s")
+    titled = stalled.assign_attrs(title="Stalled balls; dotted: folds by AUTO-07p")
+    figure = plot_branches(titled, speed_unit="rad/s")
     for axes in figure.axes:
         for speed in STALLED_FOLDS:
             axes.axvline(speed, color="#D55E00", lw=0.7, ls=":", zorder=1.0)
-    figure.axes[0].set_title("Stalled balls; dotted: folds by AUTO-07p")
     figure.savefig(out / "stalled_balls.png", dpi=110)

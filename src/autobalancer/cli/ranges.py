@@ -13,22 +13,15 @@ MOST = 1_000_000  # values along one axis
 
 
 def speed_range(text: str) -> np.ndarray:
-    """``"500 rpm:3000 rpm:50 rpm"`` (from, to, step) or one speed, in rad/s."""
+    """``"500 rpm:3000 rpm:200"`` (from, to, count) or one speed, in rad/s; the speeds ascend from above zero."""
     import numpy as np
 
     from autobalancer.units import option_to_si
 
-    parts = [part.strip() for part in text.split(":")]
-    if len(parts) == 1:
-        return np.array([option_to_si(parts[0], "rad/s")])
-    if len(parts) != 3:
-        raise QuestionError(f'--speeds: given {text!r}; write it as "from:to:step", such as "500 rpm:3000 rpm:50 rpm"')
-    low, high, step = (option_to_si(part, "rad/s") for part in _with_common_unit(parts))
-    if not (0.0 < low <= high and step > 0.0):
-        raise QuestionError(f"--speeds: given {text!r}; must ascend from above zero by a step above zero")
-    if (high - low) / step > MOST:
-        raise QuestionError(f"--speeds: given {text!r}, more than {MOST} speeds; take a larger step")
-    return low + step * np.arange(int((high - low) / step * (1.0 + 1e-12) + 1e-9) + 1)
+    speeds = axis_range("--speeds", "speed", text) if ":" in text else np.array([option_to_si(text, "rad/s")])
+    if not speeds[0] > 0.0 or np.any(np.diff(speeds) <= 0.0):
+        raise QuestionError(f"--speeds: given {text!r}; must ascend from above zero")
+    return speeds
 
 
 def axis_range(option: str, name: str, text: str) -> np.ndarray:

@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 
 def stability(
     machine: Annotated[Path, typer.Argument(help="Machine file.")],
-    speeds: Annotated[str, typer.Option(help='"from:to:step", such as "500 rpm:3000 rpm:50 rpm", or one speed.')],
+    speeds: Annotated[
+        str,
+        typer.Option(
+            help='"from:to:count", such as "500 rpm:3000 rpm:200", or one speed; by default from half to three times '
+            "the critical speed."
+        ),
+    ] = "",
     state: Annotated[str, typer.Option(help="balanced, coincident or 'in line'.")] = "balanced",
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
     out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
@@ -25,12 +31,13 @@ def stability(
 ) -> None:
     """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on orthotropic supports.
 
-    Example: autobalancer stability examples/machines/discoidal.toml --speeds "500 rpm:1500 rpm:10 rpm" --plot s.png
+    Example: autobalancer stability examples/machines/discoidal.toml --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
+    import numpy as np
     from rich.console import Console
     from rich.progress import Progress
 
-    from autobalancer import save_run
+    from autobalancer import save_run, summary
     from autobalancer.cli.ranges import speed_range
     from autobalancer.errors import QuestionError
     from autobalancer.plots.save import save_picture
@@ -40,11 +47,16 @@ def stability(
 
     if state not in ("balanced", "coincident", "in line"):
         raise QuestionError(f"--state: given {state!r}; must be balanced, coincident or 'in line'")
+    if speeds:
+        chosen = speed_range(speeds)
+    else:
+        critical = summary(machine).critical_speeds
+        chosen = np.linspace(0.5 * min(critical), 3.0 * max(critical), 401)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("speeds")
         found = eigenvalues(
             machine,
-            [float(speed) for speed in speed_range(speeds)],
+            [float(speed) for speed in chosen],
             state=state,  # type: ignore[arg-type]
             unbalance=option_to_si(unbalance, "kg*m") if unbalance else None,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
