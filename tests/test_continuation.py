@@ -148,26 +148,35 @@ def test_arclength_goes_round_a_circle_through_its_folds() -> None:
     np.testing.assert_allclose(folds[:2], [0.9, 0.1], atol=1e-12)
 
 
-class NormalForm:
-    """x' = -y + s x (x^2 + y^2), y' = x + s y (x^2 + y^2): first Lyapunov coefficient s for amplitude sqrt(x^2 + y^2)."""
+class Planar:
+    """x' = -w y + f, y' = w x + g with quadratic and cubic f and g, given by their second and third derivatives."""
 
-    def __init__(self, s: float) -> None:
-        self.s = s
+    def __init__(self, w: float, second: np.ndarray, third: np.ndarray) -> None:
+        self.w, self.b, self.c = w, second, third  # (2, 2, 2), (2, 2, 2, 2), symmetric in all but the first index
 
     def jacobian(self, u: np.ndarray) -> np.ndarray:
-        return np.array([[0.0, -1.0], [1.0, 0.0]])
+        return np.array([[0.0, -self.w], [self.w, 0.0]])
 
     def second(self, u: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.zeros(2, complex)
+        return np.einsum("kij,i,j->k", self.b, a, b)
 
     def third(self, u: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return 2.0 * self.s * (a * (a @ b) * 2.0 + b * (a @ a))
+        return np.einsum("kijl,i,j,l->k", self.c, a, a, b)
 
 
-@pytest.mark.parametrize("s", [-0.3, 0.7])
-def test_the_lyapunov_coefficient_is_that_of_the_normal_form(s: float) -> None:
-    problem: Any = NormalForm(s)
-    assert lyapunov_coefficient(problem, np.zeros(3), np.array([0.5, -0.5j]), 1.0) == pytest.approx(s, abs=1e-12)
+@pytest.mark.parametrize("seed", range(5))
+def test_the_lyapunov_coefficient_is_that_of_guckenheimer_and_holmes(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    w, b, c = random.uniform(0.5, 3.0), random.normal(size=(2, 2, 2)), random.normal(size=(2, 2, 2, 2))
+    b = 0.5 * (b + b.transpose(0, 2, 1))
+    c = sum(c.transpose(0, *order) for order in ((1, 2, 3), (1, 3, 2), (2, 1, 3), (2, 3, 1), (3, 1, 2), (3, 2, 1)))
+    (fxx, fxy, fyy), (gxx, gxy, gyy) = ((m[0, 0], m[0, 1], m[1, 1]) for m in b)
+    cubic = c[0, 0, 0, 0] + c[0, 0, 1, 1] + c[1, 0, 0, 1] + c[1, 1, 1, 1]
+    quadratic = fxy * (fxx + fyy) - gxy * (gxx + gyy) - fxx * gxx + fyy * gyy
+    expected = (cubic + quadratic / w) / 16.0  # a' = expected a^3, their eq. (3.4.11)
+    problem: Any = Planar(w, b, c)
+    obtained = w * lyapunov_coefficient(problem, np.zeros(3), np.array([0.5, -0.5j]), w)
+    assert obtained == pytest.approx(expected, rel=1e-10)
 
 
 def test_collocation_converges_with_its_order_and_adapts_its_mesh() -> None:

@@ -30,7 +30,7 @@ from autobalancer.stability.characteristic import PlanarBalancer, planar_eigenva
 from autobalancer.stability.equilibria import close_polygon, equilibria_of
 from autobalancer.stability.floquet import Turn, periodic_state
 from autobalancer.stability.lateral import plane
-from autobalancer.stability.linear import eigensystem, matrices
+from autobalancer.stability.linear import eigensystem, matrices, motion_name
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -205,6 +205,22 @@ def test_a_small_disturbance_grows_or_decays_as_the_leading_eigenvalue_says(
     else:
         growth = math.log(x[-1] / x[0]) / (turns[-1] - turns[0])
     assert growth == pytest.approx(leading.real, rel=1e-3)
+
+
+def test_modes_are_named_after_what_moves() -> None:
+    """Far above the critical speed the free whirl is the rotor's, at the critical speed; the slow modes are the balls'."""
+    p, speed = plane(CASES["two equal"]), 1500.0
+    values, vectors = eigensystem(*matrices(p, speed, equilibria_of(p, speed)[0]))
+    names = [motion_name(vectors[:, i], p, values[i], speed) for i in range(values.size)]
+    critical = math.sqrt(p.stiffness[0] / p.mass)
+    for name, value in zip(names, values, strict=True):
+        if abs(abs(value.imag) - (speed - critical)) < 0.01 * speed:
+            assert name == "rotor, forward whirl"  # speed - critical in the rotor is + critical in space
+        elif abs(abs(value.imag) - (speed + critical)) < 0.01 * speed:
+            assert name == "rotor, backward whirl"
+        else:
+            assert name.startswith("balls, ")
+    assert len(set(names)) == 4
 
 
 def test_balls_balance_from_half_the_unbalance_each_on() -> None:

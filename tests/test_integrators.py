@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -553,6 +554,27 @@ def test_a_second_process_compiles_nothing() -> None:
     loaded = [line for line in said.splitlines() if "data loaded from" in line]
     assert any("planar" in line for line in loaded)
     assert any("advance" in line for line in loaded)
+
+
+def test_kernels_compiled_before_the_newest_change_in_any_kernel_are_forgotten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numba would keep a stepper although a function compiled into it has changed."""
+    from autobalancer.kernels.cache import compiled_before, forget_outdated
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    folder = tmp_path / "integrators_0123"
+    folder.mkdir()
+    old, new = folder / "runge_kutta.advance-1.py311.nbi", folder / "guided_balls.planar-2.py311.nbi"
+    foreign = folder / "someone.else-3.py311.nbi"
+    for path in (old, new, foreign):
+        path.touch()
+    for path in (old, foreign):
+        os.utime(path, (1e9, 1e9))
+    assert compiled_before()
+    forget_outdated()
+    assert not compiled_before()
+    assert [old.exists(), new.exists(), foreign.exists()] == [False, True, True]
 
 
 def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:

@@ -353,8 +353,8 @@ def test_the_commands_print_what_the_functions_return(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("stability", "--speeds", "5:1:1"), "must ascend"),
-        (("stability", "--speeds", "5:1"), "from:to:step"),
+        (("stability", "--speeds", "5:1:2"), "must ascend"),
+        (("stability", "--speeds", "5:1"), "from:to:count"),
         (("stability", "--speeds", "5", "--state", "lost"), "must be balanced"),
         (("map", "--x", "speed", "1:2:3", "--y", "speed", "1:2:3", "--plot", "x.png"), "two different parameters"),
         (("map", "--x", "speed", "1:2", "--y", "drag", "1:2:3", "--plot", "x.png"), "from:to:count"),

@@ -4,7 +4,13 @@ Without reference counts: kernels own no memory, and counting would cost more th
 that allocates an array does not compile.
 """
 
+from __future__ import annotations
+
 from typing import Any
+
+from autobalancer.kernels.cache import forget_outdated
+
+forget_outdated()
 
 INLINE: dict[str, Any] = {"inline": "always", "error_model": "numpy", "_nrt": False}
 COMPILED: dict[str, Any] = {

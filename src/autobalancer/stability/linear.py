@@ -69,18 +69,22 @@ def kept(values: Complexes, freedom: int) -> Complexes:
     return np.delete(values, smallest)
 
 
-def motion_name(vector: Complexes, p: Plane, value: complex) -> str:
-    """What moves in an eigenvector (X, Y, phi...): rotor whirl or balls, and how.
+BALLS_ALONE, ROTOR_ALONE = 30.0, 3.0  # way of the balls over deflection of the rotor
 
-    Amplitudes are compared as lengths: the deflection, and the ball's way in proportion to its share of the mass.
+
+def motion_name(vector: Complexes, p: Plane, value: complex, speed: float) -> str:
+    """What moves in an eigenvector (X, Y, phi...): the rotor and how it whirls in space, the balls and how, or both.
+
+    The way of the balls in the race is compared with the deflection of the rotor: above 30 the mode is named after the
+    balls, below 3 after the rotor. A part e^(i w t) in the rotor is a whirl with W + w in space.
     """
     x, y, balls = vector[0], vector[1], vector[2:]
     rotor = float(np.hypot(abs(x), abs(y)))
-    share = float(np.sqrt((np.abs(balls * p.moment / p.mass) ** 2).sum()))
-    if balls.size == 0 or rotor > 3.0 * share:
-        forward, backward = abs(x + 1j * y), abs(x - 1j * y)
-        return "rotor, forward whirl" if (forward > backward) == (value.imag >= 0.0) else "rotor, backward whirl"
-    moving = "balls" if share > 3.0 * rotor else "balls and rotor"
+    way = float(np.sqrt((np.abs(balls * p.moment / p.ball_mass) ** 2).sum())) if balls.size else 0.0
+    if way < ROTOR_ALONE * rotor or balls.size == 0:
+        frequency = speed + value.imag if abs(x + 1j * y) >= abs(x - 1j * y) else speed - value.imag
+        return f"rotor, {'forward' if frequency >= 0.0 else 'backward'} whirl"
+    moving = "balls" if way > BALLS_ALONE * rotor else "balls and rotor"
     if balls.size < 2:
         return f"{moving}, to and fro"
     together = abs(balls.sum()) / np.abs(balls).sum()

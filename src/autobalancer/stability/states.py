@@ -179,7 +179,7 @@ def eigenvalues_of(machine: Machine, p: Plane, speed: float, state: Equilibrium)
 def _judged(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> tuple[Complexes, str]:
     if p.isotropic:
         values, vectors = eigensystem(*matrices(p, speed, state))
-        return values, motion_name(vectors[:, 0], p, values[0])
+        return values, motion_name(vectors[:, 0], p, values[0], speed)
     return periodic_state(machine, p, speed, state).exponents, "periodic state: see the Floquet multipliers"
 
 
