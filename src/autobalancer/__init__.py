@@ -79,6 +79,7 @@ _HOME = {
     "plot_nyquist": "plots.receptance",
     "plot_branches": "plots.branches",
     "border_curve": "stability.borders_over",
+    "plot_bifurcation_curves": "plots.bifurcation_curves",
 }
 _MODULES = {"machine", "errors", "units"}
 
@@ -117,6 +118,7 @@ __all__ = [
     "minimum_viscosity",
     "peak_deflection",
     "plot_basin",
+    "plot_bifurcation_curves",
     "plot_border_curve",
     "plot_branches",
     "plot_map",
@@ -176,6 +178,7 @@ if TYPE_CHECKING:
     from autobalancer.measurement.receptance_stability import receptance_stability
     from autobalancer.plots.animation import animate
     from autobalancer.plots.basins import plot_basin
+    from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
     from autobalancer.plots.border_curve import plot_border_curve
     from autobalancer.plots.branches import plot_branches
     from autobalancer.plots.orbit import plot_orbit
