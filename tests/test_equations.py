@@ -14,6 +14,7 @@ from tests.references.machines import random_machine, random_state
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.system import DRAG, MASS, SPEED, THETA, System
+from autobalancer.kernels.trigonometry import sine_cosine
 from autobalancer.machine import Machine
 
 SEEDS = range(60)
@@ -208,6 +209,17 @@ def test_the_kinetic_energy_is_half_the_velocity_times_mass_matrix_times_velocit
     time, state = random_state(random, reference)
     q, v = reference.split(state)
     assert 0.5 * v @ reference.mass_matrix(time, q) @ v == pytest.approx(reference.kinetic(time, q, v), rel=1e-12)
+
+
+def test_sine_and_cosine_are_those_of_the_library_to_an_ulp_of_one() -> None:
+    random = np.random.default_rng(0)
+    quarters = np.arange(-40, 41) * math.pi / 4
+    angles = [*random.uniform(-7.0, 7.0, 5000), *random.uniform(-1e6, 1e6, 5000), *quarters, 0.0, 1e-300, 3e7, -1e15]
+    for angle in angles:
+        s, c = sine_cosine(angle)
+        assert abs(s - math.sin(angle)) <= 2.3e-16
+        assert abs(c - math.cos(angle)) <= 2.3e-16
+    assert all(math.isnan(value) for value in sine_cosine(math.nan))
 
 
 # limits -----------------------------------------------------------------------------------------------------------------

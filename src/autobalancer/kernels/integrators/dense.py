@@ -11,33 +11,27 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.flags import COMPILED, INLINE
-from autobalancer.kernels.integrators.memory import BLOCK, TAKEN, Memory
+from autobalancer.kernels.integrators.memory import TAKEN, Memory
+from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data
 
 
 @njit(**INLINE)
 def sums(row: int, i: int, t, m):  # type: ignore[no-untyped-def]
-    """Row of the tableau times the stages, for the BLOCK of components that begins at i."""
-    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    """Row of the tableau times the stages, for the LANES components that begin at i."""
+    total = lanes()
     first, columns, values, stages = data(t.first), data(t.columns), data(t.values), data(m.stages)
     for entry in range(first[row], first[row + 1]):
-        weight, place = values[entry], columns[entry] * m.trial.size + i
-        a += weight * stages[place]
-        b += weight * stages[place + 1]
-        c += weight * stages[place + 2]
-        d += weight * stages[place + 3]
-    return a, b, c, d
+        add_product(total, values[entry], stages, columns[entry] * m.trial.size + i)
+    return total
 
 
 @njit(**INLINE)
 def polynomials(components: int, t, m) -> None:  # type: ignore[no-untyped-def]
     """Dense output of the leading components, at least so many."""
-    step = m.clock[TAKEN]
     for power in range(t.degree):
-        dense = data(m.dense[power])
-        for i in range(0, components, BLOCK):
-            a, b, c, d = sums(t.total + 2 + power, i, t, m)
-            dense[i], dense[i + 1], dense[i + 2], dense[i + 3] = step * a, step * b, step * c, step * d
+        for i in range(0, components, LANES):
+            put(sums(t.total + 2 + power, i, t, m), data(m.dense[power]), i)
 
 
 @njit(**INLINE)
@@ -47,7 +41,7 @@ def component(i: int, x: float, m: Memory) -> float:
     value = 0.0
     for j in range(m.dense.shape[0] - 1, -1, -1):
         value = (value + dense[j * width + i]) * x
-    return data(m.start)[i] + value
+    return data(m.start)[i] + m.clock[TAKEN] * value
 
 
 @njit(**INLINE)
@@ -57,7 +51,7 @@ def slope(i: int, x: float, m: Memory) -> float:
     value = 0.0
     for j in range(m.dense.shape[0] - 1, -1, -1):
         value = value * x + (j + 1.0) * dense[j * width + i]
-    return value
+    return m.clock[TAKEN] * value
 
 
 @njit(**COMPILED)
@@ -72,15 +66,12 @@ def evaluate(x: float, pair: Any, out: Any) -> None:
         power *= x
         for entry in range(first[row], first[row + 1]):
             shares[columns[entry]] += power * values[entry]
-    start, trial, stages = data(m.start), data(m.trial), data(m.stages)
-    for i in range(0, m.trial.size, BLOCK):
-        a, b, c, d = start[i], start[i + 1], start[i + 2], start[i + 3]
+    trial, stages = data(m.trial), data(m.stages)
+    for i in range(0, m.trial.size, LANES):
+        state = lanes()
         for stage in range(t.total):
-            weight, place = shares[stage], stage * m.trial.size + i
-            a += weight * stages[place]
-            b += weight * stages[place + 1]
-            c += weight * stages[place + 2]
-            d += weight * stages[place + 3]
-        trial[i], trial[i + 1], trial[i + 2], trial[i + 3] = a, b, c, d
+            add_product(state, shares[stage], stages, stage * m.trial.size + i)
+        add_product(state, 1.0, data(m.start), i)
+        put(state, trial, i)
     for i in range(m.state.size):
         out[i] = trial[i]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
+from autobalancer.kernels.lanes import LANES
 from autobalancer.kernels.system import Floats, Integers, Matrix, integers_type, matrix_type, vector_type
 
 # places in Memory.clock
@@ -16,11 +17,9 @@ CLOCK = 6
 ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, NEXT_BIN, NEXT_TURN, EVENTS_SEEN, FRESH = range(8)
 COUNTS = 8
 
-BLOCK = 4  # components that are worked on at once; work arrays are as wide as a multiple of it
-
 
 class Memory(NamedTuple):
-    """State, step size, counters and work arrays of one integration of n equations, w >= n wide."""
+    """State, step size, counters and work arrays of one integration of n equations; w is n rounded up to whole lanes."""
 
     clock: Floats  # (CLOCK,) time, next step, end, longest step, last error, length of the last step
     counts: Integers  # (COUNTS,)
@@ -48,7 +47,7 @@ def memory(
 ) -> Memory:
     """A fresh memory that starts at time 0 from ``state``; the first step is chosen by the stepper."""
     n = state.size
-    extra = -n % BLOCK
+    extra = -n % LANES
     width = n + extra
     return Memory(
         np.array([0.0, 0.0, end, longest, 1.0, 0.0]),

@@ -16,7 +16,6 @@ from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
-    BLOCK,
     END,
     ERROR,
     EVALUATIONS,
@@ -31,6 +30,7 @@ from autobalancer.kernels.integrators.memory import (
 )
 from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
+from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import address, data
 from autobalancer.kernels.system import START, System, rhs_type, system_type
 
@@ -41,31 +41,26 @@ RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
 def _do_stages(first: int, last: int, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
     start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
     for stage in range(first, last):
-        for i in range(0, m.trial.size, BLOCK):
-            a, b, c, d = sums(stage, i, t, m)
-            a, b = start[i] + step * a, start[i + 1] + step * b
-            c, d = start[i + 2] + step * c, start[i + 3] + step * d
-            trial[i], trial[i + 1], trial[i + 2], trial[i + 3] = a, b, c, d
+        for i in range(0, m.trial.size, LANES):
+            state = lanes()
+            add_product(state, 1.0, start, i)
+            add_product(state, step, sums(stage, i, t, m), 0)
+            put(state, trial, i)
         rhs(m.clock[TIME] + t.nodes[stage] * step, trial, data(m.stages[stage]), p)
     m.counts[EVALUATIONS] += last - first
 
 
 @njit(**INLINE)
-def _weight(i: int, m: Memory) -> float:
-    start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
-    return 1.0 / (absolute[i] + relative[i] * max(abs(start[i]), abs(trial[i])))
-
-
-@njit(**INLINE)
 def _error(t: Tableau, m: Memory) -> float:
     """Weighted error of the step; ``m.trial`` holds the new state."""
+    start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
     fine, coarse = 0.0, 0.0
-    for i in range(0, m.trial.size, BLOCK):
-        wa, wb, wc, wd = _weight(i, m), _weight(i + 1, m), _weight(i + 2, m), _weight(i + 3, m)
-        a, b, c, d = sums(t.total, i, t, m)
-        fine += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
-        a, b, c, d = sums(t.total + 1, i, t, m)
-        coarse += (a * wa) ** 2 + (b * wb) ** 2 + (c * wc) ** 2 + (d * wd) ** 2
+    for i in range(0, m.trial.size, LANES):
+        estimate, correction = sums(t.total, i, t, m), sums(t.total + 1, i, t, m)
+        for k in range(LANES):
+            weight = 1.0 / (absolute[i + k] + relative[i + k] * max(abs(start[i + k]), abs(trial[i + k])))
+            fine += (estimate[k] * weight) ** 2
+            coarse += (correction[k] * weight) ** 2
     if fine == 0.0:
         return 0.0
     return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
