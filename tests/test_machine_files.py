@@ -383,3 +383,10 @@ def test_any_machine_survives_being_written_and_read(data: dict[str, Any]) -> No
     assert again == machine
     assert machine_text(again) == text
     assert tomllib.loads(text) == data
+
+
+def test_a_quantity_that_was_read_once_keeps_its_dimension() -> None:
+    mass = to_si("4.4 g", "kg")
+    assert to_si(mass, "kg") == 0.0044
+    with pytest.raises(UnitError, match="a quantity in m is wanted"):
+        to_si(mass, "m")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from autobalancer.errors import UnitError
@@ -77,7 +77,7 @@ def to_si(value: float | int | str, unit: str) -> float:
         If it is not a finite number, has no unit, or has one of another dimension.
     """
     if isinstance(value, Given):
-        return value
+        return _read(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise UnitError(
             f"given {value!r}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}"
@@ -87,6 +87,11 @@ def to_si(value: float | int | str, unit: str) -> float:
         if not math.isfinite(number):
             raise UnitError(f"given {value!r}, which is not a finite number")
         return number
+    return _read(value, unit)
+
+
+@lru_cache(maxsize=4096)
+def _read(value: str, unit: str) -> Given:
     match = _NUMBER.match(value)
     if match is None:
         raise UnitError(
