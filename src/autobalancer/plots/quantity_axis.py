@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from autobalancer.plots.axis_units import AxisUnit, speed_axis
-from autobalancer.plots.style import INK
 
 SHOWN = {
     "m^2/s": AxisUnit("mm²/s", 1e6),
@@ -61,21 +60,6 @@ def plain_log_ticks(axes: Axes, which: str) -> None:
     axis.set_major_locator(LogLocator(subs=steps, numticks=30))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
-
-
-def mark_level(axes: Axes, level: float, text: str, color: str) -> None:
-    """A thin horizontal line with its name at the right end."""
-    axes.axhline(level, color=color, lw=0.9, ls=(0, (5, 3)), zorder=1.5)
-    axes.annotate(
-        text,
-        (1.0, level),
-        xycoords=("axes fraction", "data"),
-        xytext=(-3, 2),
-        textcoords="offset points",
-        ha="right",
-        fontsize=8,
-        color=INK,
-    )
 
 
 def _geometric(values: np.ndarray) -> bool:

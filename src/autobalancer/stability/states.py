@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -164,11 +163,6 @@ def verdict(rate: float, speed: float) -> str:
     if abs(rate) <= MARGIN * speed:
         return "marginal"
     return "unstable" if rate > 0.0 else "stable"
-
-
-def with_unbalance(p: Plane, unbalance: complex) -> Plane:
-    """The same plane with another unbalance."""
-    return replace(p, unbalance=unbalance)
 
 
 def eigenvalues_of(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> Complexes:
