@@ -13,7 +13,11 @@ from autobalancer.machine.balancer import (
 from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
 from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
+from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.planar import PlanarRotor
+from autobalancer.machine.rotors.rigid import RigidRotor
+from autobalancer.machine.rotors.support import SpeedTable, Support
+from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Schedule, Unbalance
 
 __all__ = [
@@ -34,9 +38,14 @@ __all__ = [
     "Race",
     "Ramp",
     "Reduction",
+    "RigidRotor",
+    "Rotor",
     "RunPlan",
     "Schedule",
+    "SpeedTable",
     "Start",
+    "Station",
+    "Support",
     "Table",
     "TargetTorque",
     "TorqueTable",

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed
-from autobalancer.machine.part import Angle, Duration, Gravity, Part, Position, Speed, Velocity
+from autobalancer.machine.part import (
+    Angle,
+    Duration,
+    Gravity,
+    ImpossiblePart,
+    Listed,
+    Part,
+    Position,
+    Problem,
+    Speed,
+    Velocity,
+)
+from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.planar import PlanarRotor
+from autobalancer.machine.rotors.rigid import RigidRotor
+from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Unbalance
 
 
@@ -39,7 +53,8 @@ class Machine(Part):
     description: str = ""
     axis: Literal["vertical", "horizontal"]
     gravity: Gravity = 9.80665
-    rotor: PlanarRotor
+    rotor: Rotor
+    stations: Annotated[tuple[Station, ...], Listed] = ()
     unbalances: tuple[Unbalance, ...] = ()
     balancers: tuple[Balancer, ...] = ()
     drive: Drive
@@ -53,4 +68,28 @@ class Machine(Part):
             raise ValueError("rotor.inertia: missing; a torque can only drive a rotor whose inertia is given")
         if prescribed and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
+        return self
+
+    @model_validator(mode="after")
+    def _placed(self) -> Machine:
+        names = [station.name for station in self.stations]
+        problems: list[Problem] = [
+            (("stations", i, "name"), f"{name!r} is given twice") for i, name in enumerate(names) if name in names[:i]
+        ]
+        planar = isinstance(self.rotor, PlanarRotor)
+        for kind in ("balancers", "unbalances"):
+            for i, part in enumerate(getattr(self, kind)):
+                if isinstance(part.station, str) and part.station not in names:
+                    known = ", ".join(map(repr, names)) or "none"
+                    problems.append(((kind, i, "station"), f"no station is named {part.station!r}; there is {known}"))
+                elif planar and part.station is not None and not isinstance(part.station, str) and part.station != 0.0:
+                    problems.append(((kind, i, "station"), "a planar rotor has one plane only; leave it out"))
+        for i, unbalance in enumerate(self.unbalances):
+            if planar and unbalance.is_couple:
+                problems.append((("unbalances", i), "a planar rotor does not tilt and feels no couple; leave it out"))
+            elif unbalance.misalignment is not None and not isinstance(self.rotor, RigidRotor):
+                text = "only a rigid rotor has one principal axis; give 'couple' and a 'station'"
+                problems.append((("unbalances", i, "misalignment"), text))
+        if problems:
+            raise ImpossiblePart("Machine", problems)
         return self

@@ -44,7 +44,7 @@ class Part(BaseModel):
             raise ImpossiblePart(type(self).__name__, _problems(error, type(self))) from None
 
 
-_TAGGED = {"drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
+_TAGGED = {"rotor", "drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
 
 
 def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
@@ -59,6 +59,10 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
             found.append((path, str(cause)))
         elif entry["type"] == "too_short":
             short.append((path, "given an empty list; give at least one entry"))
+        elif entry["type"] == "union_tag_invalid":
+            about = entry["ctx"]
+            key = about["discriminator"].strip("'")
+            found.append(((*path, key), f"given {about['tag']!r}; must be one of {about['expected_tags']}"))
         else:
             found.append((path, _plain(entry, part)))
     # a list of faulty entries is also reported as too short; say only what is wrong with the entries
@@ -78,9 +82,6 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
     if kind == "union_tag_not_found":
         name, tags = _tags(part, str(entry["loc"][0]))
         return f"given {_short(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
-    if kind.startswith("union_tag"):
-        tags = entry.get("ctx", {}).get("expected_tags", "")
-        return f"given {_short(given)}; its 'kind' (or 'law') must be one of {tags}"
     return f"given {_short(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
 
 
@@ -145,6 +146,7 @@ Torque = Annotated[float, quantity("N*m")]
 AngularDamping = Annotated[float, quantity("N*m*s", non_negative=True)]
 UnbalanceMoment = Annotated[float, quantity("kg*m", non_negative=True)]
 Inertia = Annotated[float, quantity("kg*m^2", positive=True)]
+CoupleMoment = Annotated[float, quantity("kg*m^2", non_negative=True)]
 Density = Annotated[float, quantity("kg/m^3", positive=True)]
 Viscosity = Annotated[float, quantity("m^2/s", positive=True)]
 Temperature = Annotated[float, quantity("K", positive=True)]

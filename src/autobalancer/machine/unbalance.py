@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Angle, Length, Listed, Mass, Part, Ratio, Time, UnbalanceMoment
+from autobalancer.machine.part import Angle, CoupleMoment, Length, Listed, Mass, Part, Ratio, Time, UnbalanceMoment
+from autobalancer.machine.station import Place
 
 
 class Schedule(Part):
@@ -34,24 +35,37 @@ class Schedule(Part):
 
 
 class Unbalance(Part):
-    """A point unbalance: its moment, or mass and radius, at an angle in the rotor.
+    """A point unbalance (its moment, or mass and radius) or a couple unbalance, at an angle in the rotor.
 
-    The mass belongs to the mass of the rotor; a change in time moves the moment only.
+    A point unbalance sits at a ``station``: a position along the axis, or the name of one of the machine's stations;
+    needless on a planar rotor, and for a couple on a rigid one. The mass belongs to the mass of the rotor; a change in
+    time moves the moment only. ``couple`` is the product of inertia: two unbalances U a distance L apart and opposite
+    are U L, at the angle of the one at greater z. A principal axis tilted by chi has (J_t - J_p) chi, and
+    ``misalignment`` is that chi.
     """
 
     moment: UnbalanceMoment | None = None
     mass: Mass | None = None
     radius: Length | None = None
+    couple: CoupleMoment | None = None
+    misalignment: Angle | None = None
     angle: Angle = 0.0
+    station: Place | None = None
     schedule: Schedule | None = None
 
     @model_validator(mode="after")
     def _one_way(self) -> Unbalance:
-        if (self.moment is None) == (self.mass is None) or (self.mass is None) != (self.radius is None):
-            raise ValueError("give either 'moment', or 'mass' and 'radius'")
+        given = [self.moment, self.mass if self.mass is not None else self.radius, self.couple, self.misalignment]
+        if sum(entry is not None for entry in given) != 1 or (self.mass is None) != (self.radius is None):
+            raise ValueError("give either 'moment', or 'mass' and 'radius', or 'couple', or 'misalignment'")
         return self
 
     @property
+    def is_couple(self) -> bool:
+        """Whether it is a pure couple."""
+        return self.couple is not None or self.misalignment is not None
+
+    @property
     def size(self) -> float:
-        """The moment m0 eps0 at factor one, kg m."""
+        """The moment m0 eps0 at factor one, kg m; 0 of a couple."""
         return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)

@@ -10,6 +10,7 @@ from autobalancer.machine.balancer.balls import Balls
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.part import Angle, Length, Offset, Part
+from autobalancer.machine.station import Place
 
 
 class Race(Part):
@@ -45,7 +46,11 @@ class Race(Part):
 
 
 class Balancer(Part):
-    """One or several races in one plane of the rotor."""
+    """One or several races in one plane of the rotor.
+
+    ``station`` is where on the axis: a position, or the name of one of the machine's stations; needless on a planar rotor.
+    """
 
     name: str = ""
+    station: Place | None = None
     races: Annotated[tuple[Race, ...], Field(min_length=1)]

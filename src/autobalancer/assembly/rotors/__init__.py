@@ -1,0 +1,125 @@
+"""Rotor models as matrices; :func:`lateral_model` and :func:`rows_at` are the ways in."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import replace
+
+import numpy as np
+
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.rigid import planar, rigid
+from autobalancer.catalog.resolve import resolve
+from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
+from autobalancer.machine.part import ImpossiblePart
+
+__all__ = [
+    "Axis",
+    "LateralModel",
+    "Rows",
+    "balancer_rows",
+    "lateral_model",
+    "reference",
+    "rows_at",
+    "rows_matrix",
+    "station_rows",
+    "unbalance_load",
+    "unbalance_shape",
+    "with_ball_mass",
+]
+
+
+def lateral_model(machine: Machine) -> LateralModel:
+    """The matrices of a machine's rotor, without balls.
+
+    Raises
+    ------
+    MachineError
+        If the rotor is not possible as described: disconnected, without mass, a place that does not exist.
+    """
+    rotor = machine.rotor
+    if isinstance(rotor, PlanarRotor):
+        return planar(rotor)
+    if isinstance(rotor, RigidRotor):
+        return rigid(rotor)
+    raise AssertionError(rotor)
+
+
+def rows_at(machine: Machine, model: LateralModel, place: float | str | None, *path: str | int) -> Rows:
+    """The rows of a place: a position, the name of a station, or ``None``; ``path`` names the key in errors."""
+    body = None
+    if isinstance(place, str):
+        found = [i for i, station in enumerate(machine.stations) if station.name == place]
+        if not found:
+            known = ", ".join(repr(station.name) for station in machine.stations) or "none"
+            raise ImpossiblePart("Machine", [(path, f"no station is named {place!r}; there is {known}")])
+        station = machine.stations[found[0]]
+        place, body, path = float(station.position), station.body, ("stations", found[0])
+    try:
+        return model.axis.rows(place, body)
+    except ValueError as reason:
+        raise ImpossiblePart("Machine", [(path, str(reason))]) from None
+
+
+def station_rows(machine: Machine, model: LateralModel) -> dict[str, Rows]:
+    """Rows of all named stations."""
+    return {station.name: rows_at(machine, model, station.name) for station in machine.stations}
+
+
+def balancer_rows(machine: Machine, model: LateralModel) -> list[Rows]:
+    """Rows of each balancer's plane, in order."""
+    return [rows_at(machine, model, b.station, "balancers", i, "station") for i, b in enumerate(machine.balancers)]
+
+
+def reference(machine: Machine, model: LateralModel) -> tuple[str, Rows]:
+    """The place whose deflection is *the* deflection of the machine, and its name.
+
+    It is the plane of the first balancer, else the first station, else the middle of the rotor.
+    """
+    if machine.balancers:
+        first = machine.balancers[0]
+        name = first.station if isinstance(first.station, str) else first.name or "balancer 1"
+        return name, balancer_rows(machine, model)[0]
+    if machine.stations:
+        return machine.stations[0].name, rows_at(machine, model, machine.stations[0].name)
+    return "rotor", rows_at(machine, model, None, "balancers")
+
+
+def unbalance_shape(machine: Machine, model: LateralModel, number: int) -> Complexes:
+    """The load of one unbalance at factor one, (pairs,) complex in the rotor: forces are w^2 Re, Im (load e^(i theta))."""
+    unbalance: Unbalance = machine.unbalances[number]
+    rows = rows_at(machine, model, unbalance.station, "unbalances", number, "station")
+    size, shape = unbalance.size, rows.deflection
+    if unbalance.couple is not None:
+        size, shape = float(unbalance.couple), rows.slope
+    elif unbalance.misalignment is not None:
+        rotor = machine.rotor
+        assert isinstance(rotor, RigidRotor)
+        size = float(unbalance.misalignment) * float(rotor.transverse_inertia - rotor.polar_inertia)
+        shape = rows.slope
+    return np.asarray(size * cmath.exp(1j * float(unbalance.angle)) * shape, np.complex128)
+
+
+def unbalance_load(machine: Machine, model: LateralModel, time: float = np.inf) -> Complexes:
+    """The resultant load of all unbalances at a time, by default after all schedules; (pairs,)."""
+    total = np.zeros(model.pairs, np.complex128)
+    for number, unbalance in enumerate(machine.unbalances):
+        total += unbalance_factor(unbalance, time) * unbalance_shape(machine, model, number)
+    return total
+
+
+def with_ball_mass(machine: Machine, model: LateralModel) -> LateralModel:
+    """The model with the (effective) masses of all balls fixed to the axis in the planes of their balancers."""
+    mass, total = model.mass.copy(), model.total_mass
+    rows = balancer_rows(machine, model)
+    for ball in resolve(machine):
+        both = model.both(rows[ball.balancer].deflection[None])
+        mass += ball.effective_mass * both.T @ both
+        total += ball.effective_mass
+    return replace(model, mass=mass, total_mass=total)
+
+
+def rows_matrix(rows: list[Rows]) -> Matrix:
+    """Deflection rows one above the other, (P, pairs)."""
+    return np.array([row.deflection for row in rows]).reshape(len(rows), -1)

@@ -1,0 +1,69 @@
+"""The rigid rotor and the planar one, which is its limit without tilt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.rotors.model import LateralModel, Rows
+from autobalancer.assembly.rotors.supports import add_support, table_speeds
+from autobalancer.machine import PlanarRotor, RigidRotor
+
+
+@dataclass(frozen=True)
+class RigidAxis:
+    """A straight axis: deflection x + z slope; ``reach`` are the outermost places that matter."""
+
+    reach: tuple[float, float]
+
+    def rows(self, position: float | None, body: str | None) -> Rows:
+        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        if body is not None:
+            raise ValueError(f"body {body!r}: a rigid rotor is one body; leave it out")
+        return Rows(np.array([1.0, float(position or 0.0)]), np.array([0.0, 1.0]))
+
+    def line(self) -> list[tuple[float, Rows]]:
+        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        return [(z, self.rows(z, None)) for z in self.reach]
+
+
+@dataclass(frozen=True)
+class Point:
+    """The one plane of a planar rotor."""
+
+    def rows(self, position: float | None, body: str | None) -> Rows:
+        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        if position or body is not None:
+            raise ValueError("a planar rotor has one plane only; leave the place out")
+        return Rows(np.ones(1), np.zeros(1))
+
+    def line(self) -> list[tuple[float, Rows]]:
+        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        return [(0.0, self.rows(None, None))]
+
+
+def rigid(rotor: RigidRotor) -> LateralModel:
+    """Coordinates X, phi_Y, Y, -phi_X of Rodrigues et al. 2011, (1)."""
+    positions = [float(support.position) for support in rotor.supports]
+    axis = RigidAxis((min(positions), max(positions)))
+    speeds = table_speeds([support.table for support in rotor.supports if support.table is not None])
+    damping, stiffness = np.zeros((2, speeds.size, 4, 4))
+    for support in rotor.supports:
+        add_support(support, axis.rows(float(support.position), None), speeds, damping, stiffness)
+    damping += float(rotor.stiffness_proportional_damping) * stiffness
+    mass, gyroscopic = np.diag([rotor.mass, rotor.transverse_inertia] * 2), np.zeros((4, 4))
+    gyroscopic[1, 3], gyroscopic[3, 1] = rotor.polar_inertia, -rotor.polar_inertia
+    return LateralModel(
+        mass, gyroscopic, speeds, damping, stiffness, 2, ("x", "slope of x", "y", "slope of y"), axis,
+        float(rotor.polar_inertia), float(rotor.mass),
+    )  # fmt: skip
+
+
+def planar(rotor: PlanarRotor) -> LateralModel:
+    """Coordinates X, Y."""
+    inertia = None if rotor.inertia is None else float(rotor.inertia)
+    return LateralModel(
+        float(rotor.mass) * np.eye(2), np.zeros((2, 2)), np.zeros(1), np.diag(rotor.damping_xy)[None],
+        np.diag(rotor.stiffness_xy)[None], 1, ("x", "y"), Point(), inertia, float(rotor.mass),
+    )  # fmt: skip

@@ -1,0 +1,45 @@
+"""The rigid rotor that moves and tilts on its supports (Rodrigues et al. 2011, equation 1)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.part import Inertia, Listed, Mass, Part, Time
+from autobalancer.machine.rotors.support import Support
+
+
+class RigidRotor(Part):
+    """A rigid rotor with four lateral degrees of freedom; positions count from its mass center along the axis.
+
+    Mass and inertias are without balls. ``stiffness_proportional_damping`` is the factor t in C = t K, s, added to what
+    the supports bring.
+    """
+
+    kind: Literal["rigid"] = "rigid"
+    mass: Mass
+    transverse_inertia: Inertia
+    polar_inertia: Inertia
+    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)]
+    stiffness_proportional_damping: Time = 0.0
+
+    @model_validator(mode="after")
+    def _possible(self) -> RigidRotor:
+        if self.polar_inertia > 2.0 * self.transverse_inertia * (1.0 + 1e-9):
+            raise ValueError(
+                f"polar_inertia: given {self.polar_inertia:g} kg m^2; no body has more than twice its transverse inertia, "
+                f"{2.0 * self.transverse_inertia:g} kg m^2 here"
+            )
+        held = {float(s.position) for s in self.supports if s.stiffness is not None or s.table is not None}
+        tilt = any(s.tilt_stiffness > 0.0 for s in self.supports)
+        if not held or (len(held) < 2 and not tilt):
+            raise ValueError(
+                "supports: the rotor is not held against tilting; give springs at two positions, or 'tilt_stiffness'"
+            )
+        return self
+
+    @property
+    def inertia(self) -> float:
+        """About the shaft, what a torque accelerates."""
+        return float(self.polar_inertia)

@@ -1,0 +1,64 @@
+"""What carries a rotor: springs and dampers between it and the ground, constant or tabled over the speed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from autobalancer.machine.part import Damping, Listed, Part, Position, Speed, Stiffness, quantity
+
+SignedStiffness = Annotated[float, quantity("N/m")]
+TiltStiffness = Annotated[float, quantity("N*m/rad", non_negative=True)]
+TiltDamping = Annotated[float, quantity("N*m*s/rad", non_negative=True)]
+
+
+class SpeedTable(Part):
+    """Stiffness and damping over the frequency of the load, which is the speed of the rotor; linear in between.
+
+    The table must cover the speeds at which it is used. An entry may be a pair along x and y.
+    """
+
+    speed: Annotated[tuple[Speed, ...], Listed]
+    stiffness: Annotated[tuple[Stiffness, ...], Listed]
+    damping: Annotated[tuple[Damping, ...], Listed]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> SpeedTable:
+        if len(self.speed) < 2:
+            raise ValueError("speed: give at least two speeds; for one value use 'stiffness' and 'damping' directly")
+        for name in ("stiffness", "damping"):
+            if len(getattr(self, name)) != len(self.speed):
+                raise ValueError(
+                    f"{name}: given {len(getattr(self, name))} values for {len(self.speed)} speeds; give one for each"
+                )
+        if self.speed[0] < 0.0 or any(b <= a for a, b in zip(self.speed, self.speed[1:], strict=False)):
+            raise ValueError("speed: must not be negative and must increase")
+        return self
+
+
+class Support(Part):
+    """A bearing or spring between the rotor at ``position`` and the ground.
+
+    ``stiffness`` and ``damping`` across the axis, one value or a pair along x and y; or a ``table`` over the speed.
+    ``cross_stiffness`` (k_xy, k_yx) is that of a fluid film; it may have any sign.
+    """
+
+    position: Position
+    stiffness: Stiffness | None = None
+    damping: Damping = 0.0
+    table: SpeedTable | None = None
+    cross_stiffness: tuple[SignedStiffness, SignedStiffness] | None = None
+    tilt_stiffness: TiltStiffness = 0.0
+    tilt_damping: TiltDamping = 0.0
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Support:
+        if self.stiffness is not None and self.table is not None:
+            raise ValueError("give either 'stiffness' (and 'damping') or a 'table' over the speed, not both")
+        nothing = self.tilt_stiffness == 0.0 and self.tilt_damping == 0.0 and self.damping == 0.0
+        if self.stiffness is None and self.table is None and nothing:
+            raise ValueError("stiffness: missing; give it, or a 'table', or make it a damper by 'damping'")
+        if self.table is not None and self.damping != 0.0:
+            raise ValueError("damping: the table brings its own; leave it out")
+        return self

@@ -1,0 +1,1 @@
+"""Rotors without moving balls: natural frequencies, Campbell diagrams, critical speeds, unbalance response."""
