@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
+from autobalancer.assembly.rotors.reduction import Reduction
+from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.kernels.system import (
     BALL_COLUMNS,
@@ -22,11 +25,13 @@ from autobalancer.kernels.system import (
     MOMENT,
     OFFSET_X,
     OFFSET_Y,
+    ORBIT,
     PRESCRIBED,
     SEGMENT_COLUMNS,
     SPEED,
     SPIN,
     START,
+    STATION,
     THETA,
     TORQUE,
     UNBALANCE,
@@ -38,7 +43,7 @@ from autobalancer.kernels.system import (
     X,
     Y,
 )
-from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine import ConstantTorque, Machine, PlanarRotor, PrescribedSpeed, TargetTorque, TorqueTable
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,14 @@ class Assembly:
     scale: Floats  # (6 + 2 n,) size of each component, for absolute tolerances
     growing: Floats  # (6 + 2 n,) 1 where the tolerance grows with the component, 0 for angles and speeds
     balls: tuple[Ball, ...]
+    critical_speeds: tuple[float, ...] = ()  # undamped, with the balls on the rotor, ascending
+    general: bool = False  # whether the equations are those of kernels/stations.py
+    reference: str = ""  # the place whose deflection is X, Y
+    stations: dict[str, Matrix] = field(default_factory=dict)  # rows (2, R) of the named stations
+    reduction: Reduction | None = None
 
 
-def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None) -> Assembly:
+def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None, general: bool | None = None) -> Assembly:
     """Numbers of a machine.
 
     Parameters
@@ -64,21 +74,21 @@ def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None) -
     rotating
         Whether the frame turns with the rotor; by default where the machine is then autonomous: isotropic supports
         and no gravity in the plane.
+    general
+        Whether to take the equations of the general rotor; by default on all but planar ones.
 
     Raises
     ------
     MachineError
-        If a name is unknown to the catalogs or the balls do not fit.
+        If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
     balls = resolve(machine)
+    if general or not isinstance(machine.rotor, PlanarRotor):
+        return assemble_general(machine, balls, seed=seed, rotating=rotating)
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     isotropic = machine.rotor.isotropic
     turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
     (kx, ky), (bx, by) = machine.rotor.stiffness_xy, machine.rotor.damping_xy
-    drive = machine.drive
-    table = np.zeros((0, 2))
-    if isinstance(drive, TorqueTable):
-        table = np.column_stack([[float(w) for w in drive.speed], [float(q) for q in drive.torque]])
     system = System(
         rotating=1.0 if turns else 0.0,
         mass=total_mass(machine, balls),
@@ -89,20 +99,77 @@ def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None) -
         gravity_x=0.0,
         gravity_y=-pull,
         polar_inertia=float(machine.rotor.inertia or 0.0) + sum(_polar(ball) for ball in balls),
-        drive=PRESCRIBED if isinstance(drive, PrescribedSpeed) else TORQUE,
-        torque_damping=0.0 if isinstance(drive, PrescribedSpeed) else float(drive.damping),
-        balls=_ball_matrix(balls),
-        torque_table=np.ascontiguousarray(table, np.float64),
-        segments=_segments(machine),
-        now=np.zeros(1, np.int64),
+        balls=ball_matrix(balls),
+        rotor=np.zeros(0),
+        **drive_numbers(machine),
     )
     state = _start(machine, balls, system, seed)
     scale, growing = _scales(machine, balls, system)
-    return Assembly(system, state, scale, growing, balls)
+    return Assembly(system, state, scale, growing, balls, tuple(critical_speeds(system)))
+
+
+def assemble_general(machine: Machine, balls: tuple[Ball, ...], *, seed: int, rotating: bool | None) -> Assembly:
+    """Numbers of a machine for the equations of kernels/stations.py."""
+    pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
+    parts = spatial_parts(machine, balls)
+    turns = (parts.isotropic and pull == 0.0) if rotating is None else rotating and parts.isotropic
+    numbers = drive_numbers(machine)
+    system = System(
+        rotating=1.0 if turns else 0.0,
+        mass=parts.model.total_mass + sum(ball.effective_mass for ball in balls),
+        stiffness_x=0.0,
+        stiffness_y=0.0,
+        damping_x=0.0,
+        damping_y=0.0,
+        gravity_x=0.0,
+        gravity_y=-pull,
+        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(_polar(ball) for ball in balls),
+        balls=ball_matrix(balls),
+        rotor=rotor_numbers(machine, parts, numbers["segments"]),
+        **numbers,
+    )
+    n, size = len(balls), parts.size
+    state = np.zeros(2 + 2 * size + 2 * n)
+    rest = BALLS + 2 * n
+    angle = float(machine.start.rotor_angle)
+    state[[THETA, SPEED]] = angle, _first_speed(machine, system)
+    where = [X, Y, *range(rest, rest + size - 2)]
+    fast = [VX, VY, *range(rest + size - 2, rest + 2 * size - 4)]
+    place, velocity = pulled(parts, *machine.start.deflection), struck(parts, *machine.start.velocity)
+    state[where] = turned(place, -angle) if turns else place
+    state[fast] = turned(velocity, -angle) if turns else velocity
+    state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
+    state[BALLS + n : rest] = [ball.start_speed for ball in balls]
+    length, frequency = parts.length(balls), parts.frequency
+    length = max(length, abs(complex(*machine.start.deflection)), 1e-9)
+    scale, growing = np.ones(state.size), np.zeros(state.size)
+    scale[where], scale[fast] = length, length * frequency
+    growing[where] = growing[fast] = 1.0
+    scale[SPEED] = scale[BALLS + n : rest] = frequency
+    return Assembly(
+        system, state, scale, growing, balls, parts.critical_speeds, True, parts.reference, parts.stations,
+        parts.reduction,
+    )  # fmt: skip
+
+
+def drive_numbers(machine: Machine) -> dict[str, Any]:
+    """The fields of a system that drive and schedules fill."""
+    drive = machine.drive
+    table = np.zeros((0, 2))
+    if isinstance(drive, TorqueTable):
+        table = np.column_stack([[float(w) for w in drive.speed], [float(q) for q in drive.torque]])
+    return {
+        "drive": PRESCRIBED if isinstance(drive, PrescribedSpeed) else TORQUE,
+        "torque_damping": 0.0 if isinstance(drive, PrescribedSpeed) else float(drive.damping),
+        "torque_table": np.ascontiguousarray(table, np.float64),
+        "segments": _segments(machine),
+        "now": np.zeros(1, np.int64),
+    }
 
 
 def total_mass(machine: Machine, balls: tuple[Ball, ...]) -> float:
-    """Mass of rotor and balls (effective), kg."""
+    """Mass of a planar rotor and its balls (effective), kg."""
+    assert isinstance(machine.rotor, PlanarRotor)
     return float(machine.rotor.mass) + sum(ball.effective_mass for ball in balls)
 
 
@@ -124,7 +191,7 @@ def _polar(ball: Ball) -> float:
     return spin + ball.effective_mass * (abs(ball.eccentricity) ** 2 + ball.orbit_radius**2)
 
 
-def _ball_matrix(balls: tuple[Ball, ...]) -> Matrix:
+def ball_matrix(balls: tuple[Ball, ...]) -> Matrix:
     matrix = np.zeros((len(balls), BALL_COLUMNS))
     for row, ball in zip(matrix, balls, strict=True):
         row[MASS] = ball.effective_mass
@@ -133,6 +200,7 @@ def _ball_matrix(balls: tuple[Ball, ...]) -> Matrix:
         row[SPIN] = ball.moment * ball.orbit_radius - ball.spin_ratio * ball.mass * ball.radius * ball.orbit_radius
         row[DRAG] = ball.drag
         row[OFFSET_X], row[OFFSET_Y] = ball.eccentricity.real, ball.eccentricity.imag
+        row[ORBIT], row[STATION] = ball.orbit_radius, ball.balancer
     return matrix
 
 
@@ -185,13 +253,17 @@ def _segments(machine: Machine) -> Matrix:
     return rows
 
 
+def _first_speed(machine: Machine, system: System) -> float:
+    first = system.segments[0]
+    if system.drive == PRESCRIBED:
+        return float(first[DRIVE]) if first[KIND] == LINEAR else float(first[DRIVE + 3])
+    return float(machine.start.speed)
+
+
 def _start(machine: Machine, balls: tuple[Ball, ...], system: System, seed: int) -> Floats:
     n = len(balls)
     state = np.zeros(BALLS + 2 * n)
-    first = system.segments[0]
-    speed = float(machine.start.speed)
-    if system.drive == PRESCRIBED:
-        speed = float(first[DRIVE]) if first[KIND] == LINEAR else float(first[DRIVE + 3])
+    speed = _first_speed(machine, system)
     angle = float(machine.start.rotor_angle)
     back = cmath.exp(-1j * angle) if system.rotating else 1.0
     place = complex(*machine.start.deflection) * back

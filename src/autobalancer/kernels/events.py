@@ -15,9 +15,8 @@ DEFLECTION, ROTOR_SPEED, BALL_SPEED_IN_ROTOR, BALL_SPEED_IN_SPACE, FASTEST_BALL 
 
 
 @njit(**INLINE)
-def event_value(kind: int, ball: int, level: float, x: float, m: Memory) -> float:
-    """The quantity at the fraction x of the step, less the level; zero at the event."""
-    count = (m.state.size - BALLS) // 2
+def event_value(kind: int, ball: int, count: int, level: float, x: float, m: Memory) -> float:
+    """The quantity at the fraction x of the step, less the level; zero at the event. ``count`` balls in all."""
     if kind == DEFLECTION:
         return math.hypot(component(X, x, m), component(Y, x, m)) - level
     if kind == ROTOR_SPEED:

@@ -41,8 +41,7 @@ WINDOW = 0.25  # the last part of a run over which motion is judged
 
 
 @njit(inline="always", error_model="numpy")
-def _rests(m: Memory, limit: float) -> bool:
-    count = (m.state.size - BALLS) // 2
+def _rests(m: Memory, count: int, limit: float) -> bool:
     for i in range(count):  # noqa: SIM110
         if abs(m.state[BALLS + count + i]) > limit:
             return False
@@ -76,7 +75,7 @@ def settle(
     from its end. ``ends`` is (rows, state + 2 + 2 n).
     """
     size = m.state.size
-    count = (size - BALLS) // 2
+    count = p.balls.shape[0]
     last = p.segments.shape[0] - 1
     target = p.segments[last, DRIVE]
     for k in range(starts.shape[0]):
@@ -96,7 +95,7 @@ def settle(
         status, quiet = RUNNING, 0
         while status == RUNNING and quiet < LOOKS_AT_REST:
             status = advance(rhs, p, t, r, m, STEPS_BETWEEN_LOOKS)
-            quiet = quiet + 1 if m.clock[TIME] > ramp and _rests(m, rest) else 0
+            quiet = quiet + 1 if m.clock[TIME] > ramp and _rests(m, count, rest) else 0
         for i in range(count):
             ends[k, size + 2 + i] = 0.0
             ends[k, size + 2 + count + i] = 0.0

@@ -1,12 +1,16 @@
 """The numbers of a machine as the compiled equations see them, and the order of the state vector.
 
-State of a rotor that moves in its plane with n guided balls, length 6 + 2 n::
+State of a rotor of R coordinates with n guided balls, length 2 + 2 R + 2 n::
 
-    X, Y        deflection of the race center               m        in the axes of the frame
+    X, Y        deflection at the reference station         m        in the axes of the frame
     VX, VY      its velocity in space                       m/s      in the axes of the frame
     theta, w    rotor angle and speed                       rad, rad/s
     phi[n]      ball angles in the rotor                    rad
     phi'[n]     ball speeds in the rotor                    rad/s
+    q[R - 2]    the other coordinates of the rotor          m        in the axes of the frame
+    v[R - 2]    their velocities in space                   m/s      in the axes of the frame
+
+On a planar rotor R = 2 and the reference station is the center of its races.
 
 The frame is at rest, or it turns with the rotor (``rotating``), whichever makes the motion slow.
 """
@@ -19,11 +23,13 @@ from numpy.typing import NDArray
 
 X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
 
-# columns of System.balls; the last four are work space of the equations
-MASS, MOMENT, INERTIA, SPIN, DRAG, OFFSET_X, OFFSET_Y, LEAN_X, LEAN_Y, PUSH, TWIST = range(11)
+# columns of System.balls; from LEAN_X on they are work space of the equations
+MASS, MOMENT, INERTIA, SPIN, DRAG, OFFSET_X, OFFSET_Y, ORBIT, STATION, LEAN_X, LEAN_Y, LEAN_U, LEAN_V, PUSH, TWIST = (
+    range(15)
+)
 # columns of System.segments; DRIVE and UNBALANCE are the first of four each
 START, KIND, DRIVE, UNBALANCE, SEGMENT_COLUMNS = 0, 1, 2, 6, 10
-BALL_COLUMNS = 11
+BALL_COLUMNS = 15
 
 PRESCRIBED, TORQUE = 0, 1
 LINEAR, HILL = 0, 1
@@ -50,19 +56,21 @@ class System(NamedTuple):
     polar_inertia: float  # about the shaft: rotor, and of the balls what does not change
     drive: int  # PRESCRIBED or TORQUE
     torque_damping: float  # external damping torque over speed
-    balls: Matrix  # (n, 11): effective mass; times orbit radius; inertia of the angle (mass, virtual mass, rolling);
-    #               coupling with the rotor angle at E = 0; drag torque over speed; race center E in the rotor
+    balls: Matrix  # (n, 15): effective mass; times orbit radius; inertia of the angle (mass, virtual mass, rolling);
+    #               coupling with the rotor angle at E = 0; drag torque over speed; race center E in the rotor;
+    #               orbit radius; number of its station
     torque_table: Matrix  # (q, 2) speed, torque; may be empty
     segments: Matrix  # (s, 10): start time; kind; speed or torque, linear (value, rate) or
     #               Hill (end, half time, exponent, begin); unbalance Ux, Uy in the rotor and their rates
     now: Integers  # (1,) the segment in force
+    rotor: Floats  # a rotor with more than a plane, laid out in kernels/stations.py; empty for a planar one
 
 
 vector_type = types.Array(types.float64, 1, "C")
 matrix_type = types.Array(types.float64, 2, "C")
 integers_type = types.Array(types.int64, 1, "C")
 system_type = types.NamedTuple(
-    [types.float64] * 9 + [types.int64, types.float64] + [matrix_type] * 3 + [integers_type], System
+    [types.float64] * 9 + [types.int64, types.float64] + [matrix_type] * 3 + [integers_type, vector_type], System
 )
 numbers_type = types.CPointer(types.float64)
 rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.CPointer(system_type)))

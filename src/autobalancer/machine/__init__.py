@@ -14,6 +14,9 @@ from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTo
 from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
 from autobalancer.machine.rotors import Rotor
+from autobalancer.machine.rotors.body import Body
+from autobalancer.machine.rotors.joints import BallBearing, Bushing, Dashpot, Lock, Spring
+from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.rotors.support import SpeedTable, Support
@@ -23,15 +26,21 @@ from autobalancer.machine.unbalance import Schedule, Unbalance
 __all__ = [
     "AnnulusDrag",
     "Balancer",
+    "BallBearing",
     "Balls",
+    "Body",
+    "Bushing",
     "CoefficientDrag",
     "Constant",
     "ConstantTorque",
+    "Dashpot",
     "DragTorque",
     "Dwell",
     "Fluid",
     "Hill",
+    "Lock",
     "Machine",
+    "MultibodyRotor",
     "PlanarRotor",
     "PlaneDrag",
     "PrescribedSpeed",
@@ -43,6 +52,7 @@ __all__ = [
     "RunPlan",
     "Schedule",
     "SpeedTable",
+    "Spring",
     "Start",
     "Station",
     "Support",

@@ -47,6 +47,9 @@ class Machine(Part):
 
     A ``vertical`` axis feels no gravity in its plane; on a ``horizontal`` one it pulls along -y, and deflections are
     counted from the rest position of the rotor without balls.
+
+    ``tilting_races`` says what a ball feels of a race that tilts: the ``deflection`` of its center only (Rodrigues et al.
+    2011, equation 1), or the ``full`` motion, with the inertia and weight of the ball along the axis.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Machine(Part):
     stations: Annotated[tuple[Station, ...], Listed] = ()
     unbalances: tuple[Unbalance, ...] = ()
     balancers: tuple[Balancer, ...] = ()
+    tilting_races: Literal["deflection", "full"] = "deflection"
     drive: Drive
     start: Start = Field(default_factory=Start)
     run: RunPlan | None = None

@@ -45,6 +45,7 @@ class Part(BaseModel):
 
 
 _TAGGED = {"rotor", "drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
+_TAGGED_LISTS = {"joints"}  # ... and those in which it follows the number of an entry
 
 
 def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
@@ -70,7 +71,12 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
 
 
 def _keys(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    return tuple(step for number, step in enumerate(loc) if number == 0 or loc[number - 1] not in _TAGGED)
+    return tuple(step for number, step in enumerate(loc) if not _is_tag(loc, number))
+
+
+def _is_tag(loc: tuple[str | int, ...], number: int) -> bool:
+    in_list = number > 1 and isinstance(loc[number - 1], int) and loc[number - 2] in _TAGGED_LISTS
+    return in_list or (number > 0 and loc[number - 1] in _TAGGED)
 
 
 def _plain(entry: Any, part: type[BaseModel]) -> str:

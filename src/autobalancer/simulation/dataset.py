@@ -31,10 +31,13 @@ def run_dataset(
         "race_center_x": ("ball", np.array([ball.eccentricity.real for ball in balls], np.float64)),
         "race_center_y": ("ball", np.array([ball.eccentricity.imag for ball in balls], np.float64)),
     }
+    if assembly.stations:
+        coordinates["station"] = np.array(list(assembly.stations), dtype=object)
     count = int(state.counts[NEXT_SAMPLE])
     if record.sample_times.size:
         coordinates["time"] = record.sample_times[:count]
         data |= _states(record.samples[:count], record.sample_times[:count], assembly)
+        data |= _at_stations("", "time", record.samples[:count], assembly)
     bins = int(state.counts[NEXT_BIN])
     if record.bin_low.size:
         edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
@@ -49,14 +52,15 @@ def run_dataset(
         data["envelope_high"] = ("bin", record.bin_high[:bins])
         data["envelope_speed"] = ("bin", states[:, SPEED])
         data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), states[:, BALLS : BALLS + n])
-        data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), states[:, BALLS + n :])
+        data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), states[:, BALLS + n : BALLS + 2 * n])
     if record.turn_states.shape[0]:
         turns = _ring(record.turn_states, int(state.counts[NEXT_TURN]))
-        z = _deflection(turns[:, 1:], assembly)
+        z = deflection(turns[:, 1:], assembly)
         coordinates["turn_time"] = ("turn", turns[:, 0])
         data["turn_rotor_angle"] = ("turn", turns[:, 1 + THETA])
         data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
+        data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
         data["turn_ball_angle_in_rotor"] = (("turn", "ball"), turns[:, 1 + BALLS : 1 + BALLS + len(balls)])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
@@ -76,8 +80,8 @@ def run_dataset(
 
 def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
     n = len(assembly.balls)
-    z = _deflection(states, assembly)
-    angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n :]
+    z = deflection(states, assembly)
+    angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
     unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
     moment = np.array([ball.moment for ball in assembly.balls], np.float64)
     center = sum(ball.effective_mass * ball.eccentricity for ball in assembly.balls)
@@ -97,10 +101,27 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
     }
 
 
-def _deflection(states: Matrix, assembly: Assembly) -> Any:
-    """x + i y in space."""
+def deflection(states: Matrix, assembly: Assembly, station: str | None = None) -> Any:
+    """x + i y in space, at the reference station or a named one; (times,)."""
     z = states[:, X] + 1j * states[:, Y]
+    if station is not None:
+        rest = BALLS + 2 * len(assembly.balls)
+        row = assembly.stations[station]
+        coordinates = np.column_stack([states[:, [X, Y]], states[:, rest : rest + row.shape[1] - 2]])
+        z = coordinates @ (row[0] + 1j * row[1])
     return z * np.exp(1j * states[:, THETA]) if assembly.system.rotating else z
+
+
+def _at_stations(prefix: str, dimension: str, states: Matrix, assembly: Assembly) -> dict[str, Any]:
+    """Deflections at all named stations; the dimension ``station`` brings their names."""
+    names = list(assembly.stations)
+    if not names:
+        return {}
+    z = np.column_stack([deflection(states, assembly, name) for name in names])
+    return {
+        f"{prefix}station_x": ((dimension, "station"), z.real),
+        f"{prefix}station_y": ((dimension, "station"), z.imag),
+    }
 
 
 def _ring(ring: Matrix, written: int) -> Matrix:

@@ -70,6 +70,7 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         event_sides=np.zeros(len(events)),
         event_places=np.zeros(len(events)),
         event_states=np.zeros((LOGGED_EVENTS if events else 0, n + 2)),
+        ball_count=len(assembly.balls),
     )
 
 

@@ -9,10 +9,9 @@ from typing import Literal
 
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble, critical_speeds
+from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
@@ -27,6 +26,7 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.machine import Machine
 from autobalancer.simulation.dataset import run_dataset
+from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
@@ -102,9 +102,9 @@ def simulate(
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
-    if frame == "rotor" and not machine.rotor.isotropic:
-        raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+    if frame == "rotor" and not assembly.system.rotating:
+        raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
     if isinstance(save, str):
         raise QuestionError(
@@ -134,7 +134,9 @@ def simulate(
             "machine": machine_text(machine),
             "machine_name": machine.name,
             "seed": seed,
-            "critical_speeds": critical_speeds(assembly.system),
+            "critical_speeds": list(assembly.critical_speeds),
+            "reference_station": assembly.reference or "rotor",
+            **reduction_attributes(assembly),
             "outcome": ended.name,
             "outcome_text": ended.text,
             "duration": end,
@@ -162,6 +164,14 @@ def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.
     )
 
 
+def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:
+    """How many modes a run keeps of a general rotor, and what they leave out."""
+    small = assembly.reduction
+    if small is None:
+        return {}
+    return {"modes_kept": small.kept, "modes_in_all": small.total, "reduction_error": small.error}
+
+
 def _drive(
     assembly: Assembly,
     pair: tableaus.Tableau,
@@ -173,11 +183,11 @@ def _drive(
     keep: bool,
 ) -> tuple[int, bool]:
     """Advance in chunks until the end, an event, a failure, the budget or Ctrl-C."""
-    status = RUNNING
+    status, rhs = RUNNING, equations(assembly)
     try:
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
-            status = advance(planar, assembly.system, pair, record, state, budget)
+            status = advance(rhs, assembly.system, pair, record, state, budget)
             if progress is not None:
                 progress(float(state.clock[TIME]), end)
     except KeyboardInterrupt:

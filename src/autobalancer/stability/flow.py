@@ -95,4 +95,5 @@ def _system(field: Field) -> System:
         torque_table=np.zeros((0, 2)),
         segments=segments,
         now=np.zeros(1, np.int64),
+        rotor=np.zeros(0),
     )

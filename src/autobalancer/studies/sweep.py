@@ -14,10 +14,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.system import Assembly, assemble, critical_speeds, unbalance_at
+from autobalancer.assembly.system import Assembly, assemble, unbalance_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_BIN, TIME
 from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance
@@ -25,6 +24,7 @@ from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.results.series import released_at, settled_from, wrapped
+from autobalancer.simulation.equations import equations
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.run import memory_for
@@ -140,7 +140,7 @@ def _run(assembly: Assembly, end: float, tolerance: float, bins: int, max_steps:
     pair = tableaus.dormand_prince_8()
     record = record_for([Envelope(bins)], (), assembly, end)
     memory = memory_for(assembly, end, tolerance, pair)
-    status = advance(planar, assembly.system, pair, record, memory, max_steps)
+    status = advance(equations(assembly), assembly.system, pair, record, memory, max_steps)
     count, n = int(memory.counts[NEXT_BIN]), len(assembly.balls)
     steps = int(memory.counts[ACCEPTED])
     found: dict[str, Any] = {
@@ -153,7 +153,7 @@ def _run(assembly: Assembly, end: float, tolerance: float, bins: int, max_steps:
         return found
     high, states = record.bin_high[:count], record.bin_states[:count]
     time, speed = record.bin_edges[1 : count + 1], states[:, SPEED]
-    angle, lag = states[:, BALLS : BALLS + n], states[:, BALLS + n :]
+    angle, lag = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
     peak = int(np.argmax(high))
     found |= {
         "peak_deflection": high[peak],
@@ -162,7 +162,7 @@ def _run(assembly: Assembly, end: float, tolerance: float, bins: int, max_steps:
     }
     if n:
         unbalance = unbalance_at(assembly.system, end)
-        critical = critical_speeds(assembly.system)[0]
+        critical = assembly.critical_speeds[0]
         settled = settled_from(time, angle, lag, speed, math.radians(2.0))
         released = released_at(speed, lag + speed[:, None], critical)
         found |= {

@@ -9,9 +9,10 @@ import numpy as np
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.multibody import multibody
 from autobalancer.assembly.rotors.rigid import planar, rigid
 from autobalancer.catalog.resolve import resolve
-from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
+from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
 
 __all__ = [
@@ -43,6 +44,8 @@ def lateral_model(machine: Machine) -> LateralModel:
         return planar(rotor)
     if isinstance(rotor, RigidRotor):
         return rigid(rotor)
+    if isinstance(rotor, MultibodyRotor):
+        return multibody(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
     raise AssertionError(rotor)
 
 

@@ -50,6 +50,7 @@ class Record(NamedTuple):
     event_sides: Floats  # (e,) on which side of the level the quantity was seen last, +1 or -1; 0 before the first look
     event_places: Floats  # (e,) work: the fraction of the step up to which passages are noted
     event_states: Floats  # (k, n + 2) event number, time, state; the first k events
+    ball_count: int
 
 
 record_type = types.NamedTuple(
@@ -57,7 +58,7 @@ record_type = types.NamedTuple(
         vector_type, matrix_type, vector_type, vector_type, vector_type, matrix_type, matrix_type,
         types.float64, types.float64,
         integers_type, integers_type, vector_type, integers_type, integers_type, integers_type,
-        vector_type, vector_type, matrix_type,
+        vector_type, vector_type, matrix_type, types.int64,
     ],
     Record,
 )  # fmt: skip
@@ -175,7 +176,7 @@ def record_turns(left: float, cut: float, r, t, m, pair) -> None:  # type: ignor
 
 @njit(**INLINE)
 def _value(e: int, x: float, r: Record, m: Memory) -> float:
-    return event_value(r.event_kinds[e], r.event_balls[e], r.event_levels[e], x, m)
+    return event_value(r.event_kinds[e], r.event_balls[e], r.ball_count, r.event_levels[e], x, m)
 
 
 @njit(**INLINE)

@@ -1,0 +1,204 @@
+"""A rotor with stations as the numbers of kernels/stations.py."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.profile import corners, unbalance_factor
+from autobalancer.assembly.rotors import (
+    LateralModel,
+    balancer_rows,
+    lateral_model,
+    reference,
+    rows_matrix,
+    station_rows,
+    unbalance_shape,
+    with_ball_mass,
+)
+from autobalancer.assembly.rotors.critical import undamped_critical_speeds
+from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
+from autobalancer.catalog.resolve import Ball
+from autobalancer.errors import MachineError
+from autobalancer.kernels.lanes import LANES
+from autobalancer.kernels.stations import HEADER
+from autobalancer.kernels.system import START
+from autobalancer.machine import ConstantTorque, Hill, Machine, PrescribedSpeed, TargetTorque, TorqueTable
+
+
+@dataclass(frozen=True)
+class Parts:
+    """A rotor in reduced coordinates r, q = basis r; the first two are the deflection at the reference place."""
+
+    model: LateralModel
+    reduction: Reduction
+    isotropic: bool
+    places: Matrix  # (P, 2, R) deflection rows of the balancers
+    slopes: Matrix  # (P, 2, R)
+    mass: Matrix  # (R, R)
+    shapes: Complexes  # (unbalances, R) load of each unbalance at factor one: forces w^2 Re(shape e^(i theta))
+    reference: str
+    stations: dict[str, Matrix]
+    critical_speeds: tuple[float, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates R."""
+        return int(self.mass.shape[0])
+
+    def small(self, matrix: Matrix) -> Matrix:
+        """A matrix over q as one over r."""
+        basis = self.reduction.basis
+        return np.asarray(basis.T @ matrix @ basis)
+
+    @property
+    def frequency(self) -> float:
+        """A frequency of the machine, for tolerances."""
+        return max(self.critical_speeds) if self.critical_speeds else 1.0
+
+    def length(self, balls: tuple[Ball, ...]) -> float:
+        """Deflection of the free rotor under unbalance and balls, for tolerances."""
+        loads = np.abs(np.linalg.solve(self.mass, self.shapes.T)[:2]).sum(axis=1).max() if self.shapes.size else 0.0
+        mobile = float(np.linalg.inv(self.mass)[0, 0])
+        eccentric = max((abs(ball.eccentricity) for ball in balls), default=0.0)
+        return float(loads) + mobile * sum(ball.moment for ball in balls) + eccentric
+
+
+def spatial_parts(machine: Machine, balls: tuple[Ball, ...]) -> Parts:
+    """Build, reduce and place everything but the time."""
+    model = lateral_model(machine)
+    top = top_speed(machine)
+    if top is not None and top > model.top_speed * (1.0 + 1e-12):
+        raise MachineError(
+            f"rotor: its tables over the speed end at {model.top_speed:.6g} rad/s, but the drive goes up to {top:.6g} rad/s; "
+            "extend the tables"
+        )
+    loaded = with_ball_mass(machine, model)
+    critical = tuple(float(w) for w in undamped_critical_speeds(loaded))
+    if top is None:
+        top = min(2.0 * critical[min(2, len(critical) - 1)] if critical else 1000.0, model.top_speed)
+    name, front = reference(machine, model)
+    rows = balancer_rows(machine, model)
+    named = station_rows(machine, model)
+    everything = rows_matrix([front, *rows, *named.values()])
+    loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
+    total = sum(loads, np.zeros(model.pairs, np.complex128))
+    small = reduction(model, front, everything, total, max(top, 1.0), getattr(machine.rotor, "modes", None))
+    basis = small.basis
+
+    def seen(row: Floats) -> Matrix:
+        return np.asarray(model.both(row[None]) @ basis)
+
+    size = basis.shape[1]
+    return Parts(
+        model=model,
+        reduction=small,
+        isotropic=model.isotropic,
+        places=np.array([seen(row.deflection) for row in rows]).reshape(len(rows), 2, size),
+        slopes=np.array([seen(row.slope) for row in rows]).reshape(len(rows), 2, size),
+        mass=basis.T @ model.mass @ basis,
+        shapes=np.array([basis.T @ circular(model, load) for load in loads], np.complex128).reshape(len(loads), size),
+        reference=name,
+        stations={key: seen(row.deflection) for key, row in named.items()},
+        critical_speeds=critical,
+    )
+
+
+def top_speed(machine: Machine) -> float | None:
+    """The greatest speed that the drive asks for, rad/s; None if it does not say."""
+    drive = machine.drive
+    if isinstance(drive, PrescribedSpeed):
+        if isinstance(drive.profile, Hill):
+            return max(abs(float(drive.profile.start)), abs(float(drive.profile.end)))
+        return max(abs(speed) for _, speed in corners(drive.profile))
+    if isinstance(drive, TorqueTable):
+        return max(abs(float(speed)) for speed in drive.speed)
+    damping = float(drive.damping)
+    if isinstance(drive, ConstantTorque):
+        return abs(float(drive.torque)) / damping if damping > 0.0 else None
+    assert isinstance(drive, TargetTorque)
+    gain = float(drive.gain)
+    profile = drive.profile
+    ends = [float(profile.start), float(profile.end)] if isinstance(profile, Hill) else [w for _, w in corners(profile)]
+    return gain * max(map(abs, ends)) / damping if damping > 0.0 else None
+
+
+def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
+    """The flat vector of kernels/stations.py, in the order of its ``blocks``."""
+    model, size = parts.model, parts.size
+    width = size + (-size % LANES)
+    each = 4 if machine.tilting_races == "full" else 2
+    count = parts.places.shape[0]
+    inverse: Matrix = np.asarray(np.linalg.inv(parts.mass), np.float64)
+
+    def columns(matrix: Matrix) -> Floats:
+        padded = np.zeros((width, width))
+        padded[:size, :size] = matrix.T  # row j of the block is column j of the matrix
+        return padded.ravel()
+
+    rows = np.concatenate([np.concatenate([p, s][: each // 2]) for p, s in zip(parts.places, parts.slopes, strict=True)] or [
+        np.zeros((0, size))
+    ])  # fmt: skip
+    wide = np.zeros((count * each, width))
+    wide[:, :size] = rows
+    reach = np.zeros_like(wide)
+    reach[:, :size] = rows @ inverse
+    gyroscopic = parts.small(model.gyroscopic)
+    blocks = [np.array([size, width, count, each, model.speeds.size, axial_gravity(machine)], np.float64), model.speeds]
+    assert blocks[0].size == HEADER
+    blocks.append(columns(inverse @ gyroscopic))
+    blocks += [columns(inverse @ parts.small(c)) for c in model.damping]
+    blocks += [columns(inverse @ parts.small(k)) for k in model.stiffness]
+    blocks += [columns(0.5 * gyroscopic), wide.ravel(), reach.ravel(), (rows @ inverse @ rows.T).ravel()]
+    blocks.append(np.zeros(6 * width + rows.shape[0] * (rows.shape[0] + 8)))
+    blocks += _loads(machine, parts, inverse, segments, width)
+    return np.ascontiguousarray(np.concatenate(blocks), np.float64)
+
+
+def axial_gravity(machine: Machine) -> float:
+    """Acceleration along +z of a machine with a vertical axis; z points up unless its rotor hangs from its first end."""
+    if machine.axis == "horizontal":
+        return 0.0
+    return float(machine.gravity) if getattr(machine.rotor, "hangs", False) else -float(machine.gravity)
+
+
+def _loads(machine: Machine, parts: Parts, inverse: Matrix, segments: Matrix, width: int) -> list[Floats]:
+    """For each segment of time: M^-1 u and u, real and imaginary parts, then the rates of these four."""
+    blocks = []
+    starts = [float(row[START]) for row in segments]
+    for number, start in enumerate(starts):
+        now, rate = np.zeros((2, parts.size), np.complex128)
+        for shape, unbalance in zip(parts.shapes, machine.unbalances, strict=True):
+            factor = unbalance_factor(unbalance, start)
+            now = now + factor * shape
+            if number + 1 < len(starts):
+                late = unbalance_factor(unbalance, starts[number + 1], before=True)
+                rate = rate + (late - factor) / (starts[number + 1] - start) * shape
+        for load in (now, rate):
+            for vector in (inverse @ load, load):
+                # the kernel takes Re(u e^(i theta)) as real part times cosine less imaginary part times sine
+                blocks += [np.pad(vector.real, (0, width - parts.size)), np.pad(vector.imag, (0, width - parts.size))]
+    return blocks
+
+
+def pulled(parts: Parts, x: float, y: float) -> Floats:
+    """Coordinates r of the rotor pulled at its reference place to (x, y) by a static force there."""
+    if x == 0.0 and y == 0.0:
+        return np.zeros(parts.size)
+    shape = np.linalg.solve(parts.small(parts.model.stiffness_at(0.0)), np.eye(parts.size)[:, :2])
+    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
+
+
+def struck(parts: Parts, x: float, y: float) -> Floats:
+    """Velocities of r of the rotor struck at its reference place, which moves at (x, y) afterwards."""
+    shape = np.linalg.inv(parts.mass)[:, :2]
+    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
+
+
+def turned(pairs: Floats, angle: float) -> Floats:
+    """Coordinates in pairs (x, y) turned by an angle."""
+    z = (pairs[0::2] + 1j * pairs[1::2]) * complex(math.cos(angle), math.sin(angle))
+    return np.column_stack([z.real, z.imag]).ravel()

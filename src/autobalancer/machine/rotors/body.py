@@ -1,0 +1,65 @@
+"""A rigid body of a rig."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from autobalancer.machine.part import Mass, Part, Position, quantity
+
+GROUND = "ground"
+BodyInertia = Annotated[float, quantity("kg*m^2", non_negative=True)]
+
+
+class Body(Part):
+    """A rigid body with its mass center at ``position`` along the axis and at ``offset`` (x, y) beside it.
+
+    Inertias are about the mass center: ``transverse_inertia`` and ``polar_inertia``, or the three of ``inertia`` about
+    axes parallel to x, y and z. A ``rotating`` body turns with the rotor; it is round and sits on the axis. A point
+    mass has inertias zero and is locked to a body that has some.
+    """
+
+    name: str
+    mass: Mass
+    position: Position
+    offset: tuple[Position, Position] = (0.0, 0.0)
+    transverse_inertia: BodyInertia | None = None
+    polar_inertia: BodyInertia | None = None
+    inertia: tuple[BodyInertia, BodyInertia, BodyInertia] | None = None
+    rotating: bool = False
+
+    @model_validator(mode="after")
+    def _possible(self) -> Body:
+        if not self.name.strip() or self.name == GROUND:
+            raise ValueError(
+                f"name: given {self.name!r}; give a name other than {GROUND!r}, which is what stands still"
+            )
+        pair = (self.transverse_inertia, self.polar_inertia)
+        if (self.inertia is None) == (None in pair) or (self.inertia is not None and pair != (None, None)):
+            raise ValueError("give either 'transverse_inertia' and 'polar_inertia', or the three of 'inertia'")
+        jx, jy, jz = self.inertias
+        if 2.0 * max(jx, jy, jz) > (jx + jy + jz) * (1.0 + 1e-9):
+            raise ValueError(
+                f"inertia: given {jx:g}, {jy:g} and {jz:g} kg m^2 about x, y and z; in no body one is larger than the sum "
+                "of the others"
+            )
+        if self.rotating and (jx != jy or self.offset != (0.0, 0.0)):
+            raise ValueError(
+                "rotating: a body that turns needs equal inertias about x and y, and no 'offset'; describe what is "
+                "missing to that as an unbalance"
+            )
+        return self
+
+    @property
+    def inertias(self) -> tuple[float, float, float]:
+        """About axes through the mass center parallel to x, y and z, kg m^2."""
+        if self.inertia is not None:
+            return (float(self.inertia[0]), float(self.inertia[1]), float(self.inertia[2]))
+        across = float(self.transverse_inertia or 0.0)
+        return across, across, float(self.polar_inertia or 0.0)
+
+    @property
+    def center(self) -> tuple[float, float, float]:
+        """Place of the mass center, x, y, z, m."""
+        return float(self.offset[0]), float(self.offset[1]), float(self.position)

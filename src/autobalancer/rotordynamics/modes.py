@@ -1,0 +1,129 @@
+"""Natural frequencies and mode shapes of a rotor at one speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import linear_sum_assignment
+
+from autobalancer.assembly.rotors import LateralModel
+from autobalancer.assembly.rotors.model import Floats
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
+from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
+from autobalancer.rotordynamics.whirl import Whirl, whole_direction
+
+
+def eigenfrequencies(
+    machine: Machine | str | Path,
+    speed: float = 0.0,
+    *,
+    balls: bool = True,
+    modes: int = 10,
+    stations: Sequence[str | float] | None = None,
+) -> xr.Dataset:
+    """Damped and undamped natural frequencies of the rotor with mode shapes and whirl directions.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    speed
+        Rotor speed, rad/s: it turns the gyroscopic terms on, and tables of stiffness and damping are read there.
+    balls
+        Whether the effective masses of the balls sit on the rotor in the planes of their balancers.
+    modes
+        How many of the lowest modes.
+    stations
+        Names or positions (m) for the whirl directions; by default all stations.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``mode``, counted from 1 by frequency: ``name``, ``frequency`` (damped, rad/s), ``undamped_frequency``
+        (without damping, of the mode with the most alike shape), ``damping_ratio``, ``decay_rate`` (1/s, negative where
+        the motion grows), ``whirl`` (forward, backward, mixed along the axis, or straight). Over ``mode`` and ``place``
+        along the axis: the amplitudes ``x_real``, ``x_imag``, ``y_real``, ``y_imag``, the greatest deflection of a mode
+        being 1; over ``mode`` and ``station`` the same with the prefix ``station_`` and ``station_whirl``.
+        ``attrs["decay_rates_without_frequency"]`` (1/s) are those of motions that do not oscillate.
+
+    Raises
+    ------
+    QuestionError
+        For a negative speed, no modes, or an unknown station.
+    MachineError
+        If the rotor is not possible as described.
+    """
+    machine, model = rotor_of(machine, balls=balls)
+    omega = float(checked_speeds(speed, model, "eigenfrequencies")[0])
+    check_count(modes, "eigenfrequencies")
+    at, axis = chosen_places(machine, model, stations, "eigenfrequencies"), along_axis(machine, model)
+    every = free_motions(model, omega)
+    found = every.lowest(modes)
+    ellipses, station_ellipses = (ellipses_of(model, found.vector, places) for places in (axis, at))
+    words = [whole_direction(_row(ellipses, i)) for i in range(found.count)]
+    values = found.eigenvalue
+    result = xr.Dataset(
+        coords={
+            "mode": ("mode", np.arange(1, found.count + 1), {"long_name": "mode, counted from 1"}),
+            "place": ("place", axis.positions, {"long_name": "position along the axis", "units": "m"}),
+            "station": ("station", np.array(at.names, dtype=object), {"long_name": "station"}),
+            "position": ("station", at.positions, {"long_name": "position along the axis", "units": "m"}),
+        }
+    )
+    data: dict[str, tuple[Any, Any, str, str]] = {
+        "name": ("mode", np.array(mode_names(model, found.vector, axis), dtype=object), "name of the mode", ""),
+        "frequency": ("mode", values.imag, "natural frequency, damped", "rad/s"),
+        "undamped_frequency": (
+            "mode",
+            _undamped(model, omega, found),
+            "natural frequency without damping",
+            "rad/s",
+        ),
+        "damping_ratio": ("mode", -values.real / np.abs(values), "damping ratio", ""),
+        "decay_rate": ("mode", -values.real, "decay rate", "1/s"),
+        "whirl": ("mode", np.array(words, dtype=object), "direction of whirl", ""),
+        "station_whirl": (("mode", "station"), station_ellipses.direction, "direction of whirl at the station", ""),
+    }
+    size = ellipses.semi_major.max(axis=1, keepdims=True)
+    size = np.where(size > 0.0, size, 1.0)
+    for prefix, dim, part in (("", "place", ellipses), ("station_", "station", station_ellipses)):
+        x, y = part.forward + part.backward.conj(), (part.forward - part.backward.conj()) / 1j
+        for letter, values_at in (("x", x / size), ("y", y / size)):
+            for kind, numbers in (("real", values_at.real), ("imag", values_at.imag)):
+                text = f"{'real' if kind == 'real' else 'imaginary'} part of the amplitude along {letter}"
+                data[f"{prefix}{letter}_{kind}"] = (("mode", dim), numbers, text, "")
+    for key, (dims, numbers, text, unit) in data.items():
+        result[key] = (dims, numbers, {"long_name": text, "units": unit})
+    result.attrs = attributes(machine, f"Natural frequencies of {machine.name}", balls=balls) | {
+        "speed": omega,
+        "decay_rates_without_frequency": (-every.real).tolist(),
+        "x_and_y": "alike" if model.isotropic else "different",
+    }
+    return result
+
+
+def check_count(count: int, owner: str) -> None:
+    """A number of modes is a whole number from 1."""
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise QuestionError(f"{owner}: modes: given {count!r}; must be a whole number from 1")
+
+
+def _row(ellipses: Whirl, number: int) -> Whirl:
+    return Whirl(ellipses.forward[number], ellipses.backward[number])
+
+
+def _undamped(model: LateralModel, speed: float, found: FreeMotions) -> Floats:
+    """Frequency without damping of the mode with the most alike shape."""
+    plain = free_motions(model, speed, damped=False)
+    frequencies = np.full(found.count, math.nan)
+    rows, columns = linear_sum_assignment(-correlation(found.vector, plain.vector, model.mass))
+    frequencies[rows] = plain.eigenvalue.imag[columns]
+    return frequencies

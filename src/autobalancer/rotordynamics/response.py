@@ -1,0 +1,171 @@
+"""The synchronous unbalance response: where every station goes once a revolution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.rotors import LateralModel
+from autobalancer.assembly.rotors.model import Complexes, Floats
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.rotordynamics.unbalance import Given, Load, load_of
+from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
+
+Quantity = Literal["displacement", "velocity", "acceleration"]
+UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved together
+
+
+def unbalance_response(
+    machine: Machine | str | Path,
+    speeds: Sequence[float] | Floats,
+    stations: Sequence[str | float] | str | float | None = None,
+    unbalance: Given = None,
+    *,
+    balls: bool = False,
+    ball_angles: Sequence[float] | None = None,
+    quantity: Quantity = "displacement",
+) -> xr.Dataset:
+    """Steady response of the rotor to its unbalance over the speed.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    speeds
+        Rotor speeds, rad/s, not negative.
+    stations
+        Names of stations or positions along the axis (m); by default all stations, without any the plane of the first
+        balancer.
+    unbalance
+        By default that of the machine after all its schedules; or :class:`~autobalancer.machine.Unbalance` parts; or
+        one number, kg m, complex for one off the zero mark, in the plane of the first balancer.
+    balls
+        Whether the masses of the balls sit on the rotor, without unbalancing it.
+    ball_angles
+        Angles of all balls in the rotor, rad, where they rest: mass and unbalance of the balls count.
+    quantity
+        ``displacement``, ``velocity`` or ``acceleration``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``speed`` and ``station``, in m, m/s or m/s^2: complex amplitudes as ``x_real``, ``x_imag``, ``y_real``,
+        ``y_imag`` (x = Re(X e^(i theta)) with the rotor angle theta), ``forward`` and ``backward`` (radii of the two
+        circles), ``semi_major``, the greatest deflection, and ``semi_minor``; ``inclination`` of the ellipse (rad),
+        ``whirl`` (forward, backward, straight), and ``phase``, ``x_phase``, ``y_phase`` against the unbalance (rad,
+        negative where the rotor lags; of the forward circle, along x, along y). Over ``speed`` two measures of all
+        chosen stations together, see :func:`~autobalancer.rotordynamics.whirl.greatest_mean`: ``mean_of_greatest``,
+        Rodrigues et al. 2011, (3), and ``greatest_mean``.
+
+    Raises
+    ------
+    QuestionError
+        For no, negative or too high speeds, no or unknown stations, no unbalance, an unknown quantity, or at an
+        undamped critical speed.
+    MachineError
+        If the rotor is not possible as described, or a position is not on it.
+    """
+    owner = "unbalance_response"
+    machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
+    omega = checked_speeds(speeds, model, owner)
+    if quantity not in get_args(Quantity):
+        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(get_args(Quantity))}")
+    places = chosen_places(machine, model, stations, owner)
+    load = load_of(machine, model, unbalance, ball_angles, owner)
+    x, y = amplitudes(model, omega, load, places)
+    rate = (1j * omega[:, None]) ** get_args(Quantity).index(quantity)
+    title = f"Unbalance response of {machine.name}"
+    found = _dataset(omega, places, x * rate, y * rate, load.direction, quantity)
+    found.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
+        "quantity": quantity,
+        "unbalance_angle_in_rotor": load.direction,
+        "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
+    }
+    return found
+
+
+def amplitudes(model: LateralModel, speeds: Floats, load: Load, places: Places) -> tuple[Complexes, Complexes]:
+    """Complex amplitudes of the displacement along x and y, each (S, places)."""
+    n = model.pairs
+    size = n if model.isotropic else model.size
+    x, y = np.empty((2, speeds.size, places.deflection.shape[0]), np.complex128)
+    step = max(1, AT_ONCE // size**2)
+    for first in range(0, speeds.size, step):
+        part = slice(first, first + step)
+        motion = _motion(model, speeds[part], load.load)
+        x[part], y[part] = motion[:, :n] @ places.deflection.T, motion[:, n : 2 * n] @ places.deflection.T
+    return x, y
+
+
+def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:
+    """Q of q = Re(Q e^(i theta)), (S, N); an isotropic rotor is solved for z = q_x + i q_y."""
+    n, square = model.pairs, (speeds**2)[:, None, None]
+    if model.isotropic:
+        parts = [model.complex_matrices(float(w)) for w in speeds]
+        dynamic = np.array([stiff + 1j * w * turning for w, (_, turning, stiff) in zip(speeds, parts, strict=True)])
+        dynamic = dynamic - square * parts[0][0]
+        force = load
+    else:
+        dynamic = np.array([model.stiffness_at(w) + 1j * w * model.damping_at(w) for w in map(float, speeds)])
+        dynamic = dynamic + square * (1j * model.gyroscopic - model.mass)
+        force = np.concatenate([load, -1j * load, np.zeros(model.size - 2 * n)])
+    try:
+        found = np.linalg.solve(dynamic, (square * force)[:, 0, :, None])[..., 0]
+    except np.linalg.LinAlgError:
+        raise QuestionError(
+            "unbalance_response: one of the speeds is a critical speed without any damping, where nothing limits the "
+            "response; leave it out, or give the supports damping"
+        ) from None
+    if model.isotropic:
+        found = np.concatenate([found, -1j * found, np.zeros((speeds.size, model.size - 2 * n))], axis=1)
+    return np.asarray(found, np.complex128)
+
+
+def _dataset(speeds: Floats, places: Places, x: Complexes, y: Complexes, angle: float, quantity: Quantity) -> xr.Dataset:
+    ellipses: Whirl = whirl(x, y)
+    unit, both = UNITS[quantity], ("speed", "station")
+    turned = np.exp(-1j * angle)
+    data: dict[str, tuple[Any, Any, str, str]] = {
+        "x_real": (both, x.real, f"real part of the {quantity} along x", unit),
+        "x_imag": (both, x.imag, f"imaginary part of the {quantity} along x", unit),
+        "y_real": (both, y.real, f"real part of the {quantity} along y", unit),
+        "y_imag": (both, y.imag, f"imaginary part of the {quantity} along y", unit),
+        "forward": (both, np.abs(ellipses.forward), "radius of the forward circle", unit),
+        "backward": (both, np.abs(ellipses.backward), "radius of the backward circle", unit),
+        "semi_major": (both, ellipses.semi_major, f"greatest {quantity}, major semi-axis", unit),
+        "semi_minor": (both, np.abs(ellipses.semi_minor), f"least {quantity}, minor semi-axis", unit),
+        "inclination": (both, ellipses.inclination, "angle of the major axis from x", "rad"),
+        "whirl": (both, ellipses.direction, "direction of whirl", ""),
+        "phase": (both, np.angle(ellipses.forward * turned), "phase of the forward circle to the unbalance", "rad"),
+        "x_phase": (both, np.angle(x * turned), "phase along x to the unbalance", "rad"),
+        "y_phase": (both, np.angle(1j * y * turned), "phase along y to the unbalance", "rad"),
+        "mean_of_greatest": (
+            "speed",
+            mean_of_greatest(ellipses),
+            f"mean over the stations of the greatest {quantity} of each",
+            unit,
+        ),
+        "greatest_mean": (
+            "speed",
+            greatest_mean(ellipses),
+            f"greatest value in time of the mean {quantity} over the stations",
+            unit,
+        ),
+    }
+    result = xr.Dataset(
+        coords={
+            "speed": ("speed", speeds, {"long_name": "rotor speed", "units": "rad/s"}),
+            "station": ("station", np.array(places.names, dtype=object), {"long_name": "station"}),
+            "position": ("station", places.positions, {"long_name": "position along the axis", "units": "m"}),
+        }
+    )
+    for key, (dims, numbers, text, units) in data.items():
+        result[key] = (dims, numbers, {"long_name": text, "units": units})
+    return result

@@ -1,0 +1,17 @@
+"""Which compiled equations of motion belong to an assembled machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.guided_balls import planar
+
+
+def equations(assembly: Assembly) -> Any:
+    """The right-hand side for :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
+    if assembly.general:
+        from autobalancer.kernels.stations import spatial
+
+        return spatial
+    return planar
