@@ -129,7 +129,7 @@ def top_speed(machine: Machine) -> float | None:
 def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
     """The flat vector of kernels/stations.py, in the order of its ``blocks``."""
     model, size = parts.model, parts.size
-    width = size + (-size % LANES)
+    width = padded_size(size)
     each = 4 if machine.tilting_races == "full" else 2
     count = parts.places.shape[0]
     inverse: Matrix = np.asarray(np.linalg.inv(parts.mass), np.float64)
@@ -153,7 +153,7 @@ def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
     blocks += [columns(inverse @ parts.small(c)) for c in model.damping]
     blocks += [columns(inverse @ parts.small(k)) for k in model.stiffness]
     blocks += [columns(0.5 * gyroscopic), wide.ravel(), reach.ravel(), (rows @ inverse @ rows.T).ravel()]
-    blocks.append(np.zeros(6 * width + rows.shape[0] * (rows.shape[0] + 8)))
+    blocks.append(np.zeros(5 * width + rows.shape[0] * (rows.shape[0] + 8)))
     blocks += _loads(machine, parts, inverse, segments, width)
     return np.ascontiguousarray(np.concatenate(blocks), np.float64)
 
@@ -181,7 +181,13 @@ def _loads(machine: Machine, parts: Parts, inverse: Matrix, segments: Matrix, wi
             for vector in (inverse @ load, load):
                 # the kernel takes Re(u e^(i theta)) as real part times cosine less imaginary part times sine
                 blocks += [np.pad(vector.real, (0, width - parts.size)), np.pad(vector.imag, (0, width - parts.size))]
+        blocks[-1][-1] = 1.0 if np.any(rate) else 0.0
     return blocks
+
+
+def padded_size(size: int) -> int:
+    """Coordinates and at least one place more, in whole lanes."""
+    return size + 1 + (-(size + 1) % LANES)
 
 
 def pulled(parts: Parts, x: float, y: float) -> Floats:

@@ -34,3 +34,13 @@ def solve_two(r, left: int, one: int, two: int, size: int) -> None:  # type: ign
         inverse = 1.0 / r[left + k * size + k]
         r[one + k] *= inverse
         r[two + k] *= inverse
+
+
+@njit(**INLINE)
+def solve_two_by_two(r, left: int, one: int, two: int) -> None:  # type: ignore[no-untyped-def]
+    """:func:`solve_two` for a matrix of two rows."""
+    a, b, c, d = r[left], r[left + 1], r[left + 2], r[left + 3]
+    inverse = 1.0 / (a * d - b * c)
+    for at in (one, two):
+        x, y = r[at], r[at + 1]
+        r[at], r[at + 1] = (d * x - b * y) * inverse, (a * y - c * x) * inverse

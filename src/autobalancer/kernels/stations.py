@@ -18,7 +18,7 @@ from __future__ import annotations
 from numba import njit
 
 from autobalancer.kernels.drive import drive_value, table_torque, unbalance_value
-from autobalancer.kernels.elimination import solve_two
+from autobalancer.kernels.elimination import solve_two, solve_two_by_two
 from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data
@@ -26,7 +26,10 @@ from autobalancer.kernels.system import (
     BALLS,
     DRAG,
     INERTIA,
+    LEAN_U,
+    LEAN_V,
     LEAN_X,
+    LEAN_Y,
     MASS,
     MOMENT,
     OFFSET_X,
@@ -59,7 +62,8 @@ def blocks(width: int, rows: int, table: int):  # type: ignore[no-untyped-def]
 
     ``width`` is the number of coordinates rounded up to whole lanes, ``rows`` of all stations together. Blocks: speeds of
     the table; G; C and K at each speed (matrices column by column, times M^-1); M N, N = G/2; rows B; B M^-1; H; work;
-    loads of each segment: u times M^-1 (real, imaginary part), u, and the rates of all four.
+    loads of each segment: u times M^-1 (real, imaginary part), u, and the rates of all four, the last number of which,
+    beyond the coordinates, says whether they change.
     """
     square = width * width
     gyroscopic = HEADER + table
@@ -70,7 +74,7 @@ def blocks(width: int, rows: int, table: int):  # type: ignore[no-untyped-def]
     reach = place + rows * width
     host = reach + rows * width
     work = host + rows * rows
-    loads = work + 6 * width + rows * (rows + 8)
+    loads = work + 5 * width + rows * (rows + 8)
     return gyroscopic, damping, stiffness, spin, place, reach, host, work, loads
 
 
@@ -82,24 +86,23 @@ def _dot(one, i: int, other, j: int, count: int) -> float:  # type: ignore[no-un
     return total
 
 
-@njit(**EQUATIONS)
-def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
-    """Time derivative ``dy`` of the state ``y`` of :mod:`autobalancer.kernels.system`."""
+@njit(**INLINE)
+def _derivative(time, y, dy, system, each) -> None:  # type: ignore[no-untyped-def]
     p = behind(system)
     balls, count = p.balls, p.balls.shape[0]
     r = data(p.rotor)
-    size, width, places = int(r[COORDINATES]), int(r[WIDTH]), int(r[PLACES])
-    each, table = int(r[ROWS]), int(r[TABLE])
+    size, width, places, table = int(r[COORDINATES]), int(r[WIDTH]), int(r[PLACES]), int(r[TABLE])
     rows = places * each
     gyroscopic, damping, stiffness, spinning, place, reach, host, work, loads = blocks(width, rows, table)
-    q, v, f, g, raw, answer = work, work + width, work + 2 * width, work + 3 * width, work + 4 * width, work + 5 * width
-    left = work + 6 * width  # station rows: matrix, force R, arm c, own mass S by row, slopes
-    right_a, right_b, pushing, arms = left + rows * rows, left + rows * (rows + 1), left + rows * (rows + 2), 0
-    arms = pushing + rows
-    own = arms + rows  # S, `each` columns
+    q, v, f, g, raw = work, work + width, work + 2 * width, work + 3 * width, work + 4 * width
+    left = work + 5 * width
+    one, two = left + rows * rows, left + rows * (rows + 1)
+    pushing, arms, own = left + rows * (rows + 2), left + rows * (rows + 3), left + rows * (rows + 4)
+    # with a prescribed speed w' is known and goes to the forces at once; else all is linear in it
+    free = p.drive != PRESCRIBED
     speed, acceleration = y[SPEED], 0.0
     drive, drive_rate = drive_value(time, p)
-    if p.drive == PRESCRIBED:
+    if not free:
         speed, acceleration = drive, drive_rate
 
     gx, gy = p.gravity_x, p.gravity_y
@@ -116,53 +119,53 @@ def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
     r[q], r[q + 1], r[v], r[v + 1] = y[X], y[Y], y[VX], y[VY]
     for i in range(2, size):
         r[q + i], r[v + i] = y[rest + i - 2], y[rest + size - 4 + i]
-    segment, share, square = p.now[0], 0.0, width * width
-    since = time - p.segments[segment, START]
-    load = loads + 8 * width * segment
-    row = 0
+    square, turning = width * width, speed * speed
+    row, share = 0, 0.0
     if table > 1:
         amount = min(abs(speed), r[HEADER + table - 1])
         while row < table - 2 and r[HEADER + row + 1] < amount:
             row += 1
         share = (amount - r[HEADER + row]) / (r[HEADER + row + 1] - r[HEADER + row])
-    kept = 1.0 - share
     near_c, near_k = damping + row * square, stiffness + row * square
-    turning = speed * speed
+    # Re(u e^(i theta)) w^2 and its derivative with respect to theta
+    load, since = loads + 8 * width * p.now[0], time - p.segments[p.now[0], START]
+    changing = r[load + 8 * width - 1] != 0.0
+    real, imaginary = turning * turn_cos + acceleration * turn_sin, acceleration * turn_cos - turning * turn_sin
     for i in range(0, width, LANES):
         force = lanes()
+        add_product(force, real, r, load + i)
+        add_product(force, imaginary, r, load + width + i)
         for j in range(size):
             at = j * width + i
-            add_product(force, -kept * r[q + j], r, near_k + at)
-            add_product(force, -kept * r[v + j], r, near_c + at)
-            add_product(force, -speed * r[v + j], r, gyroscopic + at)
-            if share > 0.0:
-                add_product(force, -share * r[q + j], r, near_k + square + at)
-                add_product(force, -share * r[v + j], r, near_c + square + at)
-        add_product(force, turning * turn_cos, r, load + i)
-        add_product(force, -turning * turn_sin, r, load + width + i)
-        add_product(force, turning * turn_cos * since, r, load + 4 * width + i)
-        add_product(force, -turning * turn_sin * since, r, load + 5 * width + i)
-        put(force, r, f + i)
-        arm = lanes()
-        add_product(arm, -turn_sin, r, load + i)
-        add_product(arm, -turn_cos, r, load + width + i)
-        add_product(arm, -turn_sin * since, r, load + 4 * width + i)
-        add_product(arm, -turn_cos * since, r, load + 5 * width + i)
-        for j in range(size):
-            add_product(arm, 0.5 * r[q + j], r, gyroscopic + j * width + i)
-        put(arm, r, g + i)
-
-    inertia, torque = p.polar_inertia, 0.0
-    if p.drive != PRESCRIBED:
-        for i in range(0, width, LANES):
-            arm = lanes()
-            add_product(arm, -turn_sin, r, load + 2 * width + i)
-            add_product(arm, -turn_cos, r, load + 3 * width + i)
-            add_product(arm, -turn_sin * since, r, load + 6 * width + i)
-            add_product(arm, -turn_cos * since, r, load + 7 * width + i)
+            add_product(force, -(1.0 - share) * r[q + j], r, near_k + at)
+            add_product(force, -(1.0 - share) * r[v + j], r, near_c + at)
+            add_product(force, -speed * r[v + j] - 0.5 * acceleration * r[q + j], r, gyroscopic + at)
+        if share > 0.0:
             for j in range(size):
-                add_product(arm, r[q + j], r, spinning + j * width + i)
-            put(arm, r, raw + i)
+                at = j * width + i + square
+                add_product(force, -share * r[q + j], r, near_k + at)
+                add_product(force, -share * r[v + j], r, near_c + at)
+        if changing:
+            add_product(force, real * since, r, load + 4 * width + i)
+            add_product(force, imaginary * since, r, load + 5 * width + i)
+        put(force, r, f + i)
+    inertia, torque = p.polar_inertia, 0.0
+    if free:
+        for i in range(0, width, LANES):
+            arm, own_arm = lanes(), lanes()
+            add_product(arm, -turn_sin, r, load + i)
+            add_product(arm, -turn_cos, r, load + width + i)
+            add_product(arm, -turn_sin * since, r, load + 4 * width + i)
+            add_product(arm, -turn_cos * since, r, load + 5 * width + i)
+            add_product(own_arm, -turn_sin, r, load + 2 * width + i)
+            add_product(own_arm, -turn_cos, r, load + 3 * width + i)
+            add_product(own_arm, -turn_sin * since, r, load + 6 * width + i)
+            add_product(own_arm, -turn_cos * since, r, load + 7 * width + i)
+            for j in range(size):
+                add_product(arm, 0.5 * r[q + j], r, gyroscopic + j * width + i)
+                add_product(own_arm, r[q + j], r, spinning + j * width + i)
+            put(arm, r, g + i)
+            put(own_arm, r, raw + i)
         ux, uy = unbalance_value(time, p)
         torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
 
@@ -180,12 +183,7 @@ def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
         lean_x, lean_y = -moment * ny, moment * nx
         bound, push = balls[b, INERTIA], -balls[b, DRAG] * ball_speed + lean_x * gx + lean_y * gy
         pull = moment * in_space * in_space
-        r[push_at] += pull * nx + mass * gx
-        r[push_at + 1] += pull * ny + mass * gy
-        r[arm_at] += lean_x
-        r[arm_at + 1] += lean_y
-        r[own_at] += mass
-        r[own_at + each + 1] += mass
+        force_x, force_y, arm_x, arm_y = pull * nx + mass * gx, pull * ny + mass * gy, lean_x, lean_y
         torque += lean_x * gx + lean_y * gy
         ec, es = balls[b, OFFSET_X], balls[b, OFFSET_Y]
         ex, ey = 0.0, 0.0
@@ -193,18 +191,16 @@ def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
             along = moment * (ec * c + es * s)
             across = moment * (es * c - ec * s)
             ex, ey = turn_cos * ec - turn_sin * es, turn_sin * ec + turn_cos * es
-            r[push_at] += mass * ex * turning
-            r[push_at + 1] += mass * ey * turning
-            r[arm_at] -= mass * ey
-            r[arm_at + 1] += mass * ex
+            force_x += mass * ex * turning
+            force_y += mass * ey * turning
+            arm_x -= mass * ey
+            arm_y += mass * ex
             push += across * turning
             spin += along
             inertia += 2.0 * along
             torque += mass * (ex * gy - ey * gx) - across * ball_speed * (in_space + speed)
-        lean_u, lean_v = 0.0, 0.0
         if each == 4:
             # the axial motion of the ball: s = slope . rho, s'' = slope''.rho + a phi'' + u w' + known
-            slope_x, slope_y, turn_x, turn_y = 0.0, 0.0, 0.0, 0.0
             at = place + (first + 2) * width
             slope_x, slope_y = _dot(r, at, r, q, size), _dot(r, at + width, r, q, size)
             turn_x, turn_y = _dot(r, at, r, v, size), _dot(r, at + width, r, v, size)
@@ -216,39 +212,62 @@ def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
             known = 2.0 * (turn_x * moving_x + turn_y * moving_y) + r[AXIAL_GRAVITY]
             known -= turning * (slope_x * ex + slope_y * ey)
             known -= in_space * in_space * orbit * (slope_x * nx + slope_y * ny)
-            lean_u, lean_v = mass * a * rho_x, mass * a * rho_y
             bound += mass * a * a
             push -= mass * a * known
             spin += mass * a * u
             inertia += mass * u * u
             torque -= mass * u * known
-            r[push_at + 2] -= mass * known * rho_x
-            r[push_at + 3] -= mass * known * rho_y
-            r[arm_at + 2] += mass * u * rho_x
-            r[arm_at + 3] += mass * u * rho_y
+            pressed, carried = mass * (known + u * acceleration), mass * u
+            balls[b, LEAN_U], balls[b, LEAN_V] = mass * a * rho_x, mass * a * rho_y
+            r[push_at + 2] -= pressed * rho_x
+            r[push_at + 3] -= pressed * rho_y
+            r[arm_at + 2] += carried * rho_x
+            r[arm_at + 3] += carried * rho_y
             r[own_at + 2 * each + 2] += mass * rho_x * rho_x
             r[own_at + 2 * each + 3] += mass * rho_x * rho_y
             r[own_at + 3 * each + 2] += mass * rho_x * rho_y
             r[own_at + 3 * each + 3] += mass * rho_y * rho_y
         inverse = 1.0 / bound
-        push, twist = push * inverse, spin * inverse
-        inertia -= spin * twist
-        torque -= spin * push
+        push, twist = (push - spin * acceleration) * inverse, spin * inverse
         balls[b, PUSH], balls[b, TWIST] = push, twist
-        for i in range(each):
-            lean = lean_x if i == 0 else lean_y if i == 1 else lean_u if i == 2 else lean_v
-            balls[b, LEAN_X + i] = lean * inverse
-            r[push_at + i] -= lean * push
-            r[arm_at + i] -= lean * twist
-            for j in range(each):
-                other = lean_x if j == 0 else lean_y if j == 1 else lean_u if j == 2 else lean_v
-                r[own_at + i * each + j] -= lean * other * inverse
+        share_x, share_y = lean_x * inverse, lean_y * inverse
+        balls[b, LEAN_X], balls[b, LEAN_Y] = share_x, share_y
+        r[push_at] += force_x - acceleration * arm_x - lean_x * push
+        r[push_at + 1] += force_y - acceleration * arm_y - lean_y * push
+        r[own_at] += mass - lean_x * share_x
+        r[own_at + 1] -= lean_x * share_y
+        r[own_at + each] -= lean_x * share_y
+        r[own_at + each + 1] += mass - lean_y * share_y
+        if free:
+            inertia -= spin * twist
+            torque -= spin * push
+            r[arm_at] += arm_x - lean_x * twist
+            r[arm_at + 1] += arm_y - lean_y * twist
+        if each == 4:
+            lean_u, lean_v = balls[b, LEAN_U], balls[b, LEAN_V]
+            share_u, share_v = lean_u * inverse, lean_v * inverse
+            balls[b, LEAN_U], balls[b, LEAN_V] = share_u, share_v
+            r[push_at + 2] -= lean_u * push
+            r[push_at + 3] -= lean_v * push
+            r[arm_at + 2] -= lean_u * twist
+            r[arm_at + 3] -= lean_v * twist
+            for i in range(2):
+                lean = lean_x if i == 0 else lean_y
+                r[own_at + i * each + 2] -= lean * share_u
+                r[own_at + i * each + 3] -= lean * share_v
+                r[own_at + 2 * each + i] -= lean * share_u
+                r[own_at + 3 * each + i] -= lean * share_v
+            r[own_at + 2 * each + 2] -= lean_u * share_u
+            r[own_at + 2 * each + 3] -= lean_u * share_v
+            r[own_at + 3 * each + 2] -= lean_u * share_v
+            r[own_at + 3 * each + 3] -= lean_v * share_v
 
     # (1 + H S) A = B f + H R - w' (B g + H c), solved for both right-hand sides: A = a - b w'
     for i in range(rows):
         at, line = place + i * width, host + i * rows
-        r[right_a + i] = _dot(r, at, r, f, size) + _dot(r, line, r, pushing, rows)
-        r[right_b + i] = _dot(r, at, r, g, size) + _dot(r, line, r, arms, rows)
+        r[one + i] = _dot(r, at, r, f, size) + _dot(r, line, r, pushing, rows)
+        if free:
+            r[two + i] = _dot(r, at, r, g, size) + _dot(r, line, r, arms, rows)
         for other in range(places):
             for j in range(each):
                 total = 0.0
@@ -256,47 +275,72 @@ def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
                     total += r[line + other * each + k] * r[own + (other * each + k) * each + j]
                 r[left + i * rows + other * each + j] = total
         r[left + i * rows + i] += 1.0
-    solve_two(r, left, right_a, right_b, rows)
+    if rows == 2:
+        solve_two_by_two(r, left, one, two)
+    else:
+        solve_two(r, left, one, two, rows)
 
     # forces on the stations, put into the rotor
     for i in range(rows):
         first = (i // each) * each
-        r[pushing + i] -= _dot(r, own + i * each, r, right_a + first, each)
-        r[answer] = r[arms + i]
-        r[arms + i] -= _dot(r, own + i * each, r, right_b + first, each)
-        if p.drive != PRESCRIBED:
-            torque -= r[answer] * r[right_a + i]
-            inertia -= r[answer] * r[right_b + i]
+        r[pushing + i] -= _dot(r, own + i * each, r, one + first, each)
+        if free:
+            torque -= r[arms + i] * r[one + i]
+            inertia -= r[arms + i] * r[two + i]
+            r[arms + i] -= _dot(r, own + i * each, r, two + first, each)
     for i in range(0, width, LANES):
-        force, arm = lanes(), lanes()
+        force = lanes()
         add_product(force, 1.0, r, f + i)
-        add_product(arm, 1.0, r, g + i)
         for j in range(rows):
             add_product(force, r[pushing + j], r, reach + j * width + i)
-            add_product(arm, r[arms + j], r, reach + j * width + i)
         put(force, r, f + i)
-        put(arm, r, g + i)
-    if p.drive != PRESCRIBED:
+    if free:
+        for i in range(0, width, LANES):
+            arm = lanes()
+            add_product(arm, 1.0, r, g + i)
+            for j in range(rows):
+                add_product(arm, r[arms + j], r, reach + j * width + i)
+            put(arm, r, g + i)
         torque += drive + table_torque(speed, p) - p.torque_damping * speed
         torque -= _dot(r, raw, r, f, size)
         acceleration = torque / (inertia - _dot(r, raw, r, g, size))
+        for i in range(size):
+            r[f + i] -= acceleration * r[g + i]
+        for i in range(rows):
+            r[one + i] -= acceleration * r[two + i]
 
     dy[THETA], dy[SPEED] = speed, acceleration
     dy[X], dy[Y] = r[v] + frame_speed * r[q + 1], r[v + 1] - frame_speed * r[q]
-    dy[VX] = r[f] - acceleration * r[g] + frame_speed * r[v + 1]
-    dy[VY] = r[f + 1] - acceleration * r[g + 1] - frame_speed * r[v]
-    for i in range(2, size):
-        other, way = i + 1 - 2 * (i % 2), frame_speed * (1 - 2 * (i % 2))
-        fast, turned = 0.0, 0.0
-        if frame_speed != 0.0:
-            fast, turned = way * r[q + other], way * r[v + other]
-        dy[rest + i - 2] = r[v + i] + fast
-        dy[rest + size - 4 + i] = r[f + i] - acceleration * r[g + i] + turned
+    dy[VX], dy[VY] = r[f] + frame_speed * r[v + 1], r[f + 1] - frame_speed * r[v]
+    if frame_speed == 0.0:
+        for i in range(2, size):
+            dy[rest + i - 2], dy[rest + size - 4 + i] = r[v + i], r[f + i]
+    else:
+        for i in range(2, size, 2):
+            dy[rest + i - 2], dy[rest + i - 1] = (
+                r[v + i] + frame_speed * r[q + i + 1],
+                r[v + i + 1] - frame_speed * r[q + i],
+            )
+            dy[rest + size - 4 + i] = r[f + i] + frame_speed * r[v + i + 1]
+            dy[rest + size - 3 + i] = r[f + i + 1] - frame_speed * r[v + i]
     for b in range(count):
-        first = int(balls[b, STATION]) * each
-        free, bound = balls[b, PUSH], balls[b, TWIST]
-        for i in range(each):
-            free -= balls[b, LEAN_X + i] * r[right_a + first + i]
-            bound -= balls[b, LEAN_X + i] * r[right_b + first + i]
+        first = one + int(balls[b, STATION]) * each
+        rate = balls[b, PUSH] - balls[b, LEAN_X] * r[first] - balls[b, LEAN_Y] * r[first + 1]
+        if each == 4:
+            rate -= balls[b, LEAN_U] * r[first + 2] + balls[b, LEAN_V] * r[first + 3]
+        if free:
+            rate -= balls[b, TWIST] * acceleration
         dy[BALLS + b] = y[BALLS + count + b]
-        dy[BALLS + count + b] = free - bound * acceleration
+        dy[BALLS + count + b] = rate
+
+
+@njit(**EQUATIONS)
+def spatial(time: float, y: Floats, dy: Floats, system: System) -> None:
+    """Time derivative ``dy`` of the state ``y`` of :mod:`autobalancer.kernels.system`; balls feel deflections."""
+    _derivative(time, y, dy, system, 2)
+
+
+@njit(**EQUATIONS)
+def spatial_full(time: float, y: Floats, dy: Floats, system: System) -> None:
+    """The same where balls feel the tilt of their race too."""
+    _derivative(time, y, dy, system, 4)

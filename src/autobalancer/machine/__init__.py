@@ -15,10 +15,13 @@ from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.body import Body
+from autobalancer.machine.rotors.disk import Disk
 from autobalancer.machine.rotors.joints import BallBearing, Bushing, Dashpot, Lock, Spring
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
+from autobalancer.machine.rotors.segment import ShaftMaterial, ShaftSegment
+from autobalancer.machine.rotors.shaft import ShaftRotor
 from autobalancer.machine.rotors.support import SpeedTable, Support
 from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Schedule, Unbalance
@@ -34,6 +37,7 @@ __all__ = [
     "Constant",
     "ConstantTorque",
     "Dashpot",
+    "Disk",
     "DragTorque",
     "Dwell",
     "Fluid",
@@ -51,6 +55,9 @@ __all__ = [
     "Rotor",
     "RunPlan",
     "Schedule",
+    "ShaftMaterial",
+    "ShaftRotor",
+    "ShaftSegment",
     "SpeedTable",
     "Spring",
     "Start",

@@ -11,7 +11,7 @@ from autobalancer.kernels.guided_balls import planar
 def equations(assembly: Assembly) -> Any:
     """The right-hand side for :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
     if assembly.general:
-        from autobalancer.kernels.stations import spatial
+        from autobalancer.kernels.stations import ROWS, spatial, spatial_full
 
-        return spatial
+        return spatial_full if assembly.system.rotor[ROWS] == 4 else spatial
     return planar

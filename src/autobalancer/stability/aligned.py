@@ -86,7 +86,7 @@ def _one(h: Complexes, b: Complexes) -> Iterator[Floats]:
     if under < 0.0 or force == 0.0:
         return
     for rho in {own.real + math.sqrt(under), own.real - math.sqrt(under)}:
-        if rho > 0.0:
+        if rho > 1e-13 * (abs(own) + abs(force)):
             yield np.array([np.angle(force / (rho - own))])
 
 
@@ -127,7 +127,7 @@ def _polished(h: Complexes, b: Complexes, psi: Floats) -> Floats | None:
             break
     turn = np.exp(1j * psi)
     along = (b + h @ turn) / turn
-    if np.abs(along.imag).max() > 1e-11 or not (along.real > 0.0).all():
+    if np.abs(along.imag).max() > 1e-11 or not (along.real > 1e-13).all():
         return None
     return np.asarray(psi)
 

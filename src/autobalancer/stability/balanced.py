@@ -1,6 +1,7 @@
-"""Growth rate of the balanced state over the speed, for any planar machine without gravity in its plane.
+"""Growth rate of the balanced state over the speed, for any machine without gravity in its plane.
 
-Three routes, the fastest that is exact: equal balls in races with one center by the polynomial of degree eight; other
+Rotors that tilt or bend: :mod:`autobalancer.stability.station_members`. Planar ones have three routes, the fastest that
+is exact is taken: equal balls in races with one center by the polynomial of degree eight; other
 machines on isotropic supports by the eigenvalues of their linearized equations; orthotropic supports by the multipliers
 over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand
 for it, from the least to the greatest |S2| where that decides.
@@ -19,10 +20,13 @@ from autobalancer.machine import Machine
 from autobalancer.stability.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.lateral import Floats, Plane
+from autobalancer.stability.planes import Described
 from autobalancer.stability.spread import spread_of_two, spread_range
+from autobalancer.stability.station_members import members_of
+from autobalancer.stability.stations import Stations
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
-POINTS = {"polynomial": 1500, "eigenvalues": 240, "multipliers": 100}  # speeds at which a border is looked for
+POINTS = {"polynomial": 1500, "eigenvalues": 240, "multipliers": 100, "stations": 420, "turns": 60}  # speeds at which a border is looked for
 
 
 class Balanced(Protocol):
@@ -30,7 +34,7 @@ class Balanced(Protocol):
 
     @property
     def route(self) -> str:
-        """polynomial, eigenvalues or multipliers."""
+        """polynomial, eigenvalues, multipliers; stations or turns where the rotor tilts or bends."""
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
@@ -85,10 +89,12 @@ class EqualBalls:
         return grid, low + self.place * (high - low)
 
 
-def balanced_states(machine: Machine, p: Plane) -> list[Balanced]:
+def balanced_states(machine: Machine, p: Described) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
+    if isinstance(p, Stations):
+        return members_of(p)
     if not p.isotropic:
         return [OnOrthotropicSupports(machine, p)]
     count, one_center = p.moment.size, bool(np.all(p.offset == p.offset[0]))

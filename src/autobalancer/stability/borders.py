@@ -19,7 +19,9 @@ from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_state
 from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import lower_critical_speed, plane_of
+from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
+from autobalancer.stability.stations import Stations
+from autobalancer.stability.planes import Described, described, lower_critical_speed
 from autobalancer.stability.release import release_border
 from autobalancer.stability.windows import windows_of
 
@@ -35,7 +37,7 @@ def border_speeds(machine: Machine | str | Path, unbalance: complex | float | No
     Parameters
     ----------
     machine
-        A machine or the path of a machine file: any planar machine without gravity in its plane.
+        A machine or the path of a machine file: any machine without gravity in its plane.
     unbalance
         kg m, complex for one off the zero mark; by default the largest of the machine over time.
 
@@ -45,7 +47,8 @@ def border_speeds(machine: Machine | str | Path, unbalance: complex | float | No
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
         worst ones; *release speed*. An empty note means that there is nothing to add. An infinite speed is never, and
-        one that is nan has a note that says why.
+        one that is nan has a note that says why. Averaged border and release speed are of planar rotors; others have
+        the exact ones only.
 
     Raises
     ------
@@ -54,14 +57,16 @@ def border_speeds(machine: Machine | str | Path, unbalance: complex | float | No
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    return borders_of(machine, plane_of(machine, unbalance))
+    return borders_of(machine, described(machine, unbalance))
 
 
-def borders_of(machine: Machine, p: Plane) -> tuple[Border, ...]:
-    """All border speeds of a machine with a plane, whose unbalance counts."""
+def borders_of(machine: Machine, p: Described) -> tuple[Border, ...]:
+    """All border speeds of a machine with its numbers, whose unbalance counts."""
     if p.moment.size == 0:
         raise QuestionError("border speeds: the machine has no balls")
-    return (averaged(p), worst_case(p), *exact(machine, p), release_border(p))
+    if isinstance(p, Stations):
+        return (worst_case_of(p), *exact(machine, p))
+    return (averaged(p), worst_case_of(p), *exact(machine, p), release_border(p))
 
 
 def averaged(p: Plane) -> Border:
@@ -83,7 +88,7 @@ def averaged(p: Plane) -> Border:
     return Border(name, found.speed, note)
 
 
-def exact(machine: Machine, p: Plane) -> list[Border]:
+def exact(machine: Machine, p: Described) -> list[Border]:
     """*exact border*, and *exact border, best case* where the positions of the balls are a continuum."""
     members = balanced_states(machine, p)
     found = [border_of(member, p) for member in members]
@@ -99,13 +104,14 @@ def exact(machine: Machine, p: Plane) -> list[Border]:
     ]
 
 
-def border_of(state: Balanced, p: Plane, highest: float | None = None) -> tuple[float, str]:
+def border_of(state: Balanced, p: Described, highest: float | None = None) -> tuple[float, str]:
     """Lowest speed from which on a state is stable up to the highest one that is searched, and a note."""
     critical = lower_critical_speed(p)
-    high = SEARCHED * math.sqrt(max(p.stiffness) / p.mass) if highest is None else highest
+    high = highest_searched(p) if highest is None else highest
     windows, note = windows_of(state, critical, high, p)
+    rotor = (float(np.abs(p.model.damping).max()),) if isinstance(p, Stations) else p.damping
     undamped = [
-        name for name, values in (("rotor", p.damping), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)
+        name for name, values in (("rotor", rotor), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)
     ]
     if undamped and not windows:
         note = f"{note}; {' and '.join(undamped)} without damping"
@@ -113,11 +119,20 @@ def border_of(state: Balanced, p: Plane, highest: float | None = None) -> tuple[
         return math.nan, note
     if not windows or windows[-1][1] < high:
         tail = (
-            f"none up to {SEARCHED:g} times the critical speed" if highest is None else f"none up to {high:.4g} rad/s"
+            f"none up to {SEARCHED:g} times the critical speed"
+            if highest is None and not isinstance(p, Stations)
+            else f"none up to {high:.4g} rad/s"
         )
+        if windows and isinstance(p, Stations):
+            tail = f"{tail}, stable {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows)}"
         return math.inf, "; ".join(filter(None, (tail, note)))
     below = f"stable also {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows[:-1])}" if windows[1:] else ""
     return windows[-1][0], "; ".join(filter(None, (below, note)))
+
+
+def worst_case_of(p: Described) -> Border:
+    """*exact border, worst case* of any rotor."""
+    return worst_case_at_one_station(p) if isinstance(p, Stations) else worst_case(p)
 
 
 def worst_case(p: Plane) -> Border:
@@ -153,6 +168,27 @@ def worst_case(p: Plane) -> Border:
     return Border(
         name, speed, f"none up to {SEARCHED:g} times the critical speed, {note}" if math.isinf(speed) else note
     )
+
+
+def worst_case_at_one_station(st: Stations) -> Border:
+    """*exact border, worst case* where the rotor tilts or bends: equal balls at one station, |S2| from 0 to N."""
+    name = "exact border, worst case"
+    if not equal_at_one_station(st):
+        return Border(name, math.nan, "known for equal balls at one station, races on the axis; see the exact border")
+    found = []
+    for share in SPREADS:
+        speed, note = border_of(EqualAtOneStation(st, spread=share * st.moment.size), st)
+        found.append((speed, share, note))
+    speed, share, note = max(found, key=lambda one: one[0])
+    where = f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
+    return Border(name, speed, "; ".join(filter(None, (where, note if math.isinf(speed) else ""))))
+
+
+def highest_searched(p: Described) -> float:
+    """Up to where the exact border is sought, rad/s; not beyond the tables of the supports."""
+    if isinstance(p, Stations):
+        return float(min(SEARCHED * p.scale_speed, p.model.top_speed))
+    return SEARCHED * math.sqrt(max(p.stiffness) / p.mass)
 
 
 class _FixedSpread:

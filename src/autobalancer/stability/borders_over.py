@@ -18,8 +18,8 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.borders import Border, borders_of, exact
 from autobalancer.stability.lateral import Floats, plane
-from autobalancer.stability.map_rates import with_values
-from autobalancer.stability.planes import lower_critical_speed, plane_of
+from autobalancer.stability.map_rates import refuse_unbalance, with_values
+from autobalancer.stability.planes import described, lower_critical_speed
 
 Progress = Callable[[int, int], None]
 VARIABLES = {
@@ -63,12 +63,14 @@ def border_curve(
     Raises
     ------
     QuestionError
-        For an unknown parameter or no values, no balls, or gravity in the plane.
+        For an unknown parameter or no values, no balls, gravity in the plane, or the ``unbalance`` of a rotor that tilts
+        or bends, which may have several: there give the path of one.
     MachineError
         If a value makes no possible machine; the message names it.
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
+    refuse_unbalance(machine, parameter)
     if values is None:
         if parameter != "unbalance":
             raise QuestionError(
@@ -126,7 +128,7 @@ def _dataset(
             {"long_name": f"note on the {name}"},
         )
     found["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
-    p = plane_of(machine, None)
+    p = described(machine, None)
     found.attrs = {
         "title": f"Border speeds of {machine.name} over {text}",
         **provenance(),

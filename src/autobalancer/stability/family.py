@@ -17,7 +17,7 @@ import numpy as np
 from autobalancer.assembly.quantities import QUANTITIES, label_of, si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.profile import Constant
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.vector_field import Field
@@ -45,7 +45,13 @@ class Family:
     """
 
     def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
-        if not machine.rotor.isotropic:
+        rotor = machine.rotor
+        if not isinstance(rotor, PlanarRotor):
+            raise QuestionError(
+                f"branches: given a rotor of kind {rotor.kind!r}; branches are followed on planar rotors only. "
+                "equilibria lists the steady states of any rotor at one speed, eigenvalues over the speed"
+            )
+        if not rotor.isotropic:
             raise QuestionError(
                 "branches: the supports are not isotropic, so that no state rests in the rotor; "
                 "use stability() for its Floquet multipliers, or simulate it"

@@ -12,7 +12,7 @@ from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -38,6 +38,11 @@ class Plane:
     def isotropic(self) -> bool:
         """Whether x and y are alike."""
         return self.stiffness[0] == self.stiffness[1] and self.damping[0] == self.damping[1]
+
+    @property
+    def critical_speeds(self) -> tuple[float, ...]:
+        """sqrt(k/M), rad/s, ascending."""
+        return tuple(math.sqrt(k / self.mass) for k in sorted(set(self.stiffness)))
 
     def dynamic_stiffness(self, speed: float) -> complex:
         """Force over forward whirl, N/m; on orthotropic supports that of the forward component of the whirl."""
@@ -66,8 +71,14 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     Raises
     ------
     QuestionError
-        If gravity acts in the plane: then there is no steady state at rest in the rotor.
+        If gravity acts in the plane: then there is no steady state at rest in the rotor. If the rotor is not planar.
     """
+    rotor = machine.rotor
+    if not isinstance(rotor, PlanarRotor):
+        raise QuestionError(
+            f"rotor: given one of kind {rotor.kind!r}; this question is answered for planar rotors only. For any rotor ask "
+            "equilibria, eigenvalues, border_speeds, stable_windows or border_curve, or describe a planar stand-in"
+        )
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
             "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead"
@@ -76,8 +87,8 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     races = sorted({(ball.balancer, ball.race) for ball in balls})
     return Plane(
         mass=total_mass(machine, balls),
-        stiffness=machine.rotor.stiffness_xy,
-        damping=machine.rotor.damping_xy,
+        stiffness=rotor.stiffness_xy,
+        damping=rotor.damping_xy,
         unbalance=final_unbalance(machine) if unbalance is None else complex(unbalance),
         ball_mass=np.array([ball.effective_mass for ball in balls]),
         moment=np.array([ball.moment for ball in balls]),

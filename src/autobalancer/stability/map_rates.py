@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.errors import MachineError
-from autobalancer.machine import Machine
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import plane_of
+from autobalancer.stability.planes import Described, described
+from autobalancer.stability.stations import Stations
 
 MEMBERS = 6  # of a continuum of balanced states, at most
 TASKS = 32  # at least so many pieces of work, if there is enough of it
@@ -43,7 +44,8 @@ def rates_over(
     def work(task: tuple[int, Floats]) -> None:
         row, part = task
         for k in part:
-            p = planes[row] if np.isnan(sizes[k]) else with_size(planes[row], float(sizes[k]))
+            here = planes[row]
+            p = here if np.isnan(sizes[k]) or isinstance(here, Stations) else with_size(here, float(sizes[k]))
             result[row, k] = _rates(machines[row], p, speeds, worst)
 
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
@@ -61,14 +63,23 @@ def with_size(p: Plane, size: float) -> Plane:
     return replace(p, unbalance=size * direction)
 
 
-def _rates(machine: Machine, p: Plane, speeds: Floats, worst: bool) -> Floats:
+def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Floats:
     members = balanced_states(machine, p)[:MEMBERS]
     found = np.array([member.rates(speeds) for member in members])
     return np.asarray((np.fmax if worst else np.fmin).reduce(found))
 
 
-def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Plane]:
-    """The machine with other values of its parameters, and its plane.
+def refuse_unbalance(machine: Machine, name: str) -> None:
+    """Say that ``unbalance`` alone does not tell which, on a rotor that tilts or bends."""
+    if name == "unbalance" and not isinstance(machine.rotor, PlanarRotor):
+        raise QuestionError(
+            f"{name!r}: along a rotor of kind {machine.rotor.kind!r} there may be several; give the path of one, such as "
+            "'unbalances[1].moment', or of a couple, 'unbalances[1].couple'"
+        )
+
+
+def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Described]:
+    """The machine with other values of its parameters, and its numbers.
 
     Raises
     ------
@@ -78,7 +89,7 @@ def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Plan
     try:
         for name, value in values.items():
             machine = with_quantity(machine, name, value)
-        return machine, plane_of(machine, None)
+        return machine, described(machine, None)
     except MachineError as error:
         given = ", ".join(f"{name} = {value}" for name, value in values.items())
         raise MachineError(f"{given}: {error}") from None

@@ -25,8 +25,8 @@ from autobalancer.results.provenance import provenance
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points
-from autobalancer.stability.map_rates import rates_over
-from autobalancer.stability.planes import plane_of
+from autobalancer.stability.map_rates import rates_over, refuse_unbalance
+from autobalancer.stability.planes import described
 from autobalancer.units import to_si
 
 Axis = Sequence[Any] | Floats
@@ -46,7 +46,7 @@ def stability_map(
 ) -> xr.Dataset:
     """Growth rate of the balanced state over two parameters, with the border speeds.
 
-    Two or more equal balls on isotropic supports take the compiled way, about a microsecond a point; other machines
+    Two or more equal balls on a planar rotor with isotropic supports take the compiled way, about a microsecond a point; other machines
     take the eigenvalues or, on orthotropic supports, the multipliers of every point.
 
     Parameters
@@ -102,6 +102,7 @@ def stability_map(
 
 
 def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
+    refuse_unbalance(machine, name)
     points = [value.item() if isinstance(value, np.generic) else value for value in axis]
     if not points:
         raise QuestionError(f"{name}: given no values; give at least one")
@@ -135,7 +136,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
         text, unit = label_of(name)
         found = found.assign_coords({dim: (dim, numbers, {"long_name": text, "units": unit})})
     found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
-    p = plane_of(machine, None)
+    p = described(machine, None)
     route = balanced_states(machine, p)[0].route
     found.attrs = {
         "title": f"Stability map of {machine.name}",

@@ -16,9 +16,9 @@ from autobalancer.machine import Machine
 from autobalancer.stability import borders
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.borders_over import VARIABLES
-from autobalancer.stability.lateral import Plane
-from autobalancer.stability.planes import plane_of
+from autobalancer.stability.planes import Described, described, lower_critical_speed, plane_of
 from autobalancer.stability.release import release_border
+from autobalancer.stability.stations import Stations
 from autobalancer.units import to_si
 
 VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside
@@ -76,13 +76,14 @@ def _minimum(
     if which not in VARIABLES:
         raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
     wanted = _speed(speed)
-    p = plane_of(machine, unbalance)
+    p = described(machine, unbalance)
     if p.moment.size == 0:
         raise QuestionError(f"minimum {name}: the machine has no balls")
-    unit = float(np.median(p.inertia)) * math.sqrt(max(p.stiffness) / p.mass)
+    fast = lower_critical_speed(p) if isinstance(p, Stations) else math.sqrt(max(p.stiffness) / p.mass)
+    unit = float(np.median(p.inertia)) * fast
     ends = VISCOSITIES if name == "viscosity" else (DRAGS[0] * unit, DRAGS[1] * unit)
     start = with_quantity(machine, name, ends[1])  # also says if nothing can be changed
-    holds = _question(start, which, wanted, p.unbalance)
+    holds = _question(start, which, wanted, unbalance if isinstance(p, Stations) else p.unbalance)
 
     def enough(exponent: float) -> bool:
         return holds(with_quantity(machine, name, math.exp(exponent)))
@@ -97,20 +98,20 @@ def _minimum(
     return 0.0
 
 
-def _question(machine: Machine, which: str, speed: float, unbalance: complex) -> Callable[[Machine], bool]:
+def _question(machine: Machine, which: str, speed: float, unbalance: complex | float | None) -> Callable[[Machine], bool]:
     """Whether the border of a machine is not above the speed."""
 
-    def of(machine: Machine) -> Plane:
-        return plane_of(machine, unbalance)
+    def of(machine: Machine) -> Described:
+        return described(machine, unbalance)
 
     simple = {"averaged border": borders.averaged, "release speed": release_border}
     if which in simple:
-        return lambda m: simple[which](of(m)).speed <= speed
+        return lambda m: simple[which](plane_of(m, unbalance)).speed <= speed
     if which == "exact border, worst case":
-        found = borders.worst_case(of(machine))
+        found = borders.worst_case_of(of(machine))
         if math.isnan(found.speed):
             raise QuestionError(f"{which}: {found.note}")
-        return lambda m: borders.worst_case(of(m)).speed <= speed
+        return lambda m: borders.worst_case_of(of(m)).speed <= speed
     (first, *_) = borders.exact(machine, of(machine))
     if math.isnan(first.speed):
         raise QuestionError(f"{which}: {first.note}")
@@ -118,7 +119,7 @@ def _question(machine: Machine, which: str, speed: float, unbalance: complex) ->
 
     def exact(m: Machine) -> bool:
         p = of(m)
-        if speed <= max(math.sqrt(k / p.mass) for k in p.stiffness) and p.isotropic:
+        if not isinstance(p, Stations) and p.isotropic and speed <= max(p.critical_speeds):
             return False
         verdicts = (borders.border_of(state, p)[0] <= speed for state in balanced_states(m, p))
         return all(verdicts) if worst else any(verdicts)

@@ -1,4 +1,4 @@
-"""The plane of a machine at its largest unbalance, and what may be wrong with it."""
+"""The plane or the stations of a machine at its largest unbalance, and what may be wrong with them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,19 @@ import math
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.lateral import Plane, plane, unbalance_vector
+from autobalancer.stability.station_states import required
+from autobalancer.stability.stations import Stations, stations
+
+Described = Plane | Stations
+
+
+def described(machine: Machine, unbalance: complex | float | None) -> Described:
+    """The numbers of any machine with an unbalance; see :func:`plane_of`."""
+    if isinstance(machine.rotor, PlanarRotor):
+        return plane_of(machine, unbalance)
+    return stations(machine, unbalance, largest=True)
 
 
 def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
@@ -36,13 +47,15 @@ def _largest_unbalance(machine: Machine) -> complex:
     return max(vectors, key=abs)
 
 
-def lower_critical_speed(p: Plane) -> float:
-    """sqrt(k/M) of the softer direction, rad/s."""
-    return math.sqrt(min(p.stiffness) / p.mass)
+def lower_critical_speed(p: Described) -> float:
+    """The lowest critical speed, rad/s: sqrt(k/M) of the softer direction; of a rotor without any its lowest frequency."""
+    return p.scale_speed if isinstance(p, Stations) else math.sqrt(min(p.stiffness) / p.mass)
 
 
-def why_no_state(p: Plane) -> str:
+def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
+    if isinstance(p, Stations):
+        return _why_no_rest(p)
     need, have = abs(p.unbalance) * 1e6, float(p.moment.sum()) * 1e6
     if p.moment.size == 1:
         return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
@@ -54,3 +67,16 @@ def why_no_state(p: Plane) -> str:
     if need < least:
         return f"no balanced state: unequal balls always add up to {least:.4g} g mm, the unbalance is {need:.4g} g mm"
     return "no balanced state was found"
+
+
+def _why_no_rest(st: Stations) -> str:
+    """The same for several stations, from what they need well above the lowest critical speed."""
+    if np.any(st.offset != 0.0):
+        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the races"
+    speed = min(3.0 * st.scale_speed, st.model.top_speed)
+    parts = []
+    for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)) * 1e6, strict=True)):
+        have = float(st.moment[st.station == place].sum()) * 1e6
+        if need > have or int((st.station == place).sum()) == 1:
+            parts.append(f"at {name!r} {need:.4g} g mm are needed at {speed:.4g} rad/s, the balls have {have:.4g} g mm")
+    return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"

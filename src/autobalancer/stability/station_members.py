@@ -10,6 +10,7 @@ import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -33,7 +34,7 @@ class StationBalls:
 
     stations: Stations
     leading: tuple[tuple[float, ...], ...] | None = None  # None: the states in which races run true
-    route: str = "eigenvalues"
+    route: str = "stations"
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; of several states the most stable one; nan where there is none."""
@@ -83,7 +84,7 @@ class EqualAtOneStation:
     stations: Stations
     place: float = 0.0  # 0 the least, 1 the greatest |S2|
     spread: float | None = None
-    route: str = "eigenvalues"
+    route: str = "stations"
 
     @property
     def count(self) -> int:
@@ -99,8 +100,8 @@ class EqualAtOneStation:
             return math.nan
         if self.count == 2:
             return float(spread_of_two(np.array(min(share, 2.0))))
-        low, high = spread_range(self.count, share)
-        return low + self.place * (high - low)
+        grid, low, high = _spread_table(self.count)
+        return float(np.interp(share, grid, low + self.place * (high - low)))
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
@@ -115,6 +116,14 @@ class EqualAtOneStation:
             return math.nan
         pair, state = _pair(self.stations, spread)
         return growth_of(pair, speed, state)
+
+
+@lru_cache(maxsize=16)
+def _spread_table(count: int) -> tuple[Floats, Floats, Floats]:
+    """Least and greatest |S2| over the resultant in units of one ball."""
+    grid = np.linspace(0.0, count, 40 * count + 1)
+    low, high = np.array([spread_range(count, float(share)) for share in grid]).T
+    return grid, low, high
 
 
 def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:

@@ -14,10 +14,12 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.balanced import POINTS, Balanced, balanced_states
-from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import lower_critical_speed, plane_of, why_no_state
+from autobalancer.stability.lateral import Floats
+from autobalancer.stability.planes import Described, described, lower_critical_speed, why_no_state
 
 MARGIN = 1e-12  # a growth rate above -MARGIN times the critical speed is not stable, but marginal
+
+MANY = 4  # critical speeds; more share no finer grid
 
 Window = tuple[float, float]
 
@@ -45,16 +47,18 @@ def stable_windows(
     """Speed ranges in which the balanced state is stable.
 
     The growth rate is followed over the speed; its sign changes are found by bisection, and extreme values between the
-    points at which it might change its sign unseen are looked at closely.
+    points at which it might change its sign unseen are looked at closely. A window narrower than the grid (a few hundred
+    speeds, dense above the critical ones) whose growth rate shows no such extreme value can be missed.
 
     Parameters
     ----------
     machine
-        A machine or the path of a machine file.
+        A machine or the path of a machine file; any rotor.
     highest, lowest
         Ends of the search, rad/s; the lowest speed is by default a twentieth of the lower critical speed.
     unbalance
-        kg m, complex for one off the zero mark; by default the largest of the machine over time.
+        kg m, complex for one off the zero mark; by default the largest of the machine over time. On rotors that tilt or bend
+        it takes the place of the machine's unbalance if that is a single one.
 
     Raises
     ------
@@ -63,7 +67,7 @@ def stable_windows(
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    p = plane_of(machine, unbalance)
+    p = described(machine, unbalance)
     low = 0.05 * lower_critical_speed(p) if lowest is None else float(lowest)
     if not (0.0 < low < highest < math.inf):
         raise QuestionError(
@@ -81,7 +85,7 @@ def stable_windows(
     return StableWindows(tuple(common), (low, float(highest)), note)
 
 
-def windows_of(state: Balanced, low: float, high: float, p: Plane) -> tuple[list[Window], str]:
+def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[list[Window], str]:
     """Stable windows of one state and a note on them; the note is never empty where there is no window."""
     margin = MARGIN * lower_critical_speed(p)
     speeds = _grid(low, high, p, POINTS[state.route])
@@ -116,14 +120,14 @@ def windows_of(state: Balanced, low: float, high: float, p: Plane) -> tuple[list
     return windows, "; ".join(notes)
 
 
-def _grid(low: float, high: float, p: Plane, count: int) -> Floats:
+def _grid(low: float, high: float, p: Described, count: int) -> Floats:
     """Speeds that are dense just above the critical speeds, where borders lie."""
     parts = [np.geomspace(low, high, count // 3)]
-    for k in sorted(set(p.stiffness)):
-        critical = math.sqrt(k / p.mass)
+    share = count // (1 + min(len(p.critical_speeds), MANY))
+    for critical in p.critical_speeds:
         if low < critical < high:
             parts.append(critical * (1.0 - np.geomspace(1e-6, 1.0, count // 12)[:-1]))
-            near = np.geomspace(1e-6 * critical, high - critical, count // (1 + len(set(p.stiffness))))
+            near = np.geomspace(1e-6 * critical, high - critical, share)
             parts.append(critical + near)
     grid = np.unique(np.concatenate(parts))
     return np.asarray(grid[(grid >= low) & (grid <= high)], np.float64)

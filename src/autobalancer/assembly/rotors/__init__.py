@@ -11,8 +11,9 @@ from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows
 from autobalancer.assembly.rotors.multibody import multibody
 from autobalancer.assembly.rotors.rigid import planar, rigid
+from autobalancer.assembly.rotors.shaft import shaft
 from autobalancer.catalog.resolve import resolve
-from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, Unbalance
+from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
 
 __all__ = [
@@ -44,6 +45,8 @@ def lateral_model(machine: Machine) -> LateralModel:
         return planar(rotor)
     if isinstance(rotor, RigidRotor):
         return rigid(rotor)
+    if isinstance(rotor, ShaftRotor):
+        return shaft(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
     if isinstance(rotor, MultibodyRotor):
         return multibody(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
     raise AssertionError(rotor)
