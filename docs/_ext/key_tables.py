@@ -79,6 +79,8 @@ def _default(field: FieldInfo) -> str:
     value = field.get_default(call_default_factory=True)
     if value is None or value in ((), ""):
         return "–"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
     if isinstance(value, Part):
         return "all at rest"
     if isinstance(value, tuple):
@@ -105,7 +107,7 @@ def _leaf(leaf: Any) -> str:
     for extra in get_args(leaf)[1:]:
         if isinstance(extra, PlainValidator):
             return _quantity(extra.func)
-    return {str: "text", int: "whole number"}[leaf]
+    return {str: "text", int: "whole number", bool: "`true` or `false`"}[leaf]
 
 
 def _quantity(read: Any) -> str:
@@ -113,6 +115,8 @@ def _quantity(read: Any) -> str:
     made_with = getclosurevars(read).nonlocals
     if "single" in made_with:
         return f"{_quantity(made_with['single'])}; one, or a pair along x and y"
+    if "unit" not in made_with:
+        return "m, or the name of a station"
     unit = made_with["unit"].replace("*", " ").replace("^2", "²").replace("^3", "³") or "number"
     return unit + (", > 0" if made_with["positive"] else ", ≥ 0" if made_with["non_negative"] else "")
 

@@ -1,5 +1,7 @@
 """What the keys of a machine file mean; their units, bounds and defaults come from the classes."""
 
+from rig_meanings import RIG_MEANINGS
+
 BALL = "with two of diameter, mass and density (or material) the third follows"
 CORNERS = "as many as times, straight in between, constant outside"
 
@@ -87,4 +89,5 @@ MEANINGS = {
     "Start.deflection": "along x and y, in space",
     "Start.velocity": "along x and y, in space",
     "RunPlan.duration": "of a run",
+    **RIG_MEANINGS,
 }

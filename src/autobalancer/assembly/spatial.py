@@ -24,7 +24,7 @@ from autobalancer.assembly.rotors.reduction import Reduction, circular, reductio
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
 from autobalancer.kernels.lanes import LANES
-from autobalancer.kernels.stations import HEADER
+from autobalancer.kernels.rotor_layout import HEADER
 from autobalancer.kernels.system import START
 from autobalancer.machine import ConstantTorque, Hill, Machine, PrescribedSpeed, TargetTorque, TorqueTable
 
@@ -147,13 +147,16 @@ def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
     reach = np.zeros_like(wide)
     reach[:, :size] = rows @ inverse
     gyroscopic = parts.small(model.gyroscopic)
-    blocks = [np.array([size, width, count, each, model.speeds.size, axial_gravity(machine)], np.float64), model.speeds]
+    blocks = [
+        np.array([size, width, count, each, model.speeds.size, axial_gravity(machine), 0.0], np.float64),
+        model.speeds,
+    ]
     assert blocks[0].size == HEADER
     blocks.append(columns(inverse @ gyroscopic))
     blocks += [columns(inverse @ parts.small(c)) for c in model.damping]
     blocks += [columns(inverse @ parts.small(k)) for k in model.stiffness]
     blocks += [columns(0.5 * gyroscopic), wide.ravel(), reach.ravel(), (rows @ inverse @ rows.T).ravel()]
-    blocks.append(np.zeros(5 * width + rows.shape[0] * (rows.shape[0] + 8)))
+    blocks.append(np.zeros(5 * width + rows.shape[0] * (rows.shape[0] + 9)))
     blocks += _loads(machine, parts, inverse, segments, width)
     return np.ascontiguousarray(np.concatenate(blocks), np.float64)
 

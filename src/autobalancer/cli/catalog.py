@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from autobalancer.catalog.fluids import FluidState
 
-app = typer.Typer(help="Look up bearings, ball materials and fluids.", no_args_is_help=True, rich_markup_mode="rich")
+_HELP = "Look up bearings, ball materials, fluids and published rigs."
+app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="rich")
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
@@ -168,6 +169,35 @@ def materials(as_json: Json = False) -> None:
         return
     table = [[entry.name, f"{entry.density:.5g}", entry.source, entry.remark] for entry in all_materials()]
     _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table)
+
+
+@app.command()
+def rigs(as_json: Json = False) -> None:
+    """List the published rigs that come as machine files.
+
+    [dim]Example:[/dim] autobalancer catalog rigs
+    """
+    from autobalancer.files.rigs import rig as find_rig
+    from autobalancer.files.rigs import rigs as all_rigs
+
+    found = {name: find_rig(name) for name in all_rigs()}
+    if as_json:
+        rows = [{"name": key, "title": m.name, "description": m.description} for key, m in found.items()]
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    _table("Published rigs", ["rig", "source"], [[key, m.description] for key, m in found.items()])
+    typer.echo("Get one: autobalancer catalog rig NAME > machine.toml")
+
+
+@app.command()
+def rig(name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig".')]) -> None:
+    """Print the machine file of a published rig.
+
+    [dim]Example:[/dim] autobalancer catalog rig rodrigues_rig > machine.toml
+    """
+    from autobalancer.files.rigs import rig_text
+
+    typer.echo(rig_text(name), nl=False)
 
 
 @app.command()

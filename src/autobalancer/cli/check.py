@@ -32,9 +32,11 @@ def check(
     table.add_column()
     table.add_row("axis", found.axis)
     table.add_row("mass", f"{found.total_mass:.6g} kg with balls, {found.rotor_mass:.6g} kg without")
-    names = ("along x and y",) if len(found.critical_speeds) == 1 else ("along x", "along y")
+    names: tuple[str, ...] = ("along x and y, ",) if len(found.critical_speeds) == 1 else ("along x, ", "along y, ")
+    if found.rotor != "planar":
+        names = tuple("" for _ in found.critical_speeds)
     for name, speed, ratio in zip(names, found.critical_speeds, found.damping_ratios, strict=True):
-        table.add_row("critical speed", f"{_speed(speed)}, {name}, damping ratio {100 * ratio:.3g} %")
+        table.add_row("critical speed", f"{_speed(speed)}, {name}damping ratio {100 * ratio:.3g} %")
     table.add_row(
         "unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" (greatest over time)" if found.unbalance_varies else "")
     )
@@ -48,6 +50,12 @@ def check(
             f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
             f"capability {race.capability * 1e6:.5g} g mm{enough}\n"
             f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",
+        )
+    for plane in found.stations:
+        table.add_row(
+            f"plane {plane.name}",
+            f"needs {plane.required * 1e6:.5g} g mm for rest at {_speed(plane.speed)}, "
+            f"capability {plane.capability * 1e6:.5g} g mm",
         )
     if found.borders:
         if not math.isnan(found.sommerfeld_number):

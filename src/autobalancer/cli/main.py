@@ -38,11 +38,14 @@ from autobalancer.cli import (  # noqa: E402
     branches,
     catalog,
     check,
+    modes,
     plot,
     receptance,
+    response,
     run,
     stability,
     stability_map,
+    stepped,
 )
 
 app.command()(check.check)
@@ -55,4 +58,7 @@ app.command("map")(stability_map.map_)
 app.command()(branches.branches)
 app.command()(basin.basin)
 app.command()(receptance.receptance)
+app.command()(stepped.stepped)
+app.command()(modes.modes)
+app.command()(response.response)
 app.add_typer(catalog.app, name="catalog")

@@ -22,14 +22,16 @@ def stability(
             "the critical speed."
         ),
     ] = "",
-    state: Annotated[str, typer.Option(help="balanced, coincident or 'in line'.")] = "balanced",
+    state: Annotated[
+        str, typer.Option(help="balanced, coincident, 'in line', or mixed: at some stations at rest.")
+    ] = "balanced",
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
     out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
     speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
 ) -> None:
-    """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on orthotropic supports.
+    """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on anisotropic supports.
 
     Example: autobalancer stability examples/machines/discoidal.toml --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
@@ -45,12 +47,14 @@ def stability(
     from autobalancer.stability.states import eigenvalues
     from autobalancer.units import option_to_si
 
-    if state not in ("balanced", "coincident", "in line"):
-        raise QuestionError(f"--state: given {state!r}; must be balanced, coincident or 'in line'")
+    if state not in ("balanced", "mixed", "coincident", "in line"):
+        raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident or 'in line'")
     if speeds:
         chosen = speed_range(speeds)
     else:
         critical = summary(machine).critical_speeds
+        if not critical:
+            raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
         chosen = np.linspace(0.5 * min(critical), 3.0 * max(critical), 401)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("speeds")

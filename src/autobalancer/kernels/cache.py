@@ -13,7 +13,8 @@ def _indexes() -> Iterator[Path]:
     """The index files of compiled kernels of this package."""
     stems = {path.stem for path in HERE.rglob("*.py")}
     named = os.environ.get("NUMBA_CACHE_DIR")
-    folders = [Path(named)] if named else [HERE / "__pycache__", HERE / "integrators" / "__pycache__"]
+    places = (HERE, HERE / "integrators", HERE / "flow")
+    folders = [Path(named)] if named else [place / "__pycache__" for place in places]
     for folder in folders:
         if folder.is_dir():
             yield from (path for path in folder.rglob("*.nbi") if path.name.split(".")[0] in stems)

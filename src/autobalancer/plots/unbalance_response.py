@@ -142,9 +142,7 @@ def plot_polar_response(
     return figure
 
 
-def _checked(
-    found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None
-) -> tuple[AxisUnit, AxisUnit]:
+def _checked(found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None) -> tuple[AxisUnit, AxisUnit]:
     if "mean_of_greatest" not in found or "quantity" not in found.attrs:
         raise QuestionError(f"{owner}: this is no result of unbalance_response()")
     if found["speed"].size < 2:

@@ -95,17 +95,20 @@ def plot_whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = No
             axes.plot(place, x[:, i], y[:, i], color=INK, lw=0.4, alpha=0.35)
         axes.plot(place, x[:, 0], y[:, 0], color=UNBALANCE, lw=1.8, label="rotor angle 0")
         axes.plot(place[[0, -1]], [0.0, 0.0], [0.0, 0.0], color=CRITICAL, lw=0.8, ls=(0, (5, 3)), label="at rest")
-        for i in np.flatnonzero(known):
-            station = found.isel(station=int(i))
+        for number in np.flatnonzero(known):
+            station = found.isel(station=int(number))
             at = np.full(found["rotor_angle"].size, 1e3 * float(station["position"]))
             word = str(station["whirl"].item())
             ring = station["x"].values * unit.factor, station["y"].values * unit.factor
             axes.plot(at, *ring, color=WHIRL[word], lw=1.6, label=f"{station['station'].item()}: {word}")
-            head = max(1, at.size // 12)
+            head, tip = at.size // 12, at.size // 12 + max(1, at.size // 24)
             axes.quiver(
-                at[0], ring[0][head], ring[1][head], 0.0, *(float(r[head + 1] - r[head]) for r in ring),
-                color=WHIRL[word], length=2.5, arrow_length_ratio=1.0,
+                at[0], ring[0][head], ring[1][head], 0.0, *(float(r[tip] - r[head]) for r in ring),
+                color=WHIRL[word], arrow_length_ratio=1.0,
             )  # fmt: skip
+        reach = float(np.hypot(x, y).max()) or 1.0
+        axes.set_ylim(-reach, reach)
+        axes.set_zlim(-reach, reach)
         axes.set_xlabel("position along the axis (mm)")
         axes.set_ylabel(f"x ({unit.sign})")
         axes.set_zlabel(f"y ({unit.sign})")

@@ -132,7 +132,9 @@ def intersections(
         above = branches.eigenvalue.imag - h * speeds
         for b, i in zip(*np.nonzero(above[:, :-1] * above[:, 1:] < 0.0), strict=True):
             found.append((_refined(model, branches, speeds, h, int(b), int(i), motions), h, int(b)))
-        found += [(float(speeds[i]), h, int(b)) for b, i in zip(*np.nonzero(above == 0.0), strict=True) if speeds[i] > 0]
+        found += [
+            (float(speeds[i]), h, int(b)) for b, i in zip(*np.nonzero(above == 0.0), strict=True) if speeds[i] > 0
+        ]
     return sorted(found)
 
 

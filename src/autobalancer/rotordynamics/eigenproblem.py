@@ -8,6 +8,7 @@ lose no digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eig, eigh
@@ -80,7 +81,7 @@ def _real_part(model: LateralModel, speed: float, block: slice, damped: bool) ->
     return values[keep], full
 
 
-def _solved(mass: Complexes, turning: Complexes, stiffness: Complexes) -> tuple[Complexes, Complexes]:
+def _solved(mass: Any, turning: Any, stiffness: Any) -> tuple[Complexes, Complexes]:
     """(lambda^2 M + lambda D + K) q = 0: all 2 n eigenvalues and vectors as rows."""
     hermitian = 0.5 * (stiffness + stiffness.conj().T)
     squares, basis = eigh(hermitian, mass)

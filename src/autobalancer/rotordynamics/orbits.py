@@ -78,7 +78,7 @@ def whirl_orbits(
         ("inclination", "station", here.inclination, "angle of the major axis from x", "rad"),
     ):
         result[name] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(
-        machine, f"Whirl orbits of {machine.name}", balls=balls or ball_angles is not None
-    ) | {"speed": float(omega[0])}
+    result.attrs = attributes(machine, f"Whirl orbits of {machine.name}", balls=balls or ball_angles is not None) | {
+        "speed": float(omega[0])
+    }
     return result

@@ -14,7 +14,7 @@ from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.question import attributes, chosen_places, rotor_of
-from autobalancer.rotordynamics.response import amplitudes
+from autobalancer.rotordynamics.response import UNITS, Quantity, amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import greatest_mean, mean_of_greatest, whirl
 
@@ -30,13 +30,14 @@ def response_peaks(
     *,
     balls: bool = False,
     measure: Measure = "mean_of_greatest",
+    quantity: Quantity = "displacement",
     samples: int = 1000,
 ) -> xr.Dataset:
-    """Peaks of the displacement between two speeds, with damping; each is refined between the samples.
+    """Peaks of the response between two speeds, with damping; each is refined between the samples.
 
     Parameters
     ----------
-    machine, stations, unbalance, balls
+    machine, stations, unbalance, balls, quantity
         As for :func:`~autobalancer.rotordynamics.response.unbalance_response`.
     lowest, highest
         Rotor speeds, rad/s.
@@ -48,7 +49,7 @@ def response_peaks(
     Returns
     -------
     xarray.Dataset
-        Over ``peak``: ``peak_speed`` (rad/s) and ``peak_amplitude`` (m), by ascending speed.
+        Over ``peak``: ``peak_speed`` (rad/s) and ``peak_amplitude`` (m, m/s or m/s^2), by ascending speed.
 
     Raises
     ------
@@ -63,14 +64,17 @@ def response_peaks(
         )
     if measure not in get_args(Measure):
         raise QuestionError(f"{owner}: measure: given {measure!r}; must be one of {', '.join(get_args(Measure))}")
+    if quantity not in UNITS:
+        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
     if samples < 3:
         raise QuestionError(f"{owner}: samples: given {samples}; must be at least 3")
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, None, owner)
+    order = list(UNITS).index(quantity)
     summed = mean_of_greatest if measure == "mean_of_greatest" else greatest_mean
 
     def height(speeds: Floats) -> Floats:
-        return summed(whirl(*amplitudes(model, speeds, load, places)))
+        return speeds**order * summed(whirl(*amplitudes(model, speeds, load, places)))
 
     grid = np.linspace(lowest, highest, samples)
     level = height(grid)
@@ -85,11 +89,12 @@ def response_peaks(
         found.append((float(best.x), -float(best.fun)))
     result = xr.Dataset()
     for column, (name, text, unit) in enumerate(
-        (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", "m"))
+        (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", UNITS[quantity]))
     ):
         result[name] = ("peak", [entry[column] for entry in found], {"long_name": text, "units": unit})
     result.attrs = attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls) | {
         "measure": measure,
+        "quantity": quantity,
         "stations": places.names,
     }
     return result

@@ -93,10 +93,16 @@ def chosen_places(
 
 
 def along_axis(machine: Machine, model: LateralModel) -> Places:
-    """Places from end to end, planes of stations and balancers that overhang included."""
+    """Places from end to end, planes of stations and balancers that overhang included.
+
+    A rotor that tilts on one support is shown to a radius of gyration on both sides of it.
+    """
     line = [(z, rows.deflection) for z, rows in model.axis.line()]
     low, high = min(z for z, _ in line), max(z for z, _ in line)
-    if low < high:
+    if model.pairs > 1:
+        if low == high:
+            reach = float(np.sqrt(model.mass[1, 1] / model.mass[0, 0]))
+            line += [(z, model.axis.rows(z, None).deflection) for z in (low - reach, low + reach)]
         line += [(z, rows.deflection) for z, rows in _overhanging(machine, model) if not low <= z <= high]
     line.sort(key=lambda entry: entry[0])
     positions, deflection = np.array([z for z, _ in line]), np.array([row for _, row in line])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,7 @@ from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
-UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # each is the rate of the one before
 AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved together
 
 
@@ -75,12 +75,12 @@ def unbalance_response(
     owner = "unbalance_response"
     machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
     omega = checked_speeds(speeds, model, owner)
-    if quantity not in get_args(Quantity):
-        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(get_args(Quantity))}")
+    if quantity not in UNITS:
+        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, ball_angles, owner)
     x, y = amplitudes(model, omega, load, places)
-    rate = (1j * omega[:, None]) ** get_args(Quantity).index(quantity)
+    rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
     title = f"Unbalance response of {machine.name}"
     found = _dataset(omega, places, x * rate, y * rate, load.direction, quantity)
     found.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
@@ -128,7 +128,9 @@ def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:
     return np.asarray(found, np.complex128)
 
 
-def _dataset(speeds: Floats, places: Places, x: Complexes, y: Complexes, angle: float, quantity: Quantity) -> xr.Dataset:
+def _dataset(
+    speeds: Floats, places: Places, x: Complexes, y: Complexes, angle: float, quantity: Quantity
+) -> xr.Dataset:
     ellipses: Whirl = whirl(x, y)
     unit, both = UNITS[quantity], ("speed", "station")
     turned = np.exp(-1j * angle)

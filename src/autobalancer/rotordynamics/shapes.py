@@ -8,12 +8,14 @@ from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 from autobalancer.rotordynamics.question import Places
 from autobalancer.rotordynamics.whirl import Whirl, whirl, whole_direction
 
-BENT = 0.25  # part of the mean square deflection that a straight line misses; above it the axis bends
+BENT = (
+    0.1  # part of the mean square deflection that a straight line misses, 0.19 for half a wave; above it the axis bends
+)
 ONE_PLANE = 0.6  # share of the kinetic energy along x or y above which a mode belongs to this direction
 
 
 def mode_names(model: LateralModel, vectors: Complexes, axis: Places) -> list[str]:
-    """Such as ``cylindrical y``, ``conical forward``, ``bending 1 backward``, or the coordinate that moves.
+    """Such as ``cylindrical y``, ``conical forward``, ``bending 1 backward``, ``axial, z of frame``.
 
     ``vectors`` (modes, N) by ascending frequency, of unit kinetic norm. Cylindrical and conical modes leave the axis
     nearly straight: without and with a node. Bending modes of one direction are counted.
@@ -54,7 +56,9 @@ def _shares(model: LateralModel, vector: Complexes) -> tuple[float, float, float
 def _other(model: LateralModel, vector: Complexes) -> str:
     energy = (vector.conj() * (model.mass @ vector)).real
     energy[: 2 * model.pairs] = 0.0
-    return model.coordinates[int(np.argmax(energy))]
+    most = model.coordinates[int(np.argmax(energy))]
+    kind = "axial" if most.startswith("z ") else "torsional" if most.startswith("turning") else ""
+    return f"{kind}, {most}" if kind else most
 
 
 def _kind(ellipses: Whirl, positions: Floats) -> str:

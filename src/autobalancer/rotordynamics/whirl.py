@@ -49,7 +49,7 @@ class Whirl:
     @property
     def direction(self) -> np.ndarray:
         """``forward``, ``backward`` or ``straight``, as texts."""
-        return np.array(["backward", "straight", "forward"], dtype=object)[self.sense + 1]
+        return np.asarray(np.array(["backward", "straight", "forward"], dtype=object)[self.sense + 1])
 
 
 def whirl(x: Complexes, y: Complexes) -> Whirl:

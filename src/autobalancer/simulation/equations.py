@@ -11,7 +11,8 @@ from autobalancer.kernels.guided_balls import planar
 def equations(assembly: Assembly) -> Any:
     """The right-hand side for :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
     if assembly.general:
-        from autobalancer.kernels.stations import ROWS, spatial, spatial_full
+        from autobalancer.kernels.rotor_layout import ROWS
+        from autobalancer.kernels.stations import spatial, spatial_full
 
         return spatial_full if assembly.system.rotor[ROWS] == 4 else spatial
     return planar

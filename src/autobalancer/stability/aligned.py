@@ -173,7 +173,7 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
 
 def _distinct(found: list[dict[int, float]], a: Aligned) -> list[dict[int, float]]:
     """States that differ by an exchange of equal balls of one race center are one."""
-    kept: dict[tuple[tuple[float, ...], ...], dict[int, float]] = {}
+    kept: dict[object, dict[int, float]] = {}
     for angles in found:
         key = tuple(
             sorted(
@@ -181,5 +181,5 @@ def _distinct(found: list[dict[int, float]], a: Aligned) -> list[dict[int, float
                 for ball, angle in angles.items()
             )
         )
-        kept.setdefault(key, angles)  # type: ignore[arg-type]
+        kept.setdefault(key, angles)
     return list(kept.values())

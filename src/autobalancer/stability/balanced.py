@@ -22,11 +22,18 @@ from autobalancer.stability.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import Described
 from autobalancer.stability.spread import spread_of_two, spread_range
+from autobalancer.stability.station_floquet import OnAnisotropicStations
 from autobalancer.stability.station_members import members_of
 from autobalancer.stability.stations import Stations
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
-POINTS = {"polynomial": 1500, "eigenvalues": 240, "multipliers": 100, "stations": 420, "turns": 60}  # speeds at which a border is looked for
+POINTS = {
+    "polynomial": 1500,
+    "eigenvalues": 240,
+    "multipliers": 100,
+    "stations": 420,
+    "turns": 60,
+}  # speeds at which a border is looked for
 
 
 class Balanced(Protocol):
@@ -94,7 +101,7 @@ def balanced_states(machine: Machine, p: Described) -> list[Balanced]:
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
     if isinstance(p, Stations):
-        return members_of(p)
+        return list(members_of(p)) if p.isotropic else [OnAnisotropicStations(p)]
     if not p.isotropic:
         return [OnOrthotropicSupports(machine, p)]
     count, one_center = p.moment.size, bool(np.all(p.offset == p.offset[0]))

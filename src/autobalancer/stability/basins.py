@@ -46,7 +46,8 @@ from autobalancer.simulation.record import record_for
 from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
 from autobalancer.stability.lateral import Plane, plane
-from autobalancer.stability.states import eigenvalues_of, growth
+from autobalancer.stability.states import eigenvalues_of
+from autobalancer.stability.verdicts import growth
 
 ROWS = 128  # runs handed to a thread at once
 

@@ -19,10 +19,10 @@ from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_state
 from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
-from autobalancer.stability.stations import Stations
 from autobalancer.stability.planes import Described, described, lower_critical_speed
 from autobalancer.stability.release import release_border
+from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
+from autobalancer.stability.stations import Stations
 from autobalancer.stability.windows import windows_of
 
 __all__ = ["Border", "border_speeds", "borders_of"]
@@ -110,9 +110,7 @@ def border_of(state: Balanced, p: Described, highest: float | None = None) -> tu
     high = highest_searched(p) if highest is None else highest
     windows, note = windows_of(state, critical, high, p)
     rotor = (float(np.abs(p.model.damping).max()),) if isinstance(p, Stations) else p.damping
-    undamped = [
-        name for name, values in (("rotor", rotor), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)
-    ]
+    undamped = [name for name, values in (("rotor", rotor), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)]
     if undamped and not windows:
         note = f"{note}; {' and '.join(undamped)} without damping"
     if not windows and note.startswith("no balanced state"):

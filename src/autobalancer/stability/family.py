@@ -137,15 +137,14 @@ def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
         if math.isnan(now):
             return plane(with_quantity(machine, name, value), p.unbalance)
         return replace(p, drag=p.drag * value / now)
-    balls = resolve(machine)
+    balls, rotor = resolve(machine), machine.rotor
+    assert isinstance(rotor, PlanarRotor)
     mass = np.array([value - ball.displaced for ball in balls])
     orbit = np.array([ball.orbit_radius for ball in balls])
     spin = np.array([ball.spin_ratio for ball in balls])
     fluid = np.array([ball.virtual_mass * ball.displaced for ball in balls])
     inertia = ((1.0 + spin) * value + fluid) * orbit**2
-    return replace(
-        p, mass=float(machine.rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia
-    )
+    return replace(p, mass=float(rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia)
 
 
 def _constant_speed(machine: Machine) -> float:

@@ -46,8 +46,8 @@ def stability_map(
 ) -> xr.Dataset:
     """Growth rate of the balanced state over two parameters, with the border speeds.
 
-    Two or more equal balls on a planar rotor with isotropic supports take the compiled way, about a microsecond a point; other machines
-    take the eigenvalues or, on orthotropic supports, the multipliers of every point.
+    Two or more equal balls on a planar rotor with isotropic supports take the compiled way, about a microsecond a point;
+    other machines take the eigenvalues or, on anisotropic supports, the multipliers of every point.
 
     Parameters
     ----------

@@ -98,7 +98,9 @@ def _minimum(
     return 0.0
 
 
-def _question(machine: Machine, which: str, speed: float, unbalance: complex | float | None) -> Callable[[Machine], bool]:
+def _question(
+    machine: Machine, which: str, speed: float, unbalance: complex | float | None
+) -> Callable[[Machine], bool]:
     """Whether the border of a machine is not above the speed."""
 
     def of(machine: Machine) -> Described:

@@ -11,15 +11,17 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.equilibria import Equilibrium, equilibria_of
 from autobalancer.stability.floquet import periodic_state
 from autobalancer.stability.lateral import Complexes, Plane, plane
-from autobalancer.stability.linear import eigensystem, kept, matrices, motion_name
+from autobalancer.stability.linear import eigensystem, matrices, motion_name
+from autobalancer.stability.station_results import station_eigenvalues, station_equilibria
+from autobalancer.stability.verdicts import growth, verdict
 
 Progress = Callable[[int, int], None]
-MARGIN = 1e-9  # growth rates up to this share of the speed count as zero
+Kind = Literal["balanced", "mixed", "coincident", "in line"]
 
 
 def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: complex | float | None = None) -> xr.Dataset:
@@ -32,7 +34,8 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
     speed
         Rotor speed, rad/s.
     unbalance
-        kg m, complex for one off the zero mark; by default that of the machine after all its schedules.
+        kg m, complex for one off the zero mark; by default that of the machine after all its schedules. On rotors that
+        tilt or bend it takes the place of the machine's unbalance if that is a single one.
 
     Returns
     -------
@@ -40,14 +43,20 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
         Along ``state``: name (*balanced*, *coincident*, *in line*), ball angles (rad), deflection (m; its forward part
         on orthotropic supports), residual unbalance, dimension of the continuum, eigenvalues (1/s; Floquet exponents on
         orthotropic supports), growth rate, verdict, and what moves in the leading mode. States that differ only by an
-        exchange of equal balls are listed once.
+        exchange of equal balls are listed once. Where the rotor tilts or bends also ``deflection_at_station`` and
+        ``required_moment`` (kg m, what the balls of each station have to add up to so that all stations rest), and
+        *mixed* states, in which some stations rest and others do not; ``deflection`` is that of the first balancer.
 
     Raises
     ------
     QuestionError
         At standstill, at an undamped critical speed, or with gravity in the plane.
     """
-    machine, p = _plane(machine, unbalance)
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if not isinstance(machine.rotor, PlanarRotor):
+        return station_equilibria(machine, speed, unbalance)
+    p = plane(machine, unbalance)
     states = equilibria_of(p, speed)
     rows = [_judged(machine, p, speed, state) for state in states]
     n, modes = p.moment.size, 4 + 2 * p.moment.size
@@ -90,7 +99,7 @@ def eigenvalues(
     machine: Machine | str | Path,
     speeds: Sequence[float],
     *,
-    state: Literal["balanced", "coincident", "in line"] = "balanced",
+    state: Kind = "balanced",
     outward: int | None = None,
     unbalance: complex | float | None = None,
     progress: Progress | None = None,
@@ -122,7 +131,11 @@ def eigenvalues(
     QuestionError
         If there is no such state at any of the speeds; the message says why.
     """
-    machine, p = _plane(machine, unbalance)
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if not isinstance(machine.rotor, PlanarRotor):
+        return station_eigenvalues(machine, speeds, state, outward, unbalance, progress)
+    p = plane(machine, unbalance)
     rows, missing = [], []
     for number, speed in enumerate(speeds):
         states = [s for s in equilibria_of(p, float(speed)) if s.name == state and outward in (None, s.outward)]
@@ -153,18 +166,6 @@ def eigenvalues(
     return found
 
 
-def growth(values: Complexes, freedom: int) -> float:
-    """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    return float(kept(values, freedom).real.max())
-
-
-def verdict(rate: float, speed: float) -> str:
-    """stable, marginal or unstable."""
-    if abs(rate) <= MARGIN * speed:
-        return "marginal"
-    return "unstable" if rate > 0.0 else "stable"
-
-
 def eigenvalues_of(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> Complexes:
     """Exact eigenvalues of the full equations, or Floquet exponents on orthotropic supports, 1/s."""
     return _judged(machine, p, speed, state)[0]
@@ -175,12 +176,6 @@ def _judged(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> tup
         values, vectors = eigensystem(*matrices(p, speed, state))
         return values, motion_name(vectors[:, 0], p, values[0], speed)
     return periodic_state(machine, p, speed, state).exponents, "periodic state: see the Floquet multipliers"
-
-
-def _plane(machine: Machine | str | Path, unbalance: complex | float | None) -> tuple[Machine, Plane]:
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
-    return machine, plane(machine, unbalance)
 
 
 def _why_none(p: Plane, state: str) -> str:

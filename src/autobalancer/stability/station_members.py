@@ -17,7 +17,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.equilibria import close_polygon
-from autobalancer.stability.lateral import Floats
+from autobalancer.stability.lateral import Complexes, Floats
 from autobalancer.stability.linear import eigensystem, kept
 from autobalancer.stability.spread import spread_of_two, spread_range
 from autobalancer.stability.station_linear import station_matrices
@@ -51,13 +51,13 @@ class StationBalls:
         """The balanced states at a speed; mirror images of equal balls count once."""
         st = self.stations
         if self.leading is None:
-            return _distinct(st, balanced_of(st, speed))
+            return without_exchanges(st, balanced_of(st, speed))
         closed = list(self._closed(required(st, speed)))
         freedom = sum(len(part) for part in self.leading)
         still = np.zeros(len(st.names), np.complex128)
         return [StationState("balanced", angles, still, freedom, 0) for angles in closed]
 
-    def _closed(self, needed: Floats) -> Iterator[Floats]:
+    def _closed(self, needed: Complexes) -> Iterator[Floats]:
         st = self.stations
         angles = np.empty(st.moment.size)
         assert self.leading is not None
@@ -132,7 +132,8 @@ def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:
     angle = 0.5 * math.acos(min(max(spread / count, -1.0), 1.0))
     both = {name: getattr(st, name)[:2] for name in ("ball_mass", "inertia", "drag", "station", "race", "offset")}
     pair = replace(st, moment=st.moment[:2] * math.sqrt(0.5 * count), **both)
-    return pair, StationState("balanced", np.array([angle, -angle]), np.zeros(1, np.complex128), 0, 0)
+    in_line = int(spread > count * (1.0 - 1e-12))  # then a first-order motion that unbalances nothing
+    return pair, StationState("balanced", np.array([angle, -angle]), np.zeros(1, np.complex128), in_line, 0)
 
 
 def growth_of(st: Stations, speed: float, state: StationState) -> float:
@@ -173,7 +174,7 @@ def _sampled(st: Stations, counts: list[int]) -> list[StationBalls]:
     return found
 
 
-def _distinct(st: Stations, states: list[StationState]) -> list[StationState]:
+def without_exchanges(st: Stations, states: list[StationState]) -> list[StationState]:
     """Without states that differ by an exchange of equal balls of one station."""
     kept_states: dict[tuple[tuple[float, ...], ...], StationState] = {}
     for state in states:

@@ -88,7 +88,7 @@ def _host(st: Stations, compliance: Complexes) -> Complexes:
 
 
 def _capability(st: Stations) -> Floats:
-    return np.bincount(st.station, st.moment, len(st.names))
+    return np.asarray(np.bincount(st.station, st.moment, len(st.names)), np.float64)
 
 
 def _least(st: Stations, host: Complexes, wanted: Complexes, true: range | tuple[int, ...]) -> Complexes:

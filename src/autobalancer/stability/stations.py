@@ -117,11 +117,17 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     Raises
     ------
     QuestionError
-        If gravity acts across the axis, or ``unbalance`` is given and the machine does not have just one.
+        If gravity acts across the axis, balls feel the tilt of their race, or ``unbalance`` is given and the machine has
+        not just one.
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
             "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead"
+        )
+    if machine.tilting_races == "full":
+        raise QuestionError(
+            "tilting_races: given 'full'; stability is known for balls that feel the deflection of their race only. Take "
+            'tilting_races = "deflection", or simulate the machine'
         )
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)

@@ -7,13 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalancer.assembly.system import assemble
+from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
-from autobalancer.kernels.system import DRIVE, HILL, KIND
-from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.kernels.system import HILL
+from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.stability.borders import Border, border_speeds
+from autobalancer.stability.frames import StationSummary, frame_of
 from autobalancer.stability.lateral import largest_unbalance
 
 
@@ -51,6 +52,8 @@ class Summary:
     no_borders_because: str
     highest_speed: float | None
     warnings: tuple[str, ...]
+    rotor: str = "planar"
+    stations: tuple[StationSummary, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
@@ -60,7 +63,9 @@ class Summary:
 def summary(machine: Machine | str | Path) -> Summary:
     """What can be said of a machine before it runs.
 
-    Critical speeds are sqrt(k/M) along x and y with the balls on the rotor.
+    Critical speeds are undamped and with the balls on the rotor: sqrt(k/M) along x and y, or of a rotor that tilts or
+    bends the lowest ones that an unbalance excites. There ``unbalance`` is the resultant of the point unbalances, and
+    ``stations`` say what each plane has to balance, couples included.
 
     Raises
     ------
@@ -70,19 +75,18 @@ def summary(machine: Machine | str | Path) -> Summary:
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     balls = resolve(machine)
-    system = assemble(machine).system
-    pairs = list(zip(machine.rotor.stiffness_xy, machine.rotor.damping_xy, strict=True))
-    if machine.rotor.isotropic:
-        pairs = pairs[:1]
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
     unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
-    critical = tuple(math.sqrt(k / system.mass) for k, _ in pairs)  # along x, y
     highest = None
     if isinstance(machine.drive, PrescribedSpeed):
+        pieces = profile_pieces(machine.drive.profile)
         highest = max(
-            float(max(row[DRIVE], row[DRIVE + 3]) if row[KIND] == HILL else row[DRIVE]) for row in system.segments
+            float(max(piece.numbers[0], piece.numbers[3]) if piece.kind == HILL else piece.numbers[0])
+            for piece in pieces
         )
+    frame = frame_of(machine, highest)
+    critical = frame.critical_speeds
     borders: tuple[Border, ...] = ()
     reason = ""
     try:
@@ -92,32 +96,44 @@ def summary(machine: Machine | str | Path) -> Summary:
     return Summary(
         name=machine.name,
         axis=machine.axis,
-        rotor_mass=float(machine.rotor.mass),
+        rotor_mass=frame.rotor_mass,
         ball_mass=sum(ball.mass for ball in balls),
-        total_mass=system.mass,
+        total_mass=frame.total_mass,
         critical_speeds=critical,
-        damping_ratios=tuple(b / (2.0 * math.sqrt(k * system.mass)) for k, b in pairs),
+        damping_ratios=frame.damping_ratios,
         unbalance=unbalance,
         unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
         races=races,
         capability=capability,
-        sommerfeld_number=_sommerfeld_number(machine, balls, system.mass),
+        sommerfeld_number=_sommerfeld_number(machine, balls, frame.total_mass),
         borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
-        warnings=_warnings(unbalance, capability, critical, highest, borders, bool(balls)),
+        warnings=_warnings(unbalance, capability, critical, highest, borders, bool(balls)) + _short(frame.stations),
+        rotor=machine.rotor.kind,
+        stations=frame.stations,
+    )
+
+
+def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
+    return tuple(
+        f"the balls at {plane.name!r} can balance {plane.capability * 1e6:.4g} g mm of the {plane.required * 1e6:.4g} g mm "
+        f"that this plane needs at {plane.speed:.4g} rad/s; take more or heavier balls there"
+        for plane in planes
+        if plane.required > plane.capability
     )
 
 
 def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
-    """S = (m eps w_c)^2 / (b beta) of equal balls on isotropic supports; nan for other machines."""
+    """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
     kinds = {(ball.moment, ball.drag) for ball in balls}
-    if len(kinds) != 1 or not machine.rotor.isotropic:
+    rotor = machine.rotor
+    if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic:
         return math.nan
-    (moment, drag), damping = kinds.pop(), machine.rotor.damping_xy[0]
+    (moment, drag), damping = kinds.pop(), rotor.damping_xy[0]
     if damping * drag == 0.0:
         return math.inf
-    return moment**2 * machine.rotor.stiffness_xy[0] / mass / (damping * drag)
+    return moment**2 * rotor.stiffness_xy[0] / mass / (damping * drag)
 
 
 def touching_capability(balls: list[Ball]) -> float:
@@ -160,15 +176,15 @@ def _warnings(
             f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; "
             "take more or heavier balls"
         )
-    if has_balls and highest is not None and highest < max(critical):
+    if has_balls and highest is not None and highest < max(critical, default=0.0):
         found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
-    if highest is not None and exact and highest > max(critical) and exact[0] >= highest:
+    if highest is not None and exact and highest > max(critical, default=0.0) and exact[0] >= highest:
         found.append(
             "the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid"
         )
     release = [border.speed for border in borders if border.name == "release speed"]
-    if highest is not None and release and highest > max(critical) and release[0] > highest:
+    if highest is not None and release and highest > max(critical, default=0.0) and release[0] > highest:
         found.append(
             "the highest speed is below the release speed: balls that stall at the critical speed in a slow run-up stay there"
         )

@@ -160,12 +160,12 @@ def _edge(rate: Callable[[float], float], ends: Window, values: tuple[float, flo
     if math.isfinite(values[0]) and math.isfinite(values[1]):
         if rate(ends[0]) * rate(ends[1]) < 0.0:
             return float(brentq(rate, *ends, xtol=1e-12 * ends[1], rtol=1e-13))
-        return ends[0] if values[0] < 0.0 else ends[1]  # zero within rounding in all of the range
+        return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
     stable, other = ends if values[0] < 0.0 else ends[::-1]
     for _ in range(50):
         middle = 0.5 * (stable + other)
         stable, other = (middle, other) if rate(middle) < 0.0 else (stable, middle)
-    return stable
+    return float(stable)
 
 
 def _overlap(one: list[Window], other: list[Window]) -> list[Window]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigvalsh
 
-from autobalancer.assembly.rotors.model import Floats, LateralModel, Matrix
+from autobalancer.assembly.rotors.model import LateralModel, Matrix
 from autobalancer.assembly.rotors.shaft_axis import ShaftAxis
-from autobalancer.assembly.rotors.shaft_element import Element
 from autobalancer.assembly.rotors.shaft_mesh import Mesh, mesh
 from autobalancer.assembly.rotors.supports import add_support, table_speeds
 from autobalancer.machine import ShaftRotor
@@ -88,19 +87,17 @@ def tensions(rotor: ShaftRotor, cut: Mesh, gravity: float) -> list[tuple[float, 
 def weight_stiffness(rotor: ShaftRotor, axis: ShaftAxis, gravity: float) -> Matrix:
     """What weight adds to K in one plane: tension of the shaft, and the moment m g offset of what hangs on an arm."""
     cut = axis.mesh
-    parts: list[tuple[Element, tuple[float, float]]] = list(
-        zip(cut.elements, tensions(rotor, cut, gravity), strict=True)
-    )
-    total = assembled(cut, [element.tension(*ends) for element, ends in parts])
+    ends = tensions(rotor, cut, gravity)
+    total = assembled(cut, [element.tension(*pull) for element, pull in zip(cut.elements, ends, strict=True)])
     down = 1.0 if rotor.up == "-z" else -1.0
     for disk in rotor.disks:
-        slope: Floats = axis.on_shaft(float(disk.position)).slope
+        slope = axis.on_shaft(float(disk.position)).slope
         total += down * gravity * float(disk.mass) * float(disk.offset) * np.outer(slope, slope)
-    return total
+    return np.asarray(total)
 
 
 def _both(plane: Matrix) -> Matrix:
-    return np.kron(np.eye(2), plane)
+    return np.asarray(np.kron(np.eye(2), plane), np.float64)
 
 
 def _refuse_falling(stiffness: Matrix) -> None:

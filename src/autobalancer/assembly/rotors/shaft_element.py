@@ -93,4 +93,5 @@ def cowper(poisson: float, hollow: float) -> float:
 
 
 def _product(rows: Matrix, weights: Floats) -> Matrix:
-    return np.asarray(rows.T @ (weights[:, None] * rows))
+    found = rows.T @ (weights[:, None] * rows)
+    return np.asarray(0.5 * (found + found.T))  # exactly symmetric

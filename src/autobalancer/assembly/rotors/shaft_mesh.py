@@ -28,7 +28,7 @@ class Mesh:
 
 def mesh(rotor: ShaftRotor) -> Mesh:
     """Cut the segments into their elements, and these again where a disk, a support or the thrust bearing is."""
-    places = [float(part.position) for part in (*rotor.disks, *rotor.supports)]
+    places = [float(disk.position) for disk in rotor.disks] + [float(support.position) for support in rotor.supports]
     if rotor.thrust_bearing is not None:
         places.append(float(rotor.thrust_bearing))
     same = SAME * rotor.length

@@ -1,0 +1,53 @@
+"""
+Unbalance response of a rig on anisotropic bearings
+===================================================
+
+Bearings that are softer along y than along x split each critical speed in two, and between the two the rotor whirls
+against its rotation. The rig is that of Rodrigues et al. (2011), without balls.
+"""
+
+# %%
+# Amplitude and phase at both bearings. Shaded are the speeds at which one of them whirls backward.
+
+from pathlib import Path
+
+import numpy as np
+
+import autobalancer as ab
+from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
+from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
+from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.rotordynamics.response import unbalance_response
+
+here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+machine = ab.load_machine(here / "machines" / "rodrigues_rig.toml")
+rpm = np.pi / 30.0
+found = unbalance_response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
+figure = plot_unbalance_response(found)
+
+# %%
+# The same in the complex plane of the rotor: each resonance is a loop.
+
+figure = plot_polar_response(found)
+
+# %%
+# Near the second peak the orbits at the two bearings are passed in opposite directions.
+
+orbits = whirl_orbits(machine, 1675.0 * rpm)
+figure = plot_whirl_orbits(orbits)
+
+# %%
+# Along the axis it is seen why: where the ellipse is a line, the direction changes.
+
+figure = plot_whirl_along_axis(orbits)
+
+# %%
+# Four peaks, of two cylindrical and two conical whirls.
+
+peaks = response_peaks(machine, 1000.0 * rpm, 3000.0 * rpm, ["B1", "B2"])
+print((peaks["peak_speed"].values / rpm).round(1), "rpm")
+assert peaks.sizes["peak"] == 4
+assert list(orbits["whirl"].values[:2]) == ["backward", "forward"]
+between = found.sel(speed=slice(1470.0 * rpm, 1600.0 * rpm))
+assert (between["whirl"].values == "backward").any()

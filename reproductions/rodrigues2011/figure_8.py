@@ -1,0 +1,80 @@
+"""Figure 8a: response of the rotor without balls, three washers removed.
+
+The curve of the source is the greatest value in time of the mean over the bearings. The vertex at 1470 rpm, next to the
+part that the frame of the figure cuts off, does not lie on the curve through its neighbors and has a row of its own. The
+peaks of (3) are compared with 1455, 1700, 1920 and 2280 rpm, where the source has those of its simulation.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.plots.save import save_picture
+from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
+from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.rotordynamics.response import unbalance_response
+from reproductions import compared
+from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
+
+PRINTED = (1455.0, 1700.0, 1920.0, 2280.0)  # rpm
+OFF = 1470.0  # rpm
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Curve, peaks, and the picture with the measured points."""
+    machine = fitted()
+    speed, amplitude = columns("fig08_sim_plain_3washers")
+    obtained = unbalance_response(machine, speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
+    deviation = 100.0 * (obtained / amplitude - 1.0)
+    kept = speed != OFF
+    worst = deviation[kept][np.argmax(np.abs(deviation[kept]))]
+    rows = [
+        ("simulated curve, greatest deviation of all vertices but 1470 rpm", "%", 0.0, worst, 1.0),
+        ("simulated curve, deviation at 1470 rpm", "%", 0.0, float(deviation[~kept][0]), 1.0),
+        ("simulated curve, root mean square of the deviations but 1470 rpm", "%", 0.0,
+         float(np.sqrt((deviation[kept] ** 2).mean())), 0.2),
+    ]  # fmt: skip
+    low, high = 1000.0 * RPM, 3000.0 * RPM
+    means = response_peaks(machine, low, high, BEARINGS)["peak_speed"].values / RPM
+    drawn = response_peaks(machine, low, high, BEARINGS, measure="greatest_mean")["peak_speed"].values / RPM
+    for number, (target, found) in enumerate(zip(PRINTED, means, strict=True), 1):
+        rows.append((f"peak {number} of (3), against the printed speed", "rpm", target, float(found), 0.005 * target))
+    for number, target in enumerate(_peaks(speed[kept], amplitude[kept])[1:], 2):
+        rows.append((f"peak {number} of the simulated curve", "rpm", target, float(drawn[number - 1]), 0.005 * target))
+    _draw(out)
+    return [
+        compared(source="Rodrigues 2011", figure="8a", quantity=name, unit=unit, target=target, obtained=value,
+                 tolerance=tolerance)
+        for name, unit, target, value, tolerance in rows
+    ]  # fmt: skip
+
+
+def _peaks(speed: np.ndarray, amplitude: np.ndarray) -> list[float]:
+    """Tops of parabolas through the logarithms of three vertices."""
+    found = []
+    for i in np.flatnonzero((amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:])) + 1:
+        part = slice(i - 1, i + 2)
+        square, slope, _ = np.polyfit(speed[part] - speed[i], np.log(amplitude[part]), 2)
+        found.append(float(speed[i] - 0.5 * slope / square))
+    return found
+
+
+def _draw(out: Path) -> None:
+    grid = np.linspace(600.0, 5500.0, 3000)
+    found = unbalance_response(fitted(), grid * RPM, BEARINGS)
+    with look():
+        figure = picture(8.0, 4.6)
+        axes = figure.subplots()
+        for name, mark, color in (("runup", "^", ALL_BALLS), ("rundown", "o", BALLS[4])):
+            measured = columns(f"fig08_plain_3washers_{name}")
+            axes.plot(*measured, mark, ms=2.5, color=color, label=f"measured, {name.replace('run', 'run-')}")
+        axes.plot(*columns("fig08_sim_plain_3washers"), "x", ms=4, color=UNBALANCE, label="simulation of the source")
+        axes.plot(grid, found["greatest_mean"].values * 1e3, color=INK, label="greatest mean")
+        axes.plot(grid, found["mean_of_greatest"].values * 1e3, color=BALLS[2], lw=1.0, label="mean of greatest, (3)")
+        axes.set(yscale="log", xlim=(300.0, 5500.0), xlabel="rotor speed (rpm)", ylabel="amplitude (mm)")
+        axes.set_title("Rodrigues 2011, figure 8a")
+        figure.legend(loc="outside lower center", ncols=3)
+        save_picture(figure, out / "figure_8.png")

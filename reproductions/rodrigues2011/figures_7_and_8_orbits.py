@@ -1,0 +1,91 @@
+"""Figures 7 and 8, whirl orbits of the rotor without balls at 1415 and 1675 rpm, in kind.
+
+With forward rotation and damping the long axis of an orbit on supports that are softer along y leans to one side only,
+towards negative x y. The measured orbits lean to the other side, so their axes are seen from the other end of the rotor;
+x is mirrored here, and the labels B1 and B2 are exchanged, which both the view and the sizes ask for. The points are
+sorted by polar angle, so the measured direction is not in the data. Sizes compare at one speed although the measured first
+peak lies 3 % below that of the model.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.plots.axis_units import length_axis
+from autobalancer.plots.campbell import WHIRL
+from autobalancer.plots.save import save_picture
+from autobalancer.plots.style import ALL_BALLS, look, picture
+from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.rotordynamics.response import unbalance_response
+from reproductions import compared
+from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
+
+FIGURES = {1415.0: "orbit_fig07b_1415rpm_measured_plain", 1675.0: "orbit_fig07c_1675rpm_measured_plain"}
+LABEL = {"B1": "B2", "B2": "B1"}  # of the model: of the figure
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Inclination, size, their ratio between the bearings, and where the whirl is backward."""
+    machine = fitted()
+    rows: list[tuple[str, str, float, float, float]] = []
+    for speed, name in FIGURES.items():
+        found = whirl_orbits(machine, speed * RPM, BEARINGS)
+        measured = [_ellipse(*_seen(name, bearing)) for bearing in BEARINGS]
+        for i, bearing in enumerate(BEARINGS):
+            lean = math.degrees(found["inclination"].values[i])
+            rows.append((f"{speed:.0f} rpm, {bearing}: inclination of the orbit", "deg", measured[i][1], lean, 10.0))
+        size = found["semi_major"].values * 1e3
+        ratio = measured[1][0] / measured[0][0]
+        rows.append((f"{speed:.0f} rpm: orbit at B2 over that at B1", "1", ratio, float(size[1] / size[0]), 0.15))
+        mean = 0.5 * (measured[0][0] + measured[1][0])
+        rows.append((f"{speed:.0f} rpm: mean major semi-axis", "mm", mean, float(size.mean()), 0.5 * mean))
+    between = np.linspace(1458.0, 1698.0, 121)
+    words = unbalance_response(machine, between * RPM, BEARINGS)["whirl"].values
+    backward = float((words == "backward").all(axis=1).any())
+    rows.append(("backward whirl at both bearings between the first peaks (1 = yes)", "1", 1.0, backward, 0.0))
+    _draw(out)
+    return [
+        compared(source="Rodrigues 2011", figure="7 and 8, orbits", quantity=name, unit=unit, target=target,
+                 obtained=value, tolerance=tolerance)
+        for name, unit, target, value, tolerance in rows
+    ]  # fmt: skip
+
+
+def _seen(name: str, bearing: str) -> tuple[np.ndarray, np.ndarray]:
+    """Measured points at a bearing of the model, x mirrored, mm."""
+    x, y = columns(f"{name}_{LABEL[bearing]}")
+    return -x, y
+
+
+def _ellipse(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Major semi-axis and inclination (deg, within 90) of the conic with the least squares of its equation."""
+    a, b, c, d, e = np.linalg.lstsq(np.column_stack([x**2, x * y, y**2, x, y]), np.ones(x.size), rcond=None)[0]
+    shape = np.array([[a, 0.5 * b], [0.5 * b, c]])
+    center = np.linalg.solve(2.0 * shape, [-d, -e])
+    level = 1.0 + center @ shape @ center
+    values, vectors = np.linalg.eigh(shape / level)
+    lean = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+    return float(values[0] ** -0.5), math.remainder(lean, 180.0)
+
+
+def _draw(out: Path) -> None:
+    unit = length_axis("mm", 1.0)
+    with look():
+        figure = picture(7.4, 5.6)
+        grid = figure.subplots(2, 2, sharex=True, sharey=True)
+        shown: dict[str, Any] = {}
+        for row, (speed, name) in zip(grid, FIGURES.items(), strict=True):
+            found = whirl_orbits(fitted(), speed * RPM, BEARINGS)
+            for axes, bearing, i in zip(row, BEARINGS, range(2), strict=True):
+                word = str(found["whirl"].values[i])
+                axes.plot(*_seen(name, bearing), ".", ms=2, color=ALL_BALLS, label="measured, x mirrored")
+                line = found["x"].values[i] * unit.factor, found["y"].values[i] * unit.factor
+                axes.plot(*line, color=WHIRL[word], label=f"model, {word}")
+                axes.set(aspect="equal", title=f"{bearing}, {speed:.0f} rpm", xlabel="x (mm)", ylabel="y (mm)")
+                shown |= dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
+        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
+        save_picture(figure, out / "orbits.png")

@@ -1,0 +1,104 @@
+"""Relaxation modes: the fluid at the orbit as a few numbers that decay, and the fluid over time as a table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from autobalancer.errors import QuestionError
+from autobalancer.flow.annulus import Annulus, Floats
+from autobalancer.flow.modes import mode_table
+from autobalancer.flow.speed import WallSpeed
+
+MANY = 60  # modes in each direction from which the fewest that matter are taken
+
+
+@dataclass(frozen=True)
+class RelaxationModes:
+    """Lag of the fluid at the orbit in modes: W_f = w - sum c_k with c_k' = -rate_k c_k + gain_k w'.
+
+    To be stepped along with the equations of motion where the speed w is a coordinate. The gains of all modes add up to 1:
+    right after a jump of the speed the fluid still turns as before. Modes that were left out follow without lag.
+
+    Parameters
+    ----------
+    rates
+        Decay rates, 1/s; (mode,).
+    gains
+        Share of each mode in a jump of the speed; (mode,). They are of either sign.
+    """
+
+    rates: Floats
+    gains: Floats
+
+    @property
+    def ramp_lag(self) -> float:
+        """Lag w - W_f after a long ramp over its rate w', s."""
+        return float((self.gains / self.rates).sum())
+
+    def step(self, lags: Floats, duration: float, change: float) -> Floats:
+        """The lags c (rad/s) a time ``duration`` later in which the speed changes by ``change`` at a steady rate; exact."""
+        x = self.rates * duration
+        return lags * np.exp(-x) + self.gains * change * _mean_decay(x)
+
+    def response(self, speed: WallSpeed, times: Floats) -> Floats:
+        """W_f at ``times`` (ascending, from 0 on), rad/s; exact for straight pieces that have their corners in ``times``."""
+        speeds = speed.over(times)
+        lags = self.gains * (speeds[0] - speed.before)
+        found = np.empty(times.size)
+        found[0] = speeds[0] - lags.sum()
+        for i in range(1, times.size):
+            lags = self.step(lags, times[i] - times[i - 1], speeds[i] - speeds[i - 1])
+            found[i] = speeds[i] - lags.sum()
+        return found
+
+
+def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
+    """The fewest modes that give the lag after a long ramp within the share ``error``.
+
+    A jump of the speed is followed with the same error only after a time: about ln(1/error) over the rate of the fastest mode
+    that is kept.
+
+    Raises
+    ------
+    QuestionError
+        If ``error`` is not between 1e-6 and 0.5.
+    """
+    if not 1e-6 <= error <= 0.5:
+        raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")
+    rates, gains = (table.ravel() for table in mode_table(annulus, MANY, MANY))
+    weight = np.abs(gains) / rates
+    order = np.argsort(-weight, kind="stable")
+    lag = (gains / rates)[order]
+    missing = np.abs(lag.cumsum() - lag.sum())
+    kept = order[: int(np.flatnonzero(missing > error * abs(lag.sum()))[-1]) + 2]
+    return RelaxationModes(rates[kept], gains[kept])
+
+
+@dataclass(frozen=True)
+class SpinUp:
+    """Angular velocity of the fluid at the orbit over time, for balls on a rotor whose speed is prescribed.
+
+    Parameters
+    ----------
+    times
+        Ascending, s; (time,).
+    angular_velocity
+        Of the fluid at the orbit in space, rad/s; (time,).
+    """
+
+    times: Floats
+    angular_velocity: Floats
+
+    def at(self, times: Floats | float) -> Floats:
+        """Angular velocity at ``times``, rad/s: monotonic cubic between the entries, constant outside."""
+        inside = np.clip(times, self.times[0], self.times[-1])
+        return np.asarray(PchipInterpolator(self.times, self.angular_velocity)(inside), np.float64)
+
+
+def _mean_decay(x: Floats) -> Floats:
+    """(1 - exp(-x))/x."""
+    return np.asarray(-np.expm1(-x) / np.maximum(x, math.ulp(1.0) ** 2), np.float64)

@@ -1,0 +1,77 @@
+"""The speed of the walls over time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
+from autobalancer.flow.annulus import Floats
+from autobalancer.kernels.system import HILL
+from autobalancer.machine import Constant, Machine
+from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.errors import QuestionError
+
+
+@dataclass(frozen=True)
+class WallSpeed:
+    """Speed over time from the pieces of a profile; what happened before time zero is ``before``, rad/s."""
+
+    pieces: tuple[Piece, ...]
+    before: float
+
+    def piece(self, time: float) -> Piece:
+        """The piece in force just after ``time``."""
+        starts = [piece.start for piece in self.pieces]
+        return self.pieces[max(bisect_right(starts, time) - 1, 0)]
+
+    def at(self, time: float, piece: Piece | None = None) -> tuple[float, float]:
+        """Speed (rad/s) and its rate (rad/s^2); ``piece`` tells sides apart at a corner."""
+        piece = piece or self.piece(time)
+        c0, c1, c2, c3 = piece.numbers
+        if piece.kind == HILL:
+            if time <= 0.0:
+                return c3, 0.0
+            ratio = (time / c1) ** c2
+            rise = ratio / (1.0 + ratio)
+            return c3 + (c0 - c3) * rise, (c0 - c3) * rise * c2 / (time * (1.0 + ratio))
+        return c0 + c1 * (time - piece.start), c1
+
+    def over(self, times: Floats) -> Floats:
+        """Speeds at ``times``, rad/s."""
+        return np.array([self.at(float(t))[0] for t in times])
+
+    def corners(self, end: float) -> list[float]:
+        """Times inside (0, end) at which the rate may jump."""
+        return [piece.start for piece in self.pieces if 0.0 < piece.start < end]
+
+    def fastest(self, end: float) -> float:
+        """Greatest magnitude of the speed up to ``end``, rad/s; every piece is monotonic."""
+        times = np.array([0.0, *self.corners(end), end])
+        return float(max(np.abs(self.over(times)).max(), abs(self.before)))
+
+
+def wall_speed(profile: SpeedProfile | float, initial: float | None = None) -> WallSpeed:
+    """From a profile or one speed; the fluid turns with ``initial`` before time zero, by default with the profile."""
+    part: SpeedProfile = Constant(speed=profile) if isinstance(profile, (int, float)) else profile
+    pieces = tuple(profile_pieces(part))
+    first = WallSpeed(pieces, 0.0).at(0.0, pieces[0])[0]
+    return WallSpeed(pieces, first if initial is None else initial)
+
+
+def machine_speed(machine: Machine) -> SpeedProfile:
+    """The profile of a machine whose speed is prescribed.
+
+    Raises
+    ------
+    QuestionError
+        If a torque drives, because then the speed is known only after a run.
+    """
+    if not isinstance(machine.drive, PrescribedSpeed):
+        raise QuestionError(
+            f"drive: of kind {machine.drive.kind!r}, so the speed is not known before a run; give 'speed', a profile "
+            "or a number in rad/s"
+        )
+    return machine.drive.profile

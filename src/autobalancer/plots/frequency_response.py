@@ -1,0 +1,155 @@
+"""A stepped frequency response as a picture: amplitude over the speed, and where the balls were."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MultipleLocator
+
+from autobalancer.errors import QuestionError
+from autobalancer.results.series import wrapped
+from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, ball_color, ball_label, look, picture
+
+COLORS = {"at rest": "#009E73", "swinging": "#E69F00", "stalled": "#0072B2"}
+MARKERS = {"up": "^", "down": "v", "fixed": "o"}
+WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start state"}
+
+
+def plot_frequency_response(
+    found: xr.Dataset,
+    *,
+    quantity: Literal["amplitude", "greatest_mean_deflection"] = "amplitude",
+    speed_unit: str = "rpm",
+    deflection_unit: str | None = None,
+    log: bool = True,
+    zero: float = 0.0,
+) -> Figure:
+    """Amplitude over the rotor speed, colored by what the balls do, and below it the range of each ball angle.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.frequency_response`.
+    quantity
+        ``amplitude``, the mean over the stations of their greatest deflections, or ``greatest_mean_deflection``.
+    speed_unit
+        rpm, rad/s or Hz.
+    deflection_unit
+        m, mm, um or nm; by default what suits the greatest value.
+    log
+        Whether the amplitude axis is logarithmic.
+    zero
+        Direction in the rotor, rad, from which ball angles are counted, such as that of the light side.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Upward triangles upwards, downward ones downwards. A ball that moves is a bar over its range, a stalled one a
+        pale line over all angles.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no stepped response, or nothing was reached.
+    """
+    if "amplitude_change" not in found or quantity not in found:
+        raise QuestionError("plot_frequency_response: this is no result of frequency_response()")
+    if not np.isfinite(found[quantity].values).any():
+        raise QuestionError("plot_frequency_response: no speed was measured")
+    legs = list(_legs(found))
+    speeds = speed_axis(speed_unit)
+    lengths = length_axis(deflection_unit, float(np.nanmax(found[quantity].values)))
+    balls = found.sizes.get("ball", 0)
+    with look():
+        figure = picture(8.0, 5.6 if balls else 3.4)
+        panels = figure.subplots(2 if balls else 1, 1, sharex=True, squeeze=False, height_ratios=[1.4, 1.0][: 1 + (balls > 0)])[:, 0]  # fmt: skip
+        panels[0].set_title(str(found.attrs["title"]))
+        for critical in np.atleast_1d(found.attrs.get("critical_speeds", [])):
+            if found["speed"].values[0] < critical < found["speed"].values[-1]:
+                for panel in panels:
+                    panel.axvline(critical * speeds.factor, color=CRITICAL, lw=0.9, ls=(0, (1, 2)), zorder=1.0)
+        for name, leg in legs:
+            _amplitudes(panels[0], name, leg, quantity, speeds, lengths, hollow=name == "down")
+            if balls:
+                _angles(panels[-1], leg, speeds, zero, hollow=name == "down")
+        panels[0].set_yscale("log" if log else "linear")
+        panels[0].set_ylabel(f"{'mean deflection' if quantity != 'amplitude' else 'amplitude'} ({lengths.sign})")
+        panels[0].legend(handles=_handles(found, [name for name, _ in legs], balls), loc="best", ncols=1 + (balls > 0))
+        if balls:
+            panels[-1].set_ylabel("ball angle in the rotor (°)" if zero == 0.0 else "ball angle from the zero given (°)")
+            panels[-1].set_ylim(-180.0, 180.0)
+            panels[-1].yaxis.set_major_locator(MultipleLocator(90.0))
+            panels[-1].legend(
+                handles=[
+                    Line2D([], [], color=ball_color(i), marker="o", ls="", ms=4, label=ball_label(i, balls))
+                    for i in range(balls)
+                    if ball_label(i, balls) != "_"
+                ],
+                loc="best",
+            )
+        panels[-1].set_xlabel(f"rotor speed ({speeds.sign})")
+        figure.align_ylabels(panels)
+    return figure
+
+
+def _legs(found: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    if found.attrs.get("start") == "fixed":
+        return [("fixed", found)]
+    if "direction" in found.dims:
+        return [(str(name), found.sel(direction=name)) for name in found["direction"].values]
+    return [(str(found["direction"].values), found)]
+
+
+def _amplitudes(
+    panel: Axes, name: str, leg: xr.Dataset, quantity: str, speeds: AxisUnit, lengths: AxisUnit, *, hollow: bool
+) -> None:
+    x, y = leg["speed"].values * speeds.factor, leg[quantity].values * lengths.factor
+    panel.plot(x, y, color="#B0B0B0", lw=0.7, zorder=1.5)
+    for number, motion in enumerate(COLORS) if "motion" in leg else [(0, "")]:
+        here = leg["motion"].values == number if motion else np.isfinite(y)
+        color = COLORS.get(motion, ALL_BALLS)
+        face = "white" if hollow else color
+        panel.plot(x[here], y[here], ls="", marker=MARKERS[name], ms=4.2, mec=color, mfc=face, mew=0.9, zorder=2.0)
+
+
+def _angles(panel: Axes, leg: xr.Dataset, speeds: AxisUnit, zero: float, *, hollow: bool) -> None:
+    x = leg["speed"].values * speeds.factor
+    for ball in range(leg.sizes["ball"]):
+        low = leg["least_ball_angle_in_rotor"].values[:, ball] - zero
+        high = leg["greatest_ball_angle_in_rotor"].values[:, ball] - zero
+        stalled = leg["ball_motion"].values[:, ball] == 2
+        color = ball_color(ball)
+        panel.vlines(x[stalled], -180.0, 180.0, color=color, lw=0.8, alpha=0.25, zorder=1.2)
+        moving = ~stalled & np.isfinite(low)
+        middle = wrapped(0.5 * (low + high))
+        for place in np.flatnonzero(moving):
+            # a range across ±180° is drawn at both ends of the axis
+            half = 0.5 * min(high[place] - low[place], 2.0 * math.pi)
+            for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
+                ends = np.degrees(np.clip([middle[place] - half + turn, middle[place] + half + turn], -math.pi, math.pi))
+                if ends[1] > ends[0]:
+                    panel.plot([x[place]] * 2, ends, color=color, lw=1.6, alpha=0.55, zorder=1.8)
+        face = "white" if hollow else color
+        panel.plot(x[moving], np.degrees(middle[moving]), ls="", marker="o", ms=4.6 if ball == 0 else 2.8, mec=color, mfc=face, mew=0.8, zorder=2.0)  # fmt: skip
+
+
+def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
+    handles = [
+        Line2D([], [], ls="", marker=MARKERS[name], mec="#404040", mfc="white" if name == "down" else "#404040", label=WAYS[name])
+        for name in names
+    ]  # fmt: skip
+    if balls:
+        there = set(np.unique(found["motion"].values))
+        handles += [
+            Line2D([], [], ls="", marker="s", color=color, label=f"balls {motion}")
+            for number, (motion, color) in enumerate(COLORS.items())
+            if number in there
+        ]
+    return handles

@@ -1,0 +1,101 @@
+"""Picture of a fit: measured and fitted curves, deviations of single values, correlation of the parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, UNBALANCE, legend, look, picture
+
+
+def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
+    """Response curves before and after the fit (if there are any), deviations in standard deviations, correlation.
+
+    Parameters
+    ----------
+    fit
+        ``data`` of an :class:`~autobalancer.rotordynamics.identification.identify.Identification`.
+    speed_unit
+        rpm, rad/s or Hz.
+    log
+        Logarithmic amplitudes.
+
+    Raises
+    ------
+    QuestionError
+        If ``fit`` is no such result.
+    """
+    if "deviation" not in fit or "correlation" not in fit:
+        raise QuestionError(
+            "plot_identification: this is no fit of parameters; give the 'data' of what 'identify' returns"
+        )
+    unit = speed_axis(speed_unit)
+    curves = np.unique(fit["row_label"].values[fit["row_kind"].values == "response"])
+    with look():
+        figure = picture(7.6, 3.2 + 2.9 * len(curves))
+        grid = figure.add_gridspec(len(curves) + 1, 2, width_ratios=[1.7, 1.0])
+        for i, label in enumerate(curves):
+            wanted = (fit["row_label"].values == label) & (fit["row_kind"].values == "response")
+            _curve(figure.add_subplot(grid[i, :]), fit.isel(row=np.flatnonzero(wanted)), unit, str(label), log)
+        _deviations(figure.add_subplot(grid[-1, 0]), fit)
+        _correlation(figure, figure.add_subplot(grid[-1, 1]), fit)
+    return figure
+
+
+def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) -> None:
+    order = np.argsort(part["row_speed"].values)
+    part = part.isel(row=order)
+    speed, sign, factor = part["row_speed"].values * unit.factor, str(part["row_unit"].values[0]), 1.0
+    if sign == "m":
+        length = length_axis(None, float(part["measured"].max()))
+        sign, factor = length.sign, length.factor
+    axes.plot(speed, factor * part["measured"].values, ".", ms=4, color=ALL_BALLS, label="measured")
+    axes.plot(speed, factor * part["before"].values, ":", color=CRITICAL, label="before")
+    axes.plot(speed, factor * part["after"].values, color=UNBALANCE, label="after the fit")
+    axes.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({sign})", title=label)
+    if log:
+        axes.set_yscale("log")
+    legend(axes)
+
+
+def _deviations(axes: Axes, fit: xr.Dataset) -> None:
+    single = fit.isel(row=np.flatnonzero(fit["row_kind"].values != "response"))
+    if single.sizes["row"] == 0:
+        speed_like = np.arange(fit.sizes["row"])
+        axes.plot(speed_like, fit["deviation"].values, ".", ms=4, color=INK)
+        axes.set(xlabel="measured value", ylabel="deviation in standard deviations", title="after the fit")
+        return
+    place = np.arange(single.sizes["row"])[::-1]
+    before = (single["before"] - single["measured"]).values / single["error"].values
+    after = single["deviation"].values
+    axes.axvspan(-1.0, 1.0, color="#EFF2F4", lw=0)
+    axes.plot(before, place, "o", mfc="white", color=CRITICAL, label="before")
+    axes.plot(after, place, "o", color=UNBALANCE, label="after the fit")
+    for at, a, b in zip(place, before, after, strict=True):
+        axes.plot([a, b], [at, at], color=CRITICAL, lw=0.7, zorder=1)
+    axes.set_yticks(place, [str(label) for label in single["row_label"].values])
+    axes.set_ylim(-0.6, place[0] + 0.6)
+    axes.set_xlabel("deviation in standard deviations")
+    legend(axes)
+
+
+def _correlation(figure: Figure, axes: Axes, fit: xr.Dataset) -> None:
+    values = fit["correlation"].values
+    names = [str(name) for name in fit["parameter"].values]
+    names = [name if len(name) <= 18 else "…" + name[-17:] for name in names]
+    axes.imshow(values, vmin=-1.0, vmax=1.0, cmap="PuOr")
+    axes.grid(False)
+    ticks = np.arange(len(names))
+    axes.set_xticks(ticks, names, rotation=40, ha="right", fontsize=7.5)
+    axes.set_yticks(ticks, names, fontsize=7.5)
+    for i in ticks:
+        for j in ticks:
+            text = "" if np.isnan(values[i, j]) else f"{values[i, j]:.2f}"
+            axes.annotate(
+                text, (j, i), ha="center", va="center", fontsize=7.5, color="white" if abs(values[i, j]) > 0.6 else INK
+            )
+    axes.set_title("correlation")

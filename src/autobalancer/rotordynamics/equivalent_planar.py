@@ -1,0 +1,231 @@
+"""The planar oscillator that moves like one place of a rotor: Spannan 2021, section 6.1.7."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, rows_at
+from autobalancer.assembly.rotors.model import Floats
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine
+from autobalancer.rotordynamics.equivalent_parts import planar_machine
+from autobalancer.rotordynamics.equivalent_range import border, deviation, other_share
+from autobalancer.rotordynamics.question import attributes
+from autobalancer.rotordynamics.synchronous_modes import (
+    Kind,
+    Pencil,
+    PlaceMode,
+    damping_ratio,
+    pencil,
+    place_modes,
+)
+
+Method = Literal["static", "modal"]
+METHODS = get_args(Method)
+
+
+@dataclass(frozen=True)
+class EquivalentPlanar:
+    """The oscillators of a place, and the machine with the chosen one.
+
+    ``data`` has over ``method`` (static, modal) and ``direction`` (x, y): ``stiffness`` (N/m), ``mass`` (kg), ``damping``
+    (N s/m), ``valid_from`` and ``valid_to`` (rad/s), between which the receptance is that of the rotor within the
+    tolerance; over ``direction``: ``critical_speed`` (or natural frequency, rad/s), ``damping_ratio``, ``static_share`` of
+    the mode, ``other_modes_from`` (rad/s), where the other modes' share reaches the tolerance; over ``speed``, too:
+    ``receptance`` of the rotor (amplitude, m/N), ``deviation`` of each method, ``other_modes_share``.
+    """
+
+    machine: Machine
+    data: xr.Dataset
+
+
+@dataclass(frozen=True)
+class _Direction:
+    """What is known of one direction."""
+
+    matrices: Pencil  # at the speed of the mode
+    mode: PlaceMode
+    share: float
+    ratio: float
+    constants: dict[str, tuple[float, float, float]]  # method -> k, M, b
+
+
+def equivalent_planar(
+    machine: Machine | str | Path,
+    station: str | float | None = None,
+    *,
+    method: Method = "static",
+    frequency: Kind = "critical",
+    tolerance: float = 0.1,
+    speeds: Floats | None = None,
+) -> EquivalentPlanar:
+    """The planar oscillator that replaces a rotor at the plane of its balls.
+
+    Of all modes that one counts which carries most of the static deflection at the place. ``static``: k is the static
+    stiffness, M = k/w^2 with the speed w of the mode, b = 2 D sqrt(k M) with its damping ratio D. ``modal``: k and M are
+    stiffness and mass of the mode with a deflection of one at the place. They are equal where the other modes do not move
+    the place. Along x and y of an anisotropic rotor each has its own mode. Springs with tables are read at w.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    station
+        Name of a station or position (m); by default the plane of the first balancer.
+    method
+        Which of both the returned machine has.
+    frequency
+        ``critical``: modes that turn with the rotor, with the gyroscopic moments of synchronous whirl; ``natural``: modes
+        at standstill, as a decay test gives them.
+    tolerance
+        Relative deviation of the synchronous receptance up to which an oscillator stands for the rotor.
+    speeds
+        Speeds of the comparison, rad/s; by default from zero to three times the speed of the mode.
+
+    Returns
+    -------
+    EquivalentPlanar
+        The machine with a planar rotor: balancers of that plane, unbalances as far as they drive the mode, drive, start
+        and run are kept. Its description says where it comes from and how far it holds.
+
+    Raises
+    ------
+    QuestionError
+        If the rotor is not held, nothing moves the place, nothing oscillates, or an option is not possible.
+    MachineError
+        If the rotor is not possible as described, or the place is not on it.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    for name, given, allowed in (("method", method, METHODS), ("frequency", frequency, get_args(Kind))):
+        if given not in allowed:
+            raise QuestionError(f"equivalent_planar: {name}: given {given!r}; must be one of {', '.join(allowed)}")
+    if not 0.0 < tolerance < 1.0:
+        raise QuestionError(f"equivalent_planar: tolerance: given {tolerance!r}; must lie between 0 and 1")
+    model = lateral_model(machine)
+    place, rows = reference(machine, model)
+    if station is not None:
+        place, rows = str(station), rows_at(machine, model, station, "station")
+    found = [_direction(model, rows.deflection, axis, frequency) for axis in range(1 if model.isotropic else 2)]
+    both = [found[0], found[-1]]
+    grid = _grid(speeds, both, model)
+    data = xr.Dataset(
+        coords={
+            "method": ("method", np.array(METHODS, dtype=object), {"long_name": "way to the oscillator"}),
+            "direction": ("direction", np.array(["x", "y"], dtype=object), {"long_name": "direction"}),
+            "speed": ("speed", grid, {"long_name": "rotor speed", "units": "rad/s"}),
+        }
+    )
+    md, d, ds, mds = ("method", "direction"), "direction", ("direction", "speed"), ("method", "direction", "speed")
+    constants = np.array([[one.constants[m] for one in both] for m in METHODS])
+    curves = [_curves(model, rows.deflection, axis % len(found), frequency, one, grid) for axis, one in enumerate(both)]
+    away = np.array(
+        [[deviation(curve, grid, k, m, b) for curve, (k, m, b) in zip(curves, c, strict=True)] for c in constants]
+    )
+    others = np.array([other_share(curve) for curve in curves])
+    holds = np.array(
+        [[border(grid, entry, tolerance, one.mode.speed) for entry, one in zip(row, both, strict=True)] for row in away]
+    )
+    entries: dict[str, tuple[Any, Any, str, str]] = {
+        "stiffness": (md, constants[..., 0], "stiffness of the oscillator", "N/m"),
+        "mass": (md, constants[..., 1], "mass of the oscillator", "kg"),
+        "damping": (md, constants[..., 2], "damping of the oscillator", "N*s/m"),
+        "critical_speed": (d, [one.mode.speed for one in both], f"{frequency} speed of the mode", "rad/s"),
+        "damping_ratio": (d, [one.ratio for one in both], "damping ratio of the mode", ""),
+        "static_share": (d, [one.share for one in both], "share of the mode in the static deflection", ""),
+        "other_modes_from": (
+            d,
+            [border(grid, entry, tolerance, one.mode.speed)[1] for entry, one in zip(others, both, strict=True)],
+            "speed above the mode's at which the share of the other modes reaches the tolerance",
+            "rad/s",
+        ),
+        "valid_from": (md, holds[..., 0], "lowest speed of the range that the oscillator represents", "rad/s"),
+        "valid_to": (md, holds[..., 1], "highest speed of this range", "rad/s"),
+        "receptance": (ds, [np.abs(curve.whole) for curve in curves], "receptance of the rotor, amplitude", "m/N"),
+        "deviation": (mds, away, "relative deviation of the oscillator's receptance", ""),
+        "other_modes_share": (ds, others, "share of the other modes in the receptance without damping", ""),
+    }
+    for key, (dims, numbers, text, unit) in entries.items():
+        data[key] = (dims, numbers, {"long_name": text, "units": unit})
+    chosen = METHODS.index(method)
+    planar, notes = planar_machine(
+        machine, model, rows, place, constants[chosen], [one.mode for one in found], method, frequency,
+        tuple(holds[chosen].mean(axis=0) if model.isotropic else (holds[chosen, :, 0].max(), holds[chosen, :, 1].min())),
+        tolerance, float(max(away[chosen, i, np.argmin(np.abs(grid - one.mode.speed))] for i, one in enumerate(both))),
+    )  # fmt: skip
+    if min(one.share for one in both) < 0.5:
+        notes.append("no mode carries half of the static deflection at the place; one oscillator says little here")
+    data.attrs = attributes(machine, f"Planar oscillators of {machine.name} at {place}", balls=False) | {
+        "place": place,
+        "chosen": method,
+        "frequency": frequency,
+        "tolerance": tolerance,
+        "planar_machine": planar.name,
+        "notes": notes,
+    }
+    return EquivalentPlanar(planar, data)
+
+
+def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Direction:
+    """The mode at its own speed, where tables of stiffness are read, too."""
+    speed = 0.0
+    for _ in range(60):
+        matrices = pencil(model, row, axis, speed, kind)
+        modes = place_modes(matrices)
+        if not modes or not abs(modes[0].deflection) > 0.0:
+            raise QuestionError("equivalent_planar: no mode moves this place; choose another station")
+        last, speed = speed, modes[0].speed
+        if model.speeds.size == 1 or abs(last - speed) <= 1e-12 * speed:
+            break
+    static = matrices.receptance(0.0).real
+    ratio = damping_ratio(matrices, modes[0])
+    carried = abs(modes[0].deflection) ** 2
+    constants = {}
+    for name, flexibility in (("static", static), ("modal", carried)):
+        k = 1.0 / flexibility
+        constants[name] = (k, k / speed**2, 2.0 * ratio * k / speed)
+    return _Direction(matrices, modes[0], carried / static, ratio, constants)
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Receptance of the rotor, and without damping in total and of the mode alone."""
+
+    whole: Any
+    undamped: Any
+    mode: Any
+
+
+def _curves(model: LateralModel, row: Floats, axis: int, kind: Kind, one: _Direction, grid: Floats) -> _Curves:
+    whole, undamped = np.empty((2, grid.size), np.complex128)
+    for i, speed in enumerate(grid):
+        matrices = pencil(model, row, axis, float(speed), kind) if model.speeds.size > 1 else one.matrices
+        whole[i], undamped[i] = matrices.receptance(speed), matrices.receptance(speed, damped=False)
+    return _Curves(whole, undamped, abs(one.mode.deflection) ** 2 / (1.0 - (grid / one.mode.speed) ** 2))
+
+
+def _grid(speeds: Floats | None, both: list[_Direction], model: LateralModel) -> Floats:
+    slow, fast = min(one.mode.speed for one in both), max(one.mode.speed for one in both)
+    if speeds is None:
+        # beside the undamped resonance, where the receptance has a pole
+        speeds = np.linspace(0.0, min(3.0 * fast, model.top_speed), 1201)
+        near = np.array([s for one in both for s in (one.mode.speed * (1.0 - 1e-7), one.mode.speed * (1.0 + 1e-7))])
+        speeds = np.union1d(speeds[np.min(np.abs(speeds[:, None] / [slow, fast] - 1.0), axis=1) > 1e-6], near)
+    grid = np.asarray(speeds, np.float64)
+    if grid.ndim != 1 or grid.size < 2 or not np.isfinite(grid).all() or grid[0] < 0.0 or np.any(np.diff(grid) <= 0.0):
+        raise QuestionError("equivalent_planar: speeds: must ascend from zero or above, at least two, in rad/s")
+    if grid[-1] > model.top_speed * (1.0 + 1e-12):
+        raise QuestionError(
+            f"equivalent_planar: speeds: given up to {grid[-1]:g} rad/s, but the tables of the rotor end at "
+            f"{model.top_speed:g} rad/s"
+        )
+    if math.isclose(grid[0], grid[-1]):
+        raise QuestionError("equivalent_planar: speeds: they must differ")
+    return grid

@@ -1,0 +1,131 @@
+"""Robust least squares within bounds, from one or several starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from autobalancer.assembly.rotors.model import Floats
+from autobalancer.errors import QuestionError
+
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+STEP = 1e-5  # of a search variable, for central differences: their error is about its square
+ACCURACY = 1e-14  # the search ends where steps and gains are below it
+SAME = 1e-6  # costs closer than this, relative, count as one optimum
+Residuals = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best search of all starts."""
+
+    variables: Floats
+    cost: float
+    jacobian: Floats  # of the residuals, without the weights of the loss
+    outcome: str
+    evaluations: int
+    agreeing: int  # starts that ended at the same cost
+    starts: int
+
+
+def best_fit(
+    residuals: Residuals,
+    start: Floats,
+    low: Floats,
+    high: Floats,
+    loss: Loss,
+    loss_scale: float,
+    starts: int,
+    seed: int,
+) -> Fit:
+    """Search from ``start`` and from ``starts - 1`` points spread within the bounds.
+
+    Raises
+    ------
+    QuestionError
+        If no start gives finite residuals, or several starts are wanted without bounds.
+    """
+    points = [start]
+    if starts > 1:
+        if not (np.isfinite(low).all() and np.isfinite(high).all()):
+            raise QuestionError("identify: several starts need bounds on both sides of every free parameter; give them")
+        spread = qmc.LatinHypercube(start.size, rng=np.random.default_rng(seed)).random(starts - 1)
+        points += list(low + spread * (high - low))
+    found: list[Fit] = []
+    for point in points:
+        inside = np.clip(point, low, high)
+        if not np.isfinite(residuals(inside)).all():
+            continue
+        found.append(_search(residuals, inside, low, high, loss, loss_scale))
+    if not found:
+        raise QuestionError(
+            "identify: at the start the machine has not everything that was measured (a mode, a critical speed); "
+            "begin nearer, ask by order in place of name, or give more starts"
+        )
+    best = min(found, key=lambda fit: fit.cost)
+    slack = SAME * best.cost + 1e-12
+    agreeing = sum(fit.cost <= best.cost + slack for fit in found)
+    return Fit(
+        best.variables, best.cost, best.jacobian, best.outcome, sum(f.evaluations for f in found), agreeing, starts
+    )
+
+
+def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss: Loss, loss_scale: float) -> Fit:
+    def jacobian(point: Floats) -> Floats:
+        return differences(residuals, point, low, high)
+
+    result = least_squares(
+        residuals,
+        start,
+        jac=jacobian,
+        bounds=(low, high),
+        method="trf",
+        loss=loss,
+        f_scale=loss_scale,
+        x_scale="jac" if np.isfinite(jacobian(start)).all() and np.abs(jacobian(start)).sum(axis=0).all() else 1.0,
+        ftol=ACCURACY,
+        xtol=ACCURACY,
+        gtol=ACCURACY,
+        max_nfev=300,
+    )
+    point = np.asarray(result.x)
+    for edge in (low, high):  # the search stays a hair inside its bounds
+        point = np.where(np.abs(point - edge) <= 1e-9 * (1.0 + np.abs(point)), edge, point)
+    if not np.isfinite(residuals(point)).all():
+        point = np.asarray(result.x)
+    outcome = "converged" if result.status > 0 else "stopped after 300 steps; give more starts or tighter bounds"
+    return Fit(point, float(result.cost), jacobian(point), outcome, int(result.nfev), 1, 1)
+
+
+def differences(residuals: Residuals, point: Floats, low: Floats, high: Floats) -> Floats:
+    """Jacobian by central differences; one-sided at a bound or where one side has no answer."""
+    here = residuals(point)
+    columns = []
+    for i in range(point.size):
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = point.copy()
+            moved[i] += sign * STEP
+            inside = low[i] <= moved[i] <= high[i]
+            value = residuals(moved) if inside else here
+            sides.append((moved[i] - point[i], value) if inside and np.isfinite(value).all() else (0.0, here))
+        (ahead, above), (behind, below) = sides
+        columns.append((above - below) / (ahead - behind) if ahead != behind else np.zeros_like(here))
+    return np.asarray(np.array(columns).T)
+
+
+def weights(residuals: Floats, loss: Loss, loss_scale: float) -> Floats:
+    """How much a residual counts: the slope of the loss, 1 without outliers."""
+    square = (residuals / loss_scale) ** 2
+    if loss == "soft_l1":
+        return np.asarray((1.0 + square) ** -0.5)
+    if loss == "huber":
+        return np.asarray(np.where(square <= 1.0, 1.0, 1.0 / np.sqrt(np.maximum(square, 1.0))))
+    if loss == "cauchy":
+        return np.asarray(1.0 / (1.0 + square))
+    return np.ones_like(residuals)

@@ -1,0 +1,148 @@
+"""Fit parameters of a machine to measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.rotors.model import Floats
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine
+from autobalancer.rotordynamics.identification.determination import determination
+from autobalancer.rotordynamics.identification.fit import Loss, best_fit, weights
+from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter, Unknown, unknowns
+from autobalancer.rotordynamics.identification.measurements import Measurement
+from autobalancer.rotordynamics.identification.outcome import dataset, report_text
+from autobalancer.rotordynamics.identification.trial import Trial
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What a fit found.
+
+    ``machine`` has the fitted values, and its description says that they are identified. ``data`` has, over
+    ``parameter``: ``value``, ``uncertainty`` (one standard deviation; inf where the data say nothing, nan at a bound),
+    ``start``, ``lower``, ``upper``, ``at_bound``, ``unit``, ``paths``; ``correlation`` over ``parameter`` and
+    ``other_parameter``; over ``row``: ``measured``, ``error``, ``before``, ``after``, ``deviation`` (of the fitted
+    machine, in standard deviations), ``weight`` (1, less for outliers), ``row_speed``, ``row_label``, ``row_kind``,
+    ``row_unit``; over ``direction``: ``singular_value`` and ``direction_part`` (over ``parameter``, too).
+    """
+
+    machine: Machine
+    data: xr.Dataset
+
+    def report(self) -> str:
+        """Everything as text."""
+        return report_text(self.data)
+
+
+def identify(
+    machine: Machine | str | Path,
+    free: Sequence[FreeParameter] | Mapping[str, Bounds],
+    measurements: Sequence[Measurement],
+    *,
+    loss: Loss = "linear",
+    loss_scale: float = 2.0,
+    starts: int = 1,
+    seed: int = 0,
+) -> Identification:
+    """Fit free parameters to measured modes, critical speeds, response curves, stiffness and known values.
+
+    Parameters
+    ----------
+    machine
+        A machine, or the path of a machine file, where the fit begins.
+    free
+        :class:`~autobalancer.rotordynamics.identification.free.FreeParameter` entries, or a mapping from paths to
+        (lower, upper) in SI or as texts with a unit.
+    measurements
+        Entries of :mod:`autobalancer.rotordynamics.identification.measurements`, each weighted by its standard deviation.
+    loss
+        ``linear`` (least squares), or ``soft_l1``, ``huber``, ``cauchy``, which hold outliers at bay.
+    loss_scale
+        From how many standard deviations on a deviation is taken for an outlier; not used by ``linear``.
+    starts
+        Number of searches: from the machine, and from points spread over the bounds.
+    seed
+        Of these points.
+
+    Returns
+    -------
+    Identification
+        The fitted machine and the labelled data.
+
+    Raises
+    ------
+    QuestionError
+        If there is nothing free or measured, an entry is not possible, or no start has all that was measured.
+    MachineError
+        If the rotor is not possible as described.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    sought = unknowns(machine, free)
+    if not measurements:
+        raise QuestionError("identify: measurements: given none; give at least one")
+    if loss not in get_args(Loss):
+        raise QuestionError(f"identify: loss: given {loss!r}; must be one of {', '.join(get_args(Loss))}")
+    if not (math.isfinite(loss_scale) and loss_scale > 0.0):
+        raise QuestionError(f"identify: loss_scale: given {loss_scale!r}; must be greater than zero")
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
+        raise QuestionError(f"identify: starts: given {starts!r}; must be a whole number from 1")
+    units = {u.name: u.unit for u in sought}
+    rows = [measurement.rows() for measurement in measurements]
+    rows = [replace(r, unit=units.get(r.label.removeprefix("known "), r.unit)) for r in rows]
+    begin = np.array([u.inner(u.start) for u in sought])
+    before = _predicted(machine, sought, begin, measurements)  # a wrong question is refused here
+
+    def residuals(point: Floats) -> Floats:
+        try:
+            predicted = _predicted(machine, sought, point, measurements)
+        except MachineError:
+            return np.full(sum(r.measured.size for r in rows), np.nan)
+        return _residual(measurements, predicted)
+
+    low, high = np.array([u.inner_bounds for u in sought]).T
+    fit = best_fit(residuals, begin, low, high, loss, loss_scale, starts, seed)
+    values = np.array([u.outer(v) for u, v in zip(sought, fit.variables, strict=True)])
+    deviation = residuals(fit.variables)
+    weight = weights(deviation, loss, loss_scale)
+    at_bound = (fit.variables == low) | (fit.variables == high)
+    known = determination(sought, values, np.sqrt(weight)[:, None] * fit.jacobian, at_bound)
+    after = np.concatenate(_predicted(machine, sought, fit.variables, measurements))
+    fitted = _applied(machine, sought, values)
+    names = ", ".join(u.name for u in sought)
+    note = f"Identified from {deviation.size} measured values: {names}."
+    fitted = fitted.model_copy(update={"description": f"{machine.description} {note}".strip()})
+    fitted = Machine(**{key: getattr(fitted, key) for key in fitted.model_fields_set | {"description"}})
+    data = dataset(
+        machine, fitted, sought, values, at_bound, known, rows, np.concatenate(before), after, deviation, weight, fit
+    )
+    data.attrs |= {"loss": loss, "loss_scale": loss_scale}
+    return Identification(fitted, data)
+
+
+def _applied(machine: Machine, sought: list[Unknown], values: Floats) -> Machine:
+    for unknown, value in zip(sought, values, strict=True):
+        machine = unknown.applied(machine, float(value))
+    return machine
+
+
+def _predicted(
+    machine: Machine, sought: list[Unknown], point: Floats, measurements: Sequence[Measurement]
+) -> list[Floats]:
+    values = np.array([u.outer(float(v)) for u, v in zip(sought, point, strict=True)])
+    names = {u.name: float(value) for u, value in zip(sought, values, strict=True)}
+    trial = Trial(_applied(machine, sought, values), names)
+    return [measurement.predict(trial) for measurement in measurements]
+
+
+def _residual(measurements: Sequence[Measurement], predicted: list[Floats]) -> Floats:
+    return np.concatenate([m.residual(p) for m, p in zip(measurements, predicted, strict=True)])

@@ -1,0 +1,163 @@
+"""Measurement files: what is free and what was measured, in TOML, every quantity with its unit or in SI."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.rotordynamics.identification.curve_file import read_curve
+from autobalancer.rotordynamics.identification.free import FreeParameter
+from autobalancer.rotordynamics.identification.measurements import (
+    KnownValue,
+    MeasuredCriticalSpeed,
+    MeasuredMode,
+    MeasuredResponse,
+    MeasuredStiffness,
+    Measurement,
+)
+from autobalancer.rotordynamics.identification.paths import unit_of
+from autobalancer.units import to_si
+
+MODE_UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
+KEYS = {
+    "parameters": ("paths", "lower", "upper", "tie", "name", "start"),
+    "modes": ("value", "error", "quantity", "speed", "order", "whirl", "mode", "balls"),
+    "critical_speeds": ("value", "error", "order", "whirl", "mode", "balls", "highest"),
+    "stiffnesses": ("value", "error", "station", "direction"),
+    "known": ("value", "error", "path"),
+    "responses": ("file", "error", "stations", "measure", "logarithmic", "quantity", "label", "lowest", "highest"),
+}
+NEEDED = {
+    "parameters": ("paths",),
+    "known": ("value", "error", "path"),
+    "responses": ("file", "error"),
+}
+
+
+def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measurement]]:
+    """Read a measurement file.
+
+    Parameters
+    ----------
+    path
+        A TOML file with the lists ``parameters``, ``modes``, ``critical_speeds``, ``stiffnesses``, ``known`` and
+        ``responses``; their keys are those of :class:`~autobalancer.rotordynamics.identification.free.FreeParameter` and of
+        the classes in :mod:`autobalancer.rotordynamics.identification.measurements`. An ``error`` is a quantity or a text in
+        percent of the value. The ``file`` of a response is a table beside the TOML file.
+
+    Returns
+    -------
+    list, list
+        Free parameters and measurements, for :func:`~autobalancer.rotordynamics.identification.identify.identify`.
+
+    Raises
+    ------
+    QuestionError
+        If the file or an entry cannot be read; the message names the key.
+    ResultError
+        If the table of a response cannot be read.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise QuestionError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as reason:
+        raise QuestionError(f"{path}: cannot be read: {reason}") from None
+    except tomllib.TOMLDecodeError as reason:
+        raise QuestionError(f"{path}: not valid TOML: {reason}") from None
+    unknown = sorted(set(data) - set(KEYS) - {"name", "description"})
+    if unknown:
+        raise QuestionError(f"{path}: unknown key {unknown[0]!r}; allowed here: {', '.join(KEYS)}, name, description")
+    free: list[FreeParameter] = []
+    found: list[Measurement] = []
+    units: dict[str, str] = {}
+    for kind in KEYS:
+        for number, entry in enumerate(_list(data.get(kind, []), path, kind), 1):
+            where = f"{path}: {kind}[{number}]"
+            _check_keys(entry, kind, where)
+            try:
+                if kind == "parameters":
+                    free.append(FreeParameter(**entry))
+                    units[free[-1].name] = "" if free[-1].tie == "factor" else unit_of(free[-1].first)
+                elif kind == "known":
+                    path_unit = units.get(str(entry["path"]), unit_of(str(entry["path"])))
+                    found.append(KnownValue(**_single(entry, path_unit)))
+                else:
+                    found.append(_READ[kind](entry, path.parent))
+            except AutobalancerError as error:
+                raise type(error)(f"{where}: {error}") from None
+    return free, found
+
+
+def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise QuestionError(f"{path}: {kind}: write each entry under its own line [[{kind}]]")
+    return entries
+
+
+def _check_keys(entry: dict[str, Any], kind: str, where: str) -> None:
+    for key in entry:
+        if key not in KEYS[kind]:
+            raise QuestionError(f"{where}.{key}: unknown key; allowed here: {', '.join(KEYS[kind])}")
+    for key in NEEDED.get(kind, ("value", "error")):
+        if key not in entry:
+            raise QuestionError(f"{where}.{key}: missing; it has no default")
+
+
+def value_and_error(entry: dict[str, Any], unit: str) -> dict[str, float]:
+    """``value`` and ``error`` in SI; an error may be a text in percent of the value."""
+    value = to_si(entry["value"], unit)
+    return {"value": float(value), "error": error_of(entry["error"], unit, abs(value))}
+
+
+def error_of(error: Any, unit: str, size: float) -> float:
+    """A standard deviation: a quantity, or percent of ``size``."""
+    if isinstance(error, str) and error.strip().endswith("%"):
+        return float(to_si(error.strip()[:-1].strip(), "")) / 100.0 * size
+    return float(to_si(error, unit))
+
+
+def _single(entry: dict[str, Any], unit: str, speeds: tuple[str, ...] = ()) -> dict[str, Any]:
+    rest = {key: value for key, value in entry.items() if key not in ("value", "error")}
+    for key in speeds:
+        if key in rest:
+            rest[key] = float(to_si(rest[key], "rad/s"))
+    return {**rest, **value_and_error(entry, unit)}
+
+
+def _mode(entry: dict[str, Any], folder: Path) -> Measurement:
+    quantity = entry.get("quantity", "frequency")
+    if quantity not in MODE_UNITS:
+        raise QuestionError(f"quantity: given {quantity!r}; must be one of {', '.join(MODE_UNITS)}")
+    return MeasuredMode(**_single(entry, MODE_UNITS[quantity], ("speed",)))
+
+
+def _response(entry: dict[str, Any], folder: Path) -> Measurement:
+    quantity = entry.get("quantity", "displacement")
+    units = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+    if quantity not in units:
+        raise QuestionError(f"quantity: given {quantity!r}; must be one of {', '.join(units)}")
+    low, high = (to_si(entry.get(key, default), "rad/s") for key, default in (("lowest", 0.0), ("highest", 1e9)))
+    speeds, values = read_curve(folder / str(entry["file"]), units[quantity])
+    inside = (speeds >= low) & (speeds <= high)
+    percent = isinstance(entry["error"], str) and entry["error"].strip().endswith("%")
+    logarithmic = bool(entry.get("logarithmic", True))
+    error = error_of(entry["error"], units[quantity], 1.0)
+    wanted = {key: entry[key] for key in ("stations", "measure") if key in entry}
+    spread = error * (1.0 if logarithmic == percent else values[inside] if percent else 1.0 / values[inside])
+    return MeasuredResponse(
+        speeds[inside], values[inside], spread, quantity=quantity, logarithmic=logarithmic,
+        label=str(entry.get("label", entry["file"])), **wanted,
+    )  # fmt: skip
+
+
+_READ: dict[str, Callable[[dict[str, Any], Path], Measurement]] = {
+    "modes": _mode,
+    "critical_speeds": lambda entry, _: MeasuredCriticalSpeed(**_single(entry, "rad/s", ("highest",))),
+    "stiffnesses": lambda entry, _: MeasuredStiffness(**_single(entry, "N/m")),
+    "responses": _response,
+}

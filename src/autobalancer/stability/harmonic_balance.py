@@ -1,0 +1,182 @@
+"""Periodic steady states where x and y are not alike: the balls swing in the rotor with twice its speed.
+
+After half a turn the machine is its own mirror image, so that ball angles phi(theta) have even harmonics only and motions
+of the rotor odd ones. The rotor is linear and answers harmonic by harmonic; what is left is the torque on each ball,
+
+    I phi'' + beta phi' + s Im[e^(-i psi) A_p] - s W^2 Im[e^(-i phi) E] = 0,    psi = theta + phi,
+    forces s ((W + phi')^2 - i phi'') e^(i psi) at the stations,
+
+demanded at equidistant rotor angles of half a turn and solved by Newton's method. The number of angles is doubled until
+the highest harmonics vanish, so that the state is exact to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.stability.lateral import Complexes, Floats, Matrix
+from autobalancer.stability.station_states import StationState
+from autobalancer.stability.stations import Stations
+
+FIRST, MOST = 16, 128  # angles in half a turn
+TAIL = 1e-11  # rad: higher harmonics below it have vanished
+NEWTON_STEPS = 40
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A steady state that repeats after half a turn, turned by half a turn."""
+
+    angles: Matrix  # (n, m) ball angles in the rotor at rotor angles pi j / m
+    acceleration: Complexes  # (P, m) of the stations in space, m/s^2
+    speed: float
+
+    def at(self, turn: Floats) -> tuple[Floats, Floats, Floats, Complexes]:
+        """Angles, their first and second time derivatives (n, k) and accelerations (P, k) at rotor angles."""
+        m = self.angles.shape[1]
+        even = np.fft.fft(self.angles, axis=1) / m
+        k = np.fft.fftfreq(m, 1.0 / m)
+        k[m // 2] = 0.0  # the highest harmonic has vanished
+        even[:, m // 2] = 0.0
+        back = np.exp(2j * np.outer(k, turn))
+        rate = 2j * k * self.speed
+        phi, first, second = ((even * rate**order @ back).real for order in range(3))
+        grid = np.pi * np.arange(m) / m
+        odd = np.fft.fft(self.acceleration * np.exp(-1j * grid), axis=1) / m
+        return phi, first, second, np.asarray((odd @ back) * np.exp(1j * turn))
+
+
+def swing_of(st: Stations, speed: float, guess: StationState) -> Swing:
+    """Refine a state of the averaged torque to the periodic state of the full equations.
+
+    Raises
+    ------
+    QuestionError
+        If Newton's method finds no such state near the guess.
+    """
+    m = FIRST
+    angles = np.repeat(guess.angles[:, None], m, axis=1)
+    while True:
+        balance = _Balance(st, speed, m)
+        angles = balance.solved(angles)
+        harmonics = np.abs(np.fft.fft(angles, axis=1)) / m
+        tail = float(harmonics[:, m // 2 - 1 : m // 2 + 2].max(initial=0.0))
+        if tail < TAIL:
+            return Swing(angles, balance.acceleration(angles), speed)
+        if m == MOST:
+            raise QuestionError(
+                f"steady state: the balls do not swing smoothly at {speed:.6g} rad/s (harmonic {m}: {tail:.2g} rad)"
+            )
+        padded = np.fft.fft(angles, axis=1) * 2.0
+        spread = np.zeros((angles.shape[0], 2 * m), np.complex128)
+        spread[:, : m // 2], spread[:, -(m // 2) + 1 :] = padded[:, : m // 2], padded[:, m // 2 + 1 :]
+        angles, m = np.fft.ifft(spread, axis=1).real, 2 * m
+
+
+class _Balance:
+    """The torques on the balls at m rotor angles."""
+
+    def __init__(self, st: Stations, speed: float, m: int) -> None:
+        self.st, self.speed, self.m = st, speed, m
+        self.turn = np.pi * np.arange(m) / m
+        k = np.fft.fftfreq(m, 1.0 / m)
+        wave = np.exp(2j * np.outer(self.turn, k))
+        self.second = ((wave * (2j * k * speed) ** 2) @ wave.conj().T).real / m
+        k[m // 2] = 0.0  # the first derivative of the highest harmonic is not seen at these angles
+        self.first = ((wave * (2j * k * speed)) @ wave.conj().T).real / m
+        places = len(st.names)
+        odd = np.arange(1, m, 2)
+        pushed = st.model.both(st.rows)
+        model = st.model
+        held, damping = model.stiffness_at(speed), model.damping_at(speed) + speed * model.gyroscopic
+        inward = np.exp(-1j * np.outer(odd, self.turn)) * 2.0 / m
+        outward = np.exp(1j * np.outer(self.turn, odd))
+        answer = np.zeros((2 * places, m, 2 * places, m))
+        for number, h in enumerate(odd):
+            sigma = 1j * h * speed
+            dynamic = held + sigma * damping + sigma**2 * model.mass
+            both = pushed @ np.linalg.solve(dynamic, pushed.T) * sigma**2
+            time = np.outer(outward[:, number], inward[number])
+            answer += np.real(both[:, None, :, None] * time[None, :, None, :])
+            if h == 1:
+                n = model.pairs
+                force = np.zeros(model.size, np.complex128)
+                force[:n], force[n : 2 * n] = st.fixed_load, -1j * st.fixed_load
+                unbalanced = pushed @ np.linalg.solve(dynamic, force) * sigma**2 * speed**2
+        self.answer = answer.reshape(2 * places * m, 2 * places * m)
+        self.alone = np.real(unbalanced[:, None] * np.exp(1j * self.turn))  # (2 P, m)
+
+    def solved(self, angles: Floats) -> Floats:
+        """Ball angles at which all torques vanish."""
+        st, size = self.st, self.m * self.st.moment.size
+        unit = self._unit()
+        error = math.inf
+        for _ in range(NEWTON_STEPS):
+            miss, slope = self._torques(angles)
+            if np.abs(miss / unit).max() < 1e-15:
+                break
+            step = np.linalg.lstsq(slope / np.repeat(unit, self.m)[:, None], -(miss / unit).ravel(), rcond=1e-9)[0]
+            largest = float(np.abs(step).max())
+            angles = angles + (step * min(1.0, 0.4 / max(largest, 1e-300))).reshape(angles.shape)
+            if largest < 1e-13:
+                break
+        miss, _ = self._torques(angles)
+        error = float(np.abs(miss / unit).max())
+        if not error < 1e-9 or size == 0:
+            raise QuestionError(
+                f"steady state: no periodic state is found near the averaged one at {self.speed:.6g} rad/s "
+                f"(torque {error:.2g} of its size, {len(st.names)} stations)"
+            )
+        return angles
+
+    def acceleration(self, angles: Floats) -> Complexes:
+        """Of the stations in space, (P, m)."""
+        force, _ = self._forces(angles)
+        places = len(self.st.names)
+        total = np.zeros((places, self.m), np.complex128)
+        np.add.at(total, self.st.station, force)
+        parts = np.concatenate([total.real, total.imag]).ravel()
+        found = (self.answer @ parts).reshape(2 * places, self.m) + self.alone
+        return np.asarray(found[:places] + 1j * found[places:])
+
+    def _unit(self) -> Floats:
+        """Size of the torque on each ball, (n, 1)."""
+        st, w = self.st, self.speed
+        own = np.abs(st.offset).max() + np.abs(self.alone).max() / w**2
+        reach = np.abs(self.answer).sum(axis=1).max() * st.moment.sum()
+        return np.asarray(st.moment * w**2 * (own + reach))[:, None]
+
+    def _forces(self, angles: Floats) -> tuple[Complexes, tuple[Complexes, Complexes, Complexes]]:
+        """Force of each ball on its station (n, m), and its derivatives by phi, phi', phi''."""
+        w, s = self.speed, self.st.moment[:, None]
+        rate, change = angles @ self.first.T, angles @ self.second.T
+        ahead = s * np.exp(1j * (self.turn + angles))
+        pull = (w + rate) ** 2 - 1j * change
+        return pull * ahead, (1j * pull * ahead, 2.0 * (w + rate) * ahead, -1j * ahead)
+
+    def _torques(self, angles: Floats) -> tuple[Matrix, Matrix]:
+        st, m, w = self.st, self.m, self.speed
+        n, places = st.moment.size, len(st.names)
+        s = st.moment[:, None]
+        a = self.acceleration(angles)[st.station]
+        back = np.exp(-1j * (self.turn + angles))
+        center = np.exp(-1j * angles) * st.offset[:, None]
+        rate, change = angles @ self.first.T, angles @ self.second.T
+        inertia, drag = st.inertia[:, None], st.drag[:, None]
+        miss = inertia * change + drag * rate + s * (back * a).imag - s * w * w * center.imag
+        _, (by_angle, by_rate, by_change) = self._forces(angles)
+        slope = np.zeros((n, m, n, m))
+        for i in range(n):
+            push = np.diag(by_angle[i]) + by_rate[i][:, None] * self.first + by_change[i][:, None] * self.second
+            parts = np.zeros((2 * places, m, m))
+            parts[st.station[i]], parts[places + st.station[i]] = push.real, push.imag
+            moved = (self.answer @ parts.reshape(-1, m)).reshape(2 * places, m, m)
+            seen = moved[:places] + 1j * moved[places:]
+            slope[:, :, i] += (st.moment[:, None, None] * back[:, :, None] * seen[st.station]).imag
+            own = -(s * (back * a).real)[i] + (s * w * w * center.real)[i]
+            slope[i, :, i] += st.inertia[i] * self.second + st.drag[i] * self.first + np.diag(own)
+        return miss, slope.reshape(n * m, n * m)

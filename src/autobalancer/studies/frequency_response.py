@@ -1,0 +1,283 @@
+"""Stepped frequency response: hold a speed, let transients die, measure, go to the next speed."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from threading import local
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.kernels.system import Floats, Matrix
+from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
+from autobalancer.results.provenance import provenance
+from autobalancer.studies.step_dataset import step_dataset
+from autobalancer.studies.step_store import StepStore
+from autobalancer.studies.stepping import Plan, Row, Stepper, at_speed, rate
+
+Place = tuple[int, int]  # leg, number of the speed
+
+
+def frequency_response(
+    machine: Machine | str | Path,
+    speeds: Sequence[float] | np.ndarray,
+    *,
+    dwell: float,
+    window: float,
+    direction: Literal["up", "down", "both"] = "up",
+    start: Literal["carried", "fixed"] = "carried",
+    acceleration: float | None = None,
+    stations: Sequence[str] | None = None,
+    settle: float | None = None,
+    longest: float | None = None,
+    tolerance: float = 1e-7,
+    seed: int = 0,
+    max_steps: int = 10_000_000,
+    workers: int | None = None,
+    store: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    keep_on_interrupt: bool = False,
+) -> xr.Dataset:
+    """Measure a machine at one speed after the other, as on a test stand (Rodrigues et al. 2011, section 5).
+
+    The drive of the machine is replaced by the prescribed speed; unbalances are those after all schedules.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    speeds
+        Rotor speeds, rad/s, ascending from above zero.
+    dwell, window
+        Time at a speed before the measurement, and length of the measurement, s.
+    direction
+        ``up``, ``down``, or ``both``: up, and then down again from where the way up ended.
+    start
+        ``carried``: every speed begins with the state at the end of the one before, the first one with the start state
+        of the machine. ``fixed``: all begin with that.
+    acceleration
+        Rate at which the speed goes to the next one, rad/s^2; ``None`` is at once, the limit of an ever faster ramp.
+    stations
+        Names of those whose deflections are averaged; by default all stations of the machine, or without any the place
+        that a run calls its deflection.
+    settle
+        Measure again until the amplitudes of both halves of the window differ by less than this share, or until
+        ``longest`` (s at one speed) is over; by default every speed is measured once.
+    tolerance
+        Local error per step, as for :func:`autobalancer.simulate`.
+    seed
+        For the start positions of balls that have none.
+    max_steps
+        Steps at one speed after which it is given up.
+    workers
+        Threads for ``fixed``; the result does not depend on it.
+    store
+        Result file. Every finished speed is written at once into a journal beside it; a later call with the same
+        arguments goes on from there, and ends with the same numbers to the last bit.
+    progress
+        Called with (speeds done, speeds in all).
+    keep_on_interrupt
+        If true, Ctrl-C ends the study and returns what was measured, ``attrs["outcome"]`` is then ``interrupted``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``speed``, with ``direction`` before it for ``both``: ``amplitude`` (mean over the stations of the greatest
+        deflection, their equation 3), ``greatest_mean_deflection`` (greatest value in time of the mean deflection, which
+        their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
+        ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
+        within the window, ``time_at_speed``, ``outcome``.
+
+    Raises
+    ------
+    QuestionError
+        For speeds out of order, times not above zero, an unknown station, a store that holds something else.
+    MachineError
+        If a table of the machine does not cover the speeds.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    chosen = _speeds(speeds)
+    plan = _plan(dwell, window, acceleration, settle, longest, tolerance, max_steps)
+    if direction not in ("up", "down", "both") or start not in ("carried", "fixed"):
+        raise QuestionError(f"direction, start: given {direction!r}, {start!r}; must be up, down or both; carried or fixed")
+    if start == "fixed" and (direction != "up" or acceleration is not None):
+        raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
+    assembly = assemble(at_constant_speed(machine, float(chosen[-1])), seed=seed)
+    names, rows, weights = _stations(assembly, stations)
+    legs = ["up", "down"] if direction == "both" else [direction]
+    question = {
+        "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
+        "direction": direction, "start": start, "acceleration": acceleration, "settle": settle, "longest": longest,
+        "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": tolerance,
+        "seed": seed, "max_steps": max_steps, "source": provenance()["source"],
+    }  # fmt: skip
+    kept = None if store is None else StepStore(store, question)
+    if kept is not None and kept.finished is not None:
+        return kept.finished
+    found: dict[Place, Row] = dict(kept.rows) if kept is not None else {}
+    total, interrupted = len(legs) * chosen.size, False
+    if start == "fixed":
+        ways = _fixed(assembly, rows, weights, plan, chosen, set(found), workers)
+    else:
+        ways = _carried(assembly, rows, weights, plan, chosen, legs, found)
+    if progress is not None:
+        progress(len(found), total)
+    try:
+        for place, row in ways:
+            found[place] = row
+            if kept is not None:
+                kept.append(*place, row)
+            if progress is not None:
+                progress(len(found), total)
+    except KeyboardInterrupt:
+        if not keep_on_interrupt:
+            raise
+        interrupted = True
+    result = step_dataset(assembly, chosen.tolist(), legs, names, found)
+    result.attrs = {
+        "title": f"Stepped response of {machine.name}",
+        **provenance(),
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "critical_speeds": list(assembly.critical_speeds),
+        "start": start,
+        "dwell": dwell,
+        "window": window,
+        "averaged_stations": question["stations"],
+        "question": json.dumps(question),
+        "outcome": "interrupted" if interrupted else "finished" if len(found) == total else "ended early",
+    }
+    if kept is not None and not interrupted:
+        kept.finish(result)
+    return result
+
+
+def at_constant_speed(machine: Machine, speed: float) -> Machine:
+    """The machine with a prescribed speed and with its unbalances after all schedules."""
+    # the fields are set together: a prescribed speed and a start speed exclude each other
+    begin = Start(**{key: getattr(machine.start, key) for key in machine.start.model_fields_set - {"speed"}})
+    drive = PrescribedSpeed(profile=Constant(speed=speed))
+    fields = {key: getattr(machine, key) for key in machine.model_fields_set} | {"drive": drive, "start": begin}
+    machine = Machine(**fields)
+    for number, unbalance in enumerate(machine.unbalances, start=1):
+        if unbalance.schedule is not None:
+            last = Schedule(time=(0.0,), factor=unbalance.schedule.factor[-1:])
+            machine = with_parameter(machine, f"unbalances[{number}].schedule", last)
+    return machine
+
+
+def _carried(
+    assembly: Assembly,
+    rows: Sequence[Matrix],
+    weights: Floats,
+    plan: Plan,
+    speeds: Floats,
+    legs: Sequence[str],
+    found: dict[Place, Row],
+) -> Iterator[tuple[Place, Row]]:
+    stepper = Stepper(assembly, rows, weights, plan)
+    order = [
+        (leg, int(number))
+        for leg, way in enumerate(legs)
+        for number in (range(speeds.size) if way == "up" else range(speeds.size)[::-1])
+    ]
+    state = at_speed(assembly.state, float(speeds[order[0][1]]))
+    for place in order:
+        if place not in found:
+            yield place, stepper.hold(state, float(speeds[place[1]]))
+        if found[place]["outcome"] != "finished":
+            return  # there is no state to go on with
+        state = np.array(found[place]["state"])
+
+
+def _fixed(
+    assembly: Assembly,
+    rows: Sequence[Matrix],
+    weights: Floats,
+    plan: Plan,
+    speeds: Floats,
+    done: set[Place],
+    workers: int | None,
+) -> Iterator[tuple[Place, Row]]:
+    own = local()
+
+    def one(number: int) -> tuple[Place, Row]:
+        if not hasattr(own, "stepper"):
+            own.stepper = Stepper(assembly, rows, weights, plan)
+        speed = float(speeds[number])
+        return (0, number), own.stepper.hold(at_speed(assembly.state, speed), speed)
+
+    pool = ThreadPoolExecutor(workers if workers is not None else os.cpu_count() or 1)
+    try:
+        waiting = [pool.submit(one, number) for number in range(speeds.size) if (0, number) not in done]
+        for ended in as_completed(waiting):
+            yield ended.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _stations(assembly: Assembly, wanted: Sequence[str] | None) -> tuple[list[str], list[Matrix], Floats]:
+    """Names and rows of all stations, and their weights in the mean."""
+    named: dict[str, Matrix] = dict(assembly.stations)
+    if not named:
+        size = 2 + (assembly.state.size - 6 - 2 * len(assembly.balls)) // 2
+        named = {assembly.reference or "rotor": np.eye(2, size)}
+    if isinstance(wanted, str):
+        wanted = [wanted]
+    chosen = list(named) if wanted is None else list(wanted)
+    unknown = [name for name in chosen if name not in named]
+    if unknown or not chosen or len(set(chosen)) < len(chosen):
+        known = ", ".join(map(repr, named))
+        raise QuestionError(f"stations: given {chosen!r}; name each once, there is {known}")
+    weights = np.array([(name in chosen) / len(chosen) for name in named])
+    return list(named), list(named.values()), weights
+
+
+def _speeds(speeds: Sequence[float] | np.ndarray) -> Floats:
+    chosen = np.array(speeds, np.float64)
+    if chosen.ndim != 1 or chosen.size == 0 or not np.all(np.isfinite(chosen)):
+        raise QuestionError("speeds: give a list of finite speeds in rad/s")
+    if chosen[0] <= 0.0 or np.any(np.diff(chosen) <= 0.0):
+        raise QuestionError(
+            f"speeds: given {chosen[0]:g} to {chosen[-1]:g} rad/s; must ascend from above zero; "
+            "direction='down' runs through them the other way"
+        )
+    return chosen
+
+
+def _plan(
+    dwell: float,
+    window: float,
+    acceleration: float | None,
+    settle: float | None,
+    longest: float | None,
+    tolerance: float,
+    max_steps: int,
+) -> Plan:
+    for name, value, unit in (
+        ("dwell", dwell, "s"), ("window", window, "s"), ("acceleration", acceleration, "rad/s^2"),
+        ("settle", settle, "relative"), ("longest", longest, "s"),
+    ):  # fmt: skip
+        needless = value is None or (name == "dwell" and value == 0.0)
+        if not needless and not (math.isfinite(float(value or 0.0)) and float(value or 0.0) > 0.0):
+            raise QuestionError(f"{name}: given {value!r}; must be greater than zero ({unit})")
+    if (settle is None) != (longest is None):
+        raise QuestionError("settle, longest: give both or none; 'longest' ends a motion that never settles")
+    if longest is not None and longest < dwell + window:
+        raise QuestionError(f"longest: given {longest:g} s; must be at least dwell and window, {dwell + window:g} s")
+    if not 1e-13 <= tolerance <= 1e-2:
+        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2")
+    if max_steps < 1:
+        raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
+    return Plan(dwell, window, rate(acceleration), settle, longest or 0.0, tolerance, max_steps)

@@ -1,0 +1,127 @@
+"""One machine held at one speed after the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.dwell import Window, hold
+from autobalancer.kernels.events import ROTOR_SPEED
+from autobalancer.kernels.integrators import tableau as tableaus
+from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, memory
+from autobalancer.kernels.integrators.runge_kutta import FINISHED
+from autobalancer.kernels.system import SPEED, Floats, Matrix
+from autobalancer.simulation.equations import equations
+from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.record import record_for
+
+Row = dict[str, Any]  # what was seen at one speed: plain numbers and lists, so that it goes into a text exactly
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How long a speed is held and measured; see :func:`autobalancer.frequency_response`."""
+
+    dwell: float
+    window: float
+    acceleration: float  # rad/s^2, infinite for a jump
+    settle: float | None
+    longest: float
+    tolerance: float
+    max_steps: int
+
+
+class Stepper:
+    """Work arrays of one thread."""
+
+    def __init__(self, assembly: Assembly, rows: Sequence[Matrix], weights: Floats, plan: Plan) -> None:
+        system = assembly.system
+        self.system = system._replace(
+            balls=system.balls.copy(), segments=system.segments.copy(), now=system.now.copy(), rotor=system.rotor.copy()
+        )
+        self.rhs, self.pair, self.plan = equations(assembly), tableaus.dormand_prince_8(), plan
+        tolerance = plan.tolerance
+        self.memory = memory(
+            assembly.state,
+            1.0,
+            tolerance * assembly.scale,
+            tolerance * assembly.growing,
+            total=self.pair.total,
+            degree=self.pair.degree,
+            longest=1e9,
+        )
+        self.quiet = record_for((), (), assembly, 1.0)
+        # an event that never comes: for its sake the stepper keeps the dense output of all components
+        self.dense = self.quiet._replace(
+            event_kinds=np.array([ROTOR_SPEED]),
+            event_balls=np.array([-1]),
+            event_levels=np.array([1e300]),
+            event_directions=np.zeros(1, np.int64),
+            event_terminal=np.zeros(1, np.int64),
+            event_seen=np.zeros(1, np.int64),
+            event_sides=np.zeros(1),
+            event_places=np.zeros(1),
+        )
+        s, n, size = weights.size, len(assembly.balls), rows[0].shape[1]
+        self.window = Window(
+            rows=np.ascontiguousarray(np.concatenate(rows), np.float64),
+            weights=weights,
+            greatest=np.zeros((2, s + 1)),
+            low=np.zeros((2, n)),
+            high=np.zeros((2, n)),
+            ends=np.zeros((2, n)),
+            forward=np.zeros((s, 2)),
+            spent=np.zeros(3),
+            place=np.zeros(size),
+            move=np.zeros(size),
+            points=np.zeros((s, 2)),
+            value=np.zeros(s + 1),
+            growth=np.zeros(s + 1),
+            before=np.zeros(s + 1),
+        )
+
+    def hold(self, state: Floats, speed: float) -> Row:
+        """Bring a state to a speed and measure there; without balls and stations lists are empty."""
+        m, w, plan = self.memory, self.window, self.plan
+        m.state[:] = state
+        settle = -1.0 if plan.settle is None else plan.settle
+        numbers = [speed, plan.acceleration, plan.dwell, plan.window, settle, plan.longest, plan.max_steps]
+        status = hold(
+            self.rhs, self.system, self.pair, self.quiet, self.dense, m, w, np.array(numbers, np.float64)
+        )  # fmt: skip
+        end, steps = float(m.clock[TIME]), int(m.counts[ACCEPTED])
+        row: Row = {"speed": float(speed), "steps": steps, "state": m.state.tolist()}
+        if status != FINISHED:
+            planned = float(w.spent[0]) + plan.dwell + plan.window
+            ended = outcome(status, end, planned, interrupted=False, steps=steps)
+            return row | {"outcome": ended.name, "text": ended.text}
+        each = w.greatest[:, :-1].max(axis=0)
+        return row | {
+            "outcome": "finished",
+            "hold": end - float(w.spent[0]),
+            "change": float(w.spent[1]),
+            "greatest": each.tolist(),
+            "amplitude": float(each @ w.weights),
+            "mean": float(w.greatest[:, -1].max()),
+            "low": w.low.min(axis=0).tolist(),
+            "high": w.high.max(axis=0).tolist(),
+            "ball_speed": ((w.ends[1] - w.ends[0]) / plan.window).tolist(),
+            "forward": w.forward.tolist(),
+        }
+
+
+def at_speed(state: Floats, speed: float) -> Floats:
+    """A start state with the rotor at a speed."""
+    state = state.copy()
+    state[SPEED] = speed
+    return state
+
+
+def rate(acceleration: float | None) -> float:
+    """The rate of a ramp; a jump is infinitely fast."""
+    return math.inf if acceleration is None else float(acceleration)

@@ -1,0 +1,148 @@
+"""``autobalancer modes`` and ``autobalancer response`` as a user types them."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from tests.test_rotordynamics_modes import MACHINES, RIG
+from typer.testing import CliRunner
+
+from autobalancer.cli import app
+from autobalancer.results.store import load_run
+from autobalancer.rotordynamics.campbell import campbell
+from autobalancer.rotordynamics.critical import critical_speeds
+from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.rotordynamics.response import unbalance_response
+
+RPM = math.pi / 30.0
+
+
+def say(*words: str, code: int = 0) -> str:
+    answer = CliRunner().invoke(app, list(words))
+    assert answer.exit_code == code, answer.output
+    return answer.output
+
+
+def test_modes_prints_frequencies_and_critical_speeds() -> None:
+    text = say("modes", str(RIG), "--speed", "1200 rpm")
+    assert "natural frequencies at 1200 rpm" in text
+    for name in ("cylindrical y", "cylindrical x", "conical y", "conical x"):
+        assert name in text
+    for speed in critical_speeds(RIG)["critical_speed"].values / RPM:
+        assert f"critical speed {speed:.5g} rpm" in text
+    assert "rad/s" in say("modes", str(RIG), "--speed-unit", "rad/s", "--frequency-unit", "rad/s")
+
+
+def test_modes_as_json_are_those_of_the_python_interface() -> None:
+    found = json.loads(say("modes", str(RIG), "--speed", "100", "--json"))
+    expected = eigenfrequencies(RIG, 100.0)
+    assert found["speed"] == 100.0
+    assert [mode["frequency"] for mode in found["modes"]] == expected["frequency"].values.tolist()
+    assert [mode["whirl"] for mode in found["modes"]] == expected["whirl"].values.tolist()
+    assert len(found["critical_speeds"]) == 4
+    bare = json.loads(say("modes", str(RIG), "--no-balls", "--json"))
+    assert bare["modes"][0]["frequency"] > json.loads(say("modes", str(RIG), "--json"))["modes"][0]["frequency"]
+
+
+def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
+    text = say(
+        "modes", str(RIG), "--campbell", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
+        str(tmp_path / "c.nc"),
+    )  # fmt: skip
+    assert "written" in text
+    assert "Campbell diagram" in (tmp_path / "c.svg").read_text()
+    expected = campbell(RIG, np.linspace(0.0, 6000.0 * RPM, 41))
+    kept = load_run(tmp_path / "c.nc")
+    assert kept["frequency"].values == pytest.approx(expected["frequency"].values)
+    found = json.loads(say("modes", str(RIG), "--campbell", "0 rpm:6000:41", "--json"))
+    assert [e["intersection_speed"] for e in found["intersections"]] == pytest.approx(kept["intersection_speed"].values)
+
+
+def test_shapes_are_drawn(tmp_path: Path) -> None:
+    say("modes", str(MACHINES / "discoidal.toml"), "--plot", str(tmp_path / "m.png"))
+    assert (tmp_path / "m.png").stat().st_size > 5000
+
+
+def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
+    text = say(
+        "response", str(RIG), "--speed", "600rpm:5500rpm:400", "--station", "B1", "--station", "B2", "--plot",
+        str(tmp_path / "bode.png"), "--output", str(tmp_path / "r.nc"),
+    )  # fmt: skip
+    peaks = response_peaks(RIG, 600.0 * RPM, 5500.0 * RPM, ["B1", "B2"])
+    assert peaks.sizes["peak"] == 4
+    for speed in peaks["peak_speed"].values / RPM:
+        assert f"peak at {speed:.5g} rpm" in text
+    kept = load_run(tmp_path / "r.nc")
+    assert list(kept["station"].values) == ["B1", "B2"]
+    assert kept.sizes["speed"] == 400
+
+
+def test_response_at_one_speed_says_how_the_stations_whirl(tmp_path: Path) -> None:
+    for kind in ("orbits", "axis"):
+        text = say("response", str(RIG), "--speed", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
+        assert "B1     backward" in text
+        assert "disk   forward" in text
+        assert (tmp_path / "o.png").stat().st_size > 5000
+
+
+def test_response_as_json_is_that_of_the_python_interface() -> None:
+    arguments = (
+        "--speed",
+        "10:100:4",
+        "--station=-20 mm",
+        "--unbalance",
+        "10 g*mm",
+        "--balls",
+        "--quantity",
+        "velocity",
+    )
+    found = json.loads(say("response", str(RIG), *arguments, "--json"))
+    expected = unbalance_response(RIG, np.linspace(10, 100, 4), [-0.02], 1e-5, balls=True, quantity="velocity")
+    assert found["speed"] == expected["speed"].values.tolist()
+    assert found["semi_major"] == expected["semi_major"].values.tolist()
+    assert found["quantity"] == "velocity"
+
+
+def test_a_planar_machine_has_a_response_in_its_plane() -> None:
+    found = json.loads(say("response", str(MACHINES / "discoidal.toml"), "--speed", "10:100:4", "--json"))
+    assert found["station"] == ["annulus of the disc"]
+    assert found["position"] == ["none"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("modes", "none.toml"), "no such file"),
+        (("modes", "RIG", "--speed", "-5"), "given -5 rad/s"),
+        (("modes", "RIG", "--speed", "5 kg"), "rad/s"),
+        (("modes", "RIG", "--speed", "5", "--campbell", "0:9:9"), "not both"),
+        (("modes", "RIG", "--campbell", "0:9"), "from:to:count"),
+        (("modes", "RIG", "--campbell", "0:9:1"), "at least two"),
+        (("modes", "RIG", "--modes", "0"), "given 0"),
+        (("modes", "RIG", "--speed-unit", "knots"), "must be one of rpm"),
+        (("response", "RIG", "--speed", "100:50:5"), "must ascend"),
+        (("response", "RIG", "--speed", "50", "--station", "B9"), "no station is named 'B9'"),
+        (("response", "RIG", "--speed", "50", "--quantity", "jerk"), "given 'jerk'"),
+        (("response", "RIG", "--speed", "50", "--kind", "bode"), "orbits or axis"),
+        (("response", "RIG", "--speed", "10:50:5", "--kind", "axis"), "bode or polar"),
+    ],
+)
+def test_what_a_user_can_mend_ends_with_code_2_and_a_message(
+    words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer = CliRunner().invoke(app, [str(RIG) if word == "RIG" else word for word in words])
+    assert answer.exit_code == 2
+    assert message in " ".join(answer.output.split())
+
+
+def test_both_commands_are_registered_with_an_example() -> None:
+    group = typer.main.get_command(app)
+    assert {"modes", "response"} <= set(group.commands)  # type: ignore[attr-defined]
+    for name in ("modes", "response"):
+        assert f"Example: autobalancer {name}" in group.commands[name].help  # type: ignore[attr-defined]

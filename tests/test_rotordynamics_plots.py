@@ -1,0 +1,163 @@
+"""Pictures of modes, Campbell diagrams, responses and whirl: what is drawn is what the result says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_hex
+from tests.test_rotordynamics_modes import RIG, planar, rigid
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.campbell import THINNEST, WHIRL, plot_campbell
+from autobalancer.plots.modes import plot_modes
+from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
+from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
+from autobalancer.rotordynamics.campbell import campbell
+from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.rotordynamics.response import unbalance_response
+
+RPM = math.pi / 30.0
+
+
+@pytest.fixture(scope="module")
+def response() -> xr.Dataset:
+    return unbalance_response(RIG, np.linspace(600.0, 5500.0, 801) * RPM, ["B1", "B2"])
+
+
+def lines(axes: Any) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    return {str(line.get_label()): (line.get_xdata(), line.get_ydata()) for line in axes.get_lines()}
+
+
+def test_the_campbell_diagram_colors_forward_and_backward_whirl_and_marks_the_critical_speeds() -> None:
+    found = campbell(rigid(), np.linspace(0.0, 900.0, 61))
+    axes = plot_campbell(found, speed_unit="rad/s", frequency_unit="rad/s").axes[0]
+    branches = [c for c in axes.collections if isinstance(c, LineCollection)]
+    assert len(branches) == 4
+    for number, branch in enumerate(branches):
+        word = str(found["name"].values[number]).split()[1]
+        assert {to_hex(color).upper() for color in branch.get_colors()} == {WHIRL[word].upper()}
+        drawn = np.array([segment[0] for segment in branch.get_segments()])
+        assert drawn[:, 1] == pytest.approx(found["frequency"].values[number, :-1])
+    marks = [line for line in axes.get_lines() if line.get_marker() == "o"]
+    crossed = found["intersection_speed"].values
+    assert crossed.size >= 3
+    assert sorted(line.get_xdata()[0] for line in marks) == pytest.approx(crossed)
+    assert sorted(line.get_ydata()[0] for line in marks) == pytest.approx(crossed)
+    x, y = lines(axes)["harmonic 1"]
+    assert x == pytest.approx(y)
+
+
+def test_the_campbell_diagram_draws_damped_branches_thicker() -> None:
+    thin, thick = (
+        plot_campbell(campbell(planar(damping=damping), [0.0, 100.0])).axes[0].collections[0].get_linewidths()[0]
+        for damping in (0.0, 60.0)
+    )
+    assert thin == pytest.approx(THINNEST)
+    assert thick > 2.0 * thin
+
+
+def test_units_of_the_campbell_diagram_are_chosen() -> None:
+    found = campbell(RIG, np.linspace(0.0, 300.0, 31))
+    axes = plot_campbell(found).axes[0]
+    assert "(rpm)" in axes.get_xlabel()
+    assert "(Hz)" in axes.get_ylabel()
+    level = np.array(axes.collections[0].get_segments()[0])
+    assert level[0, 1] == pytest.approx(found["frequency"].values[0, 0] / (2.0 * math.pi))
+
+
+def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
+    found = eigenfrequencies(RIG, 200.0)
+    figure = plot_modes(found, modes=4)
+    assert len(figure.axes) == 4
+    first = lines(figure.axes[0])["along y"]
+    assert first[0] == pytest.approx(found["place"].values * 1e3)
+    assert np.abs(first[1]).max() == pytest.approx(1.0, rel=1e-3)
+    assert figure.axes[0].get_title("left").startswith("cylindrical y: ")
+    assert f"{found['frequency'].values[0] / (2.0 * math.pi):.4g} Hz" in figure.axes[0].get_title("left")
+    assert len(plot_modes(eigenfrequencies(planar(), 0.0)).axes) == 2
+
+
+def test_the_bode_diagram_has_amplitude_and_phase_of_every_station(response: xr.Dataset) -> None:
+    above, below = plot_unbalance_response(response, deflection_unit="mm").axes
+    drawn = lines(above)
+    size = np.hypot(response["x_real"], response["x_imag"]).values[:, 0] * 1e3
+    assert drawn["B1, x"][0] == pytest.approx(response["speed"].values / RPM)
+    assert drawn["B1, x"][1] == pytest.approx(size)
+    assert drawn["mean of the greatest"][1] == pytest.approx(response["mean_of_greatest"].values * 1e3)
+    phase = lines(below)["B2, y"][1]
+    wrapped = np.exp(1j * np.radians(phase)) / np.exp(1j * response["y_phase"].values[:, 1])
+    assert wrapped == pytest.approx(np.ones(801))
+    assert np.abs(np.diff(phase)).max() < 90.0
+    assert above.get_yscale() == "log"
+    assert "(mm)" in above.get_ylabel()
+
+
+def test_backward_whirl_is_underlaid_where_it_is(response: xr.Dataset) -> None:
+    above = plot_unbalance_response(response).axes[0]
+    shaded = [(p.get_x(), p.get_x() + p.get_width()) for p in above.patches]
+    assert shaded
+    speed = response["speed"].values / RPM
+    inside = np.zeros(speed.size, bool)
+    for low, high in shaded:
+        inside |= (speed >= low - 1e-6) & (speed <= high + 1e-6)
+    assert (inside == (response["whirl"].values == "backward").any(axis=1)).all()
+
+
+def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalance_to_its_opposite() -> None:
+    found = unbalance_response(planar(), np.linspace(5.0, 600.0, 2000), unbalance=1e-4)
+    drawn = [line for line in plot_polar_response(found).axes[0].get_lines() if len(line.get_xdata()) == 2000]
+    assert len(drawn) == 1
+    curve = np.asarray(drawn[0].get_xdata()) + 1j * np.asarray(drawn[0].get_ydata())
+    assert curve[0].real > 0.0 > curve[-1].real
+    assert (np.diff(np.unwrap(np.angle(curve))) < 0.0).all()
+
+
+def test_orbits_have_their_direction_in_title_and_color() -> None:
+    found = whirl_orbits(RIG, 1675.0 * RPM)
+    figure = plot_whirl_orbits(found, deflection_unit="um")
+    for number, axes in enumerate(figure.axes):
+        word = str(found["whirl"].values[number])
+        assert axes.get_title("left") == f"{found['station'].values[number]}: {word}"
+        x, y = lines(axes)["orbit"]
+        assert x == pytest.approx(found["x"].values[number] * 1e6)
+        assert y == pytest.approx(found["y"].values[number] * 1e6)
+        tail, head = axes.texts[0].xyann, axes.texts[0].xy
+        assert (tail[0] * head[1] - tail[1] * head[0] > 0.0) == (word == "forward")
+    assert "1675 rpm" in figure.get_suptitle()
+
+
+def test_the_orbits_along_the_axis_are_drawn_in_space() -> None:
+    found = whirl_orbits(RIG, 1675.0 * RPM)
+    axes = plot_whirl_along_axis(found, deflection_unit="mm").axes[0]
+    at_zero = next(line for line in axes.get_lines() if line.get_label() == "rotor angle 0")
+    place, x, y = at_zero.get_data_3d()
+    assert place == pytest.approx(found["place"].values * 1e3)
+    assert x == pytest.approx(found["axis_x"].values[:, 0] * 1e3)
+    assert y == pytest.approx(found["axis_y"].values[:, 0] * 1e3)
+    with pytest.raises(QuestionError, match="one plane only"):
+        plot_whirl_along_axis(whirl_orbits(planar(), 50.0, unbalance=1e-4))
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [plot_campbell, plot_modes, plot_unbalance_response, plot_polar_response, plot_whirl_orbits, plot_whirl_along_axis],
+)
+def test_another_result_is_refused_by_name(draw: Callable[[xr.Dataset], Any]) -> None:
+    with pytest.raises(QuestionError, match=draw.__name__):
+        draw(xr.Dataset())
+
+
+def test_unknown_units_and_parts_are_refused(response: xr.Dataset) -> None:
+    with pytest.raises(QuestionError, match="must be one of rpm"):
+        plot_unbalance_response(response, speed_unit="knots")
+    with pytest.raises(QuestionError, match="must be forward, x or y"):
+        plot_polar_response(response, part="z")
+    with pytest.raises(QuestionError, match="one speed only"):
+        plot_unbalance_response(response.isel(speed=[0]))
