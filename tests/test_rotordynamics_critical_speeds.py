@@ -131,6 +131,16 @@ def test_the_greatest_response_of_a_planar_rotor_is_above_its_natural_frequency(
     assert found["peak_amplitude"].values == pytest.approx([expected], rel=1e-10)
 
 
+def test_a_fluid_film_needs_a_speed_up_to_which_to_search() -> None:
+    support = {"position": 0.0, "stiffness": SPRING, "cross_stiffness": [800.0, -800.0], "tilt_stiffness": 2e3}
+    machine = with_parameter(rigid(0.001), "rotor.supports", [support])
+    with pytest.raises(QuestionError, match="cross-coupled stiffness"):
+        critical_speeds(machine)
+    found = by_name(critical_speeds(machine, highest=200.0))
+    exact = ((SPRING - 800.0j) / MASS) ** 0.5  # z'' + (k - i k_c)/M z = 0
+    assert found["cylindrical forward"] == pytest.approx(exact.real, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("ask", "message"),
     [

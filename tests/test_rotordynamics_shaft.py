@@ -93,6 +93,18 @@ def test_the_response_of_a_shaft_passes_its_critical_speed_and_bends_into_the_sh
     assert reach / ratio[0] == pytest.approx(np.sin(math.pi * orbits["place"].values / LENGTH), abs=3e-3)
 
 
+def test_motions_of_a_damped_shaft_that_creep_are_no_modes() -> None:
+    disks = [{"position": 0.4, "mass": 5.0, "transverse_inertia": 0.05, "polar_inertia": 0.09}]
+    plain, damped = (
+        eigenfrequencies(shaft(1e7, disks=disks, stiffness_proportional_damping=factor), 100.0, modes=4)
+        for factor in (0.0, 2e-4)
+    )
+    assert list(damped["name"].values) == list(plain["name"].values)
+    assert damped["frequency"].values == pytest.approx(plain["frequency"].values, rel=1e-2)
+    assert damped["undamped_frequency"].values == pytest.approx(plain["frequency"].values, rel=1e-9)
+    assert min(damped.attrs["decay_rates_without_frequency"]) > 2500.0  # about 1/(2 t) and more
+
+
 def test_a_place_outside_the_shaft_is_refused() -> None:
     with pytest.raises(MachineError, match="stations"):
         unbalance_response(shaft(1e8), [5.0], [3.0])

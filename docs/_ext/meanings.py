@@ -1,6 +1,7 @@
 """What the keys of a machine file mean; their units, bounds and defaults come from the classes."""
 
 from rig_meanings import RIG_MEANINGS
+from shaft_meanings import SHAFT_MEANINGS
 
 BALL = "with two of diameter, mass and density (or material) the third follows"
 CORNERS = "as many as times, straight in between, constant outside"
@@ -90,4 +91,5 @@ MEANINGS = {
     "Start.velocity": "along x and y, in space",
     "RunPlan.duration": "of a run",
     **RIG_MEANINGS,
+    **SHAFT_MEANINGS,
 }

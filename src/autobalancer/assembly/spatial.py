@@ -148,7 +148,7 @@ def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
     reach[:, :size] = rows @ inverse
     gyroscopic = parts.small(model.gyroscopic)
     blocks = [
-        np.array([size, width, count, each, model.speeds.size, axial_gravity(machine), 0.0], np.float64),
+        np.array([size, width, count, each, model.speeds.size, axial_gravity(machine), 0, 0, 0], np.float64),
         model.speeds,
     ]
     assert blocks[0].size == HEADER

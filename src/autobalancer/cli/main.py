@@ -38,6 +38,7 @@ from autobalancer.cli import (  # noqa: E402
     branches,
     catalog,
     check,
+    flow,
     modes,
     plot,
     receptance,
@@ -61,4 +62,5 @@ app.command()(receptance.receptance)
 app.command()(stepped.stepped)
 app.command()(modes.modes)
 app.command()(response.response)
+app.command()(flow.flow)
 app.add_typer(catalog.app, name="catalog")

@@ -62,7 +62,7 @@ def modes(
         answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE), "critical_speeds": None}
         critical = _critical(described, balls)
         if critical is not None:
-            answer["critical_speeds"] = _records(critical, "critical", _CRITICAL)
+            answer["critical_speeds"] = _records(critical, "critical", _CRITICAL)[:count]
     if out is not None:
         save_run(found, out)
     if plot is not None:

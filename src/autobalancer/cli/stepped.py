@@ -16,10 +16,18 @@ def stepped(
     dwell: Annotated[str, typer.Option(help='Time at a speed before it is measured, such as "6 s".')],
     window: Annotated[str, typer.Option(help='Length of the measurement, such as "1 s".')],
     direction: Annotated[str, typer.Option(help="up, down or both.")] = "up",
-    start: Annotated[str, typer.Option(help="carried: on from the speed before; fixed: each from the start state.")] = "carried",
-    acceleration: Annotated[str, typer.Option(help='Way to the next speed, such as "10 rad/s^2"; by default at once.')] = "",
-    station: Annotated[list[str] | None, typer.Option(help="Name of a station to average over; by default all.")] = None,
-    settle: Annotated[float | None, typer.Option(help="Measure again until amplitudes change less, such as 0.01.")] = None,
+    start: Annotated[
+        str, typer.Option(help="carried: on from the speed before; fixed: each from the start state.")
+    ] = "carried",
+    acceleration: Annotated[
+        str, typer.Option(help='Way to the next speed, such as "10 rad/s^2"; by default at once.')
+    ] = "",
+    station: Annotated[
+        list[str] | None, typer.Option(help="Name of a station to average over; by default all.")
+    ] = None,
+    settle: Annotated[
+        float | None, typer.Option(help="Measure again until amplitudes change less, such as 0.01.")
+    ] = None,
     longest: Annotated[str, typer.Option(help='With --settle: longest time at a speed, such as "60 s".')] = "",
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
     seed: Annotated[int, typer.Option(help="For balls without start angles.")] = 0,
@@ -72,8 +80,9 @@ def stepped(
         save_picture(plot_frequency_response(found, speed_unit=speed_unit), plot)
     whole = found["amplitude"] if "direction" in found.dims else found["amplitude"].expand_dims("direction")
     if as_json:
-        keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion", "outcome")
+        keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
         numbers = {key: _plain(found[key].values.tolist()) for key in keys if key in found.variables}
+        numbers["outcomes"] = found["outcome"].values.tolist()
         typer.echo(json.dumps({"result": str(out), "outcome": found.attrs["outcome"], **numbers}, indent=2))
     else:
         for name, row in zip(whole["direction"].values, whole.values, strict=True):

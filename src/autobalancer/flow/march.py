@@ -15,7 +15,11 @@ from autobalancer.flow.speed import WallSpeed
 REACH = 0.5  # step times (2 w + convection rate): inside the stable range of the explicit terms
 GROWTH = 1.3  # backward differentiation of order three stays stable up to steps that grow by 1.5
 FIRST = 0.05  # first step over the diffusion time of the narrowest cell
-LEAST = 1e-9  # a step this small (over the whole time) will not recover
+REFUSED = 1.5  # error over tolerance above which a step is done again
+WORTH = 1.2  # a longer step is taken from this growth on: a new step length costs a new influence matrix
+SHRINK = 0.9
+LEAST = 1e-3  # step over the first one, or over a radian of the rotor, that says the flow is not resolved
+MARGIN = 0.8  # of the reach, where it has become shorter
 
 Progress = Callable[[float, float], None]
 
@@ -79,47 +83,48 @@ def march(
     goal = tolerance * max(speed.fastest(end), 1e-300)
     marks = sorted({*(t for t in stops if 0.0 < t < end), *speed.corners(end), end})
     corners = set(speed.corners(end))
-    flow.begin(0.0, speed.at(0.0)[0], speed.before)
+    flow.begin(speed.at(0.0)[0], speed.before)
     track = Track()
     track.note(0.0, speed.at(0.0)[0], flow.orbit_speed())
     if 0.0 in stops:
         at_stop(0.0)
     narrow = min(float(np.diff(flow.radius).min()), float(np.diff(flow.height).min()))
-    first = fixed or FIRST * narrow**2 / flow.annulus.viscosity
-    time, length = 0.0, min(first, end)
+    first = min(fixed or FIRST * narrow**2 / flow.annulus.viscosity, end)
+    least = LEAST * min(first, 1.0 / max(speed.fastest(end), 1e-300))
+    time, length = 0.0, first
     for mark in marks:
         piece = speed.piece(time)
         while time < mark:
-            w = max(abs(speed.at(time, piece)[0]), abs(speed.at(min(time + length, mark), piece)[0]))
-            reach = REACH / (2.0 * w + flow.convection + 1e-300)
-            limit = fixed or reach
-            step = min(length, limit)
+            if fixed is None:
+                w = max(abs(speed.at(time, piece)[0]), abs(speed.at(min(time + length, mark), piece)[0]))
+                reach = REACH / (2.0 * w + flow.convection + 1e-300)
+                if length > reach:
+                    length = MARGIN * reach
+                if length < least or track.rejected > 50 + track.steps:
+                    raise QuestionError(
+                        f"the flow solver cannot pass {time:.4g} s with steps of {length:.2g} s: the flow is not resolved; "
+                        "take more 'points'"
+                    )
             left = mark - time
-            last = left <= step * 1.000001
-            step = left if last else left / 2.0 if left < 2.0 * step else step
+            last = left <= length * 1.000001
+            step = left if last else min(length, 0.5 * left) if left < 2.0 * length else length
             new = mark if last else time + step
             now, rate = speed.at(new, piece)
             order = min(len(flow.history), flow.order)
-            error = flow.step(new, now, rate) / goal
-            known = len(flow.history) > order or order == flow.order
-            if fixed is None and not error <= 1.5 and (len(flow.history) > 1 or step > first):
-                length = step * float(np.clip(0.8 * max(error, 1e-12) ** (-1.0 / (order + 1)), 0.2, 0.7)) if np.isfinite(error) else 0.2 * step
-                track.rejected += 1
-                if length < LEAST * end:
-                    raise QuestionError(
-                        f"the step of the flow solver fell below {length:.2g} s at {time:.4g} s: the flow is not resolved; "
-                        "take more 'points'"
-                    )
-                continue
+            error = flow.step(step, now, rate) / goal
+            if fixed is None:
+                wish = step * float(np.clip(0.85 * max(error, 1e-9) ** (-1.0 / (order + 1)), 0.2, GROWTH))
+                if not error <= REFUSED:
+                    length = wish if np.isfinite(error) else 0.2 * step
+                    track.rejected += 1
+                    continue
+                longest = min(wish, MARGIN * reach)
+                if longest >= WORTH * length or wish < SHRINK * step:
+                    length = longest
             flow.accept()
             time = new
             track.steps += 1
             track.note(time, now, flow.orbit_speed())
-            if fixed is None:
-                grown = step * min(GROWTH, 0.85 * max(error, 1e-12) ** (-1.0 / (order + 1)))
-                length = max(length, step) if 1.0 <= grown / step < 1.15 else grown
-                if last and step < 0.5 * length:
-                    length = max(length, grown)
             if progress is not None and track.steps % 50 == 0:
                 progress(time, end)
         if mark in stops:

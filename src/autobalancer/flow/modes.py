@@ -65,15 +65,3 @@ def mode_table(annulus: Annulus, radial: int, axial: int) -> tuple[Matrix, Matri
     middle = 4.0 / (math.pi * k) * np.where(np.arange(axial) % 2 == 0, 1.0, -1.0)
     rates = annulus.viscosity * (waves[:, None] ** 2 + (math.pi * k[None, :] / annulus.height) ** 2)
     return rates, np.outer(radial_shares(annulus.inner, annulus.outer, waves) * shape, middle)
-
-
-def diffusive_field(annulus: Annulus, time: float, radius: Floats, height: Floats, radial: int, axial: int) -> Matrix:
-    """(W - w)/w at ``time`` s after an impulsive start from rest, fluid that only diffuses; (radius, height)."""
-    waves = radial_roots(annulus.inner, annulus.outer, radial)
-    k = math.pi * (2.0 * np.arange(axial) + 1.0)
-    shares = radial_shares(annulus.inner, annulus.outer, waves)
-    shape = radial_modes(annulus.inner, waves, radius) / radius[:, None]
-    r_part = shape * (shares * np.exp(-annulus.viscosity * waves**2 * time))
-    z_part = 4.0 / k[:, None] * np.sin(np.outer(k, height / annulus.height))
-    z_part *= np.exp(-annulus.viscosity * (k / annulus.height) ** 2 * time)[:, None]
-    return np.asarray(-np.outer(r_part.sum(axis=1), z_part.sum(axis=0)), np.float64)

@@ -1,4 +1,4 @@
-"""Relaxation modes: the fluid at the orbit as a few numbers that decay, and the fluid over time as a table."""
+"""Relaxation modes: a fluid that only diffuses as a few numbers that decay."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from autobalancer.errors import QuestionError
-from autobalancer.flow.annulus import Annulus, Floats
-from autobalancer.flow.modes import mode_table
+from autobalancer.flow.annulus import Annulus, Floats, Matrix
+from autobalancer.flow.modes import mode_table, radial_modes, radial_roots, radial_shares
 from autobalancer.flow.speed import WallSpeed
 
 MANY = 60  # modes in each direction from which the fewest that matter are taken
@@ -44,16 +43,18 @@ class RelaxationModes:
         x = self.rates * duration
         return lags * np.exp(-x) + self.gains * change * _mean_decay(x)
 
-    def response(self, speed: WallSpeed, times: Floats) -> Floats:
-        """W_f at ``times`` (ascending, from 0 on), rad/s; exact for straight pieces that have their corners in ``times``."""
+    def lags(self, speed: WallSpeed, times: Floats) -> Matrix:
+        """c at ``times`` (ascending, from 0 on), rad/s; (time, mode). Exact for straight pieces with corners in ``times``."""
         speeds = speed.over(times)
-        lags = self.gains * (speeds[0] - speed.before)
-        found = np.empty(times.size)
-        found[0] = speeds[0] - lags.sum()
+        found = np.empty((times.size, self.rates.size))
+        found[0] = self.gains * (speeds[0] - speed.before)
         for i in range(1, times.size):
-            lags = self.step(lags, times[i] - times[i - 1], speeds[i] - speeds[i - 1])
-            found[i] = speeds[i] - lags.sum()
+            found[i] = self.step(found[i - 1], times[i] - times[i - 1], speeds[i] - speeds[i - 1])
         return found
+
+    def response(self, speed: WallSpeed, times: Floats) -> Floats:
+        """W_f at ``times``, rad/s; as :meth:`lags`."""
+        return np.asarray(speed.over(times) - self.lags(speed, times).sum(axis=1), np.float64)
 
 
 def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
@@ -78,25 +79,19 @@ def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
     return RelaxationModes(rates[kept], gains[kept])
 
 
-@dataclass(frozen=True)
-class SpinUp:
-    """Angular velocity of the fluid at the orbit over time, for balls on a rotor whose speed is prescribed.
+def diffusive_swirl(annulus: Annulus, speed: WallSpeed, times: Floats, radius: Floats, height: Floats) -> Matrix:
+    """W - w of a fluid that only diffuses, rad/s; (time, radius, height).
 
-    Parameters
-    ----------
-    times
-        Ascending, s; (time,).
-    angular_velocity
-        Of the fluid at the orbit in space, rad/s; (time,).
+    ``times`` ascend from 0 on and contain the corners of the speed; walls that jump at time 0 need some time to be seen with
+    a finite number of modes.
     """
-
-    times: Floats
-    angular_velocity: Floats
-
-    def at(self, times: Floats | float) -> Floats:
-        """Angular velocity at ``times``, rad/s: monotonic cubic between the entries, constant outside."""
-        inside = np.clip(times, self.times[0], self.times[-1])
-        return np.asarray(PchipInterpolator(self.times, self.angular_velocity)(inside), np.float64)
+    waves = radial_roots(annulus.inner, annulus.outer, MANY)
+    k = math.pi * (2.0 * np.arange(MANY) + 1.0)
+    rates = annulus.viscosity * (waves[:, None] ** 2 + (k[None, :] / annulus.height) ** 2)
+    gains = np.outer(radial_shares(annulus.inner, annulus.outer, waves), 4.0 / k)
+    lags = RelaxationModes(rates.ravel(), gains.ravel()).lags(speed, times).reshape(-1, MANY, MANY)
+    shape = radial_modes(annulus.inner, waves, radius) / radius[:, None]
+    return np.asarray(-(shape @ lags @ np.sin(np.outer(k, height / annulus.height))), np.float64)
 
 
 def _mean_decay(x: Floats) -> Floats:

@@ -15,7 +15,7 @@ import numpy as np
 
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
 from autobalancer.flow.chebyshev import chebyshev_grid
-from autobalancer.flow.multistep import backward_differentiation, extrapolation
+from autobalancer.flow.multistep import weights_of_step
 from autobalancer.flow.no_slip import Influence, traces
 
 KEPT = 8  # influence matrices of the last steps
@@ -25,7 +25,7 @@ KEPT = 8  # influence matrices of the last steps
 class Moment:
     """What the time integration remembers of one instant; at the inner points."""
 
-    time: float
+    length: float  # of the step that led to it, s
     g: Matrix
     q: Matrix
     g_rate: Matrix  # all explicit terms
@@ -58,19 +58,19 @@ class SpectralFlow:
         self._space = 1.0 / np.gradient(self.radius)[1:-1, None], 1.0 / np.gradient(self.height)[None, 1:-1]
         self.history: list[Moment] = []
 
-    def begin(self, time: float, speed: float, fluid_speed: float) -> None:
+    def begin(self, speed: float, fluid_speed: float) -> None:
         """Fluid turning as a solid with ``fluid_speed`` between walls that turn with ``speed``, rad/s."""
         self.swirl = self.walls.copy()
         self.swirl[1:-1, 1:-1] = self._r**2 * (fluid_speed - speed)
         self.vorticity[:], self.stream[:] = 0.0, 0.0
-        self.history = [self._moment(time, speed)]
+        self.history = [self._moment(0.0, speed)]
 
-    def restart(self, jump: float = 0.0) -> None:
+    def restart(self) -> None:
         """Forget the past, because the rate of the speed jumps here."""
         del self.history[1:]
 
-    def step(self, time: float, speed: float, rate: float) -> float:
-        """Go to ``time``, where the walls turn with ``speed`` and ``rate``.
+    def step(self, length: float, speed: float, rate: float) -> float:
+        """Go on by ``length`` (s) to where the walls turn with ``speed`` and ``rate``.
 
         Returns
         -------
@@ -79,15 +79,15 @@ class SpectralFlow:
             The state is not yet part of the past: call :meth:`accept`, or step again.
         """
         past = self.history[: self.order]
-        times = np.array([time, *(moment.time for moment in past)])
-        slope, ahead = backward_differentiation(times), extrapolation(times[1:], time)
+        known = self.history[: len(past) + 1]
+        lengths = (length, *(moment.length for moment in known[:-1]))
+        slope, ahead, guess = weights_of_step(lengths, len(past))
         g, q = -self._r**2 * rate, np.zeros_like(past[0].q)
         for moment, a, b in zip(past, slope[1:], ahead, strict=True):
             g = g + (b * moment.g_rate - a * moment.g)
             q += b * moment.q_rate - a * moment.q
-        grid, nu = self.grid, self.annulus.viscosity
-        solver = self._influence(float(slope[0]))
-        self._now = time, speed
+        grid, solver = self.grid, self._influence(float(slope[0]))
+        self._now = length, speed
         self.swirl = self.walls.copy()
         self.swirl[1:-1, 1:-1] = grid.backward((grid.forward(g) + self._lift) * solver.scale)
         q_hat, psi_hat, (x, y) = solver.solve(grid.forward(q))
@@ -95,9 +95,6 @@ class SpectralFlow:
         self.vorticity[[0, -1], 1:-1] = x @ grid.z.backward.T
         self.vorticity[1:-1, [0, -1]] = (y @ grid.r.backward.T).T
         self.stream[1:-1, 1:-1] = grid.backward(psi_hat)
-        del nu
-        known = self.history[: len(past) + 1]
-        guess = extrapolation(np.array([moment.time for moment in known]), time)
         miss = self.swirl[1:-1, 1:-1] - sum(w * moment.g for w, moment in zip(guess, known, strict=True))
         return float(np.sqrt(np.mean((miss / self._r**2) ** 2))) / (len(past) + 2)
 
@@ -124,7 +121,7 @@ class SpectralFlow:
         turning = around[1] - around[0] + lids[1] - lids[0]
         return float(2.0 * np.pi * self.annulus.density * self.annulus.viscosity * turning)
 
-    def _moment(self, time: float, speed: float) -> Moment:
+    def _moment(self, length: float, speed: float) -> Moment:
         g, q, psi, r = self.swirl, self.vorticity, self.stream, self._r
         inner = slice(1, -1)
         fields = np.concatenate([g[:, inner], q[:, inner], psi[:, inner]], axis=1)
@@ -135,7 +132,7 @@ class SpectralFlow:
         g_in, q_in = g[inner, inner], q[inner, inner]
         self.convection = float((np.abs(u) * self._space[0] + np.abs(v) * self._space[1]).max())
         return Moment(
-            time,
+            length,
             g_in.copy(),
             q_in.copy(),
             2.0 * speed * along_z[2] - u * along_r[0] - v * g_z,

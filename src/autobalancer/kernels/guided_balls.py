@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from numba import njit
 
+from autobalancer.kernels.contact import touch
 from autobalancer.kernels.drive import drive_value, table_torque, unbalance_value
 from autobalancer.kernels.flags import EQUATIONS
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.system import (
     BALLS,
+    CONTACT,
     DRAG,
     INERTIA,
     LEAN_X,
@@ -72,6 +74,7 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
     inertia = p.polar_inertia
     torque = ux * gy - uy * gx
 
+    touch(y, balls, count)
     for i in range(count):
         ball_speed = y[BALLS + count + i]
         in_space = speed + ball_speed
@@ -79,7 +82,7 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
         s, c = sine_cosine(y[BALLS + i])
         nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
         lean_x, lean_y = -moment * ny, moment * nx
-        row = -balls[i, DRAG] * ball_speed
+        row = balls[i, CONTACT] - balls[i, DRAG] * ball_speed
         pull = moment * in_space * in_space
         force_x += pull * nx
         force_y += pull * ny

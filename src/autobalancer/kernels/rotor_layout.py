@@ -8,8 +8,9 @@ from numba import njit
 
 from autobalancer.kernels.flags import INLINE
 
-# header of System.rotor
-COORDINATES, WIDTH, PLACES, ROWS, TABLE, AXIAL_GRAVITY, BALL_ROWS, HEADER = range(8)
+# header of System.rotor; the last three: where the rows of kernels/race_layout.py begin (0: none), whether balls rub and
+# stick, where the excitations begin (0: none)
+COORDINATES, WIDTH, PLACES, ROWS, TABLE, AXIAL_GRAVITY, BALL_ROWS, RUBBING, SHAKERS, HEADER = range(10)
 
 
 class Blocks(NamedTuple):

@@ -14,12 +14,14 @@ from __future__ import annotations
 
 from numba import njit
 
+from autobalancer.kernels.contact import touch
 from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.rotor_layout import AXIAL_GRAVITY, COORDINATES, PLACES, TABLE, WIDTH, blocks
 from autobalancer.kernels.rotor_motion import alone, dot, together, write_rotor
 from autobalancer.kernels.system import (
     BALLS,
+    CONTACT,
     DRAG,
     INERTIA,
     LEAN_U,
@@ -54,6 +56,7 @@ def _derivative(time, y, dy, system, each) -> None:  # type: ignore[no-untyped-d
     speed, acceleration, turn_sin, turn_cos, gx, gy, torque = alone(time, y, system, r, each)
     inertia, turning = p.polar_inertia, speed * speed
 
+    touch(y, balls, count)
     for b in range(count):
         first = int(balls[b, STATION]) * each
         push_at, arm_at, turn_at, own_at = k.pushing + first, k.arms + first, k.turning + first, k.own + first * each
@@ -63,7 +66,7 @@ def _derivative(time, y, dy, system, each) -> None:  # type: ignore[no-untyped-d
         s, c = sine_cosine(y[BALLS + b])
         nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
         lean_x, lean_y = -moment * ny, moment * nx
-        bound, push = balls[b, INERTIA], -balls[b, DRAG] * ball_speed + lean_x * gx + lean_y * gy
+        bound, push = balls[b, INERTIA], balls[b, CONTACT] - balls[b, DRAG] * ball_speed + lean_x * gx + lean_y * gy
         pull = moment * in_space * in_space
         force_x, force_y, arm_x, arm_y = pull * nx + mass * gx, pull * ny + mass * gy, lean_x, lean_y
         torque += lean_x * gx + lean_y * gy

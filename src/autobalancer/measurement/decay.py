@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.linalg import lstsq, svd
+from scipy.linalg import lstsq
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
@@ -15,7 +15,7 @@ from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-MOST = 600  # samples of which the first guess is made
+MOST, WIDEST = 1200, 300  # samples and columns of the matrix of which the first guess is made
 OUTLIER = 3.0  # from how many standard deviations of the scatter on a sample counts less
 
 
@@ -79,11 +79,10 @@ def _poles(y: Floats, clock: Floats, modes: int) -> Complexes:
         thin //= 2
     y, step = y[::thin][:MOST], thin * float(clock[1] - clock[0])
     y = y - y.mean()
-    columns = max(2 * modes + 2, y.size // 3)
+    columns = max(2 * modes + 2, min(y.size // 3, WIDEST))
     rows = np.lib.stride_tricks.sliding_window_view(y, columns)
-    _, _, right = svd(rows, full_matrices=False)
     order = min(2 * modes + 1, columns - 1)  # one real pole for what the mean leaves
-    basis = right[:order].T
+    basis = np.linalg.eigh(rows.T @ rows)[1][:, -order:]
     roots = np.linalg.eigvals(np.linalg.pinv(basis[:-1]) @ basis[1:])
     poles = np.log(roots[np.abs(roots) > 0.0].astype(np.complex128)) / step
     poles = poles[(poles.imag > 1e-6 / (y.size * step)) & (poles.imag < 0.999 * np.pi / step)]

@@ -103,13 +103,15 @@ def _end_labels(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit
 
 
 def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
-    for w, h in zip(found["intersection_speed"].values, found["intersection_harmonic"].values, strict=True):
+    crossed = zip(found["intersection_speed"].values, found["intersection_harmonic"].values, strict=True)
+    for number, (w, h) in enumerate(crossed):
         axes.plot(w * across.factor, h * w * up.factor, "o", ms=6, mfc="white", mec=INK, mew=1.4, zorder=4, label="_")
         axes.annotate(
             significant(w * across.factor) if w * across.factor < 1e3 else f"{w * across.factor:.0f}",
             (w * across.factor, h * w * up.factor),
-            xytext=(5, -10),
+            xytext=((5, -10), (-5, 5))[number % 2],  # of two close ones each has its side
             textcoords="offset points",
+            ha=("left", "right")[number % 2],
             fontsize=8,
             color=INK,
             zorder=5,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.results.series import wrapped
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.style import ALL_BALLS, CRITICAL, ball_color, ball_label, look, picture
+from autobalancer.results.series import wrapped
 
 COLORS = {"at rest": "#009E73", "swinging": "#E69F00", "stalled": "#0072B2"}
 MARKERS = {"up": "^", "down": "v", "fixed": "o"}
@@ -69,7 +69,8 @@ def plot_frequency_response(
     balls = found.sizes.get("ball", 0)
     with look():
         figure = picture(8.0, 5.6 if balls else 3.4)
-        panels = figure.subplots(2 if balls else 1, 1, sharex=True, squeeze=False, height_ratios=[1.4, 1.0][: 1 + (balls > 0)])[:, 0]  # fmt: skip
+        heights = [1.4, 1.0][: 1 + (balls > 0)]
+        panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         panels[0].set_title(str(found.attrs["title"]))
         for critical in np.atleast_1d(found.attrs.get("critical_speeds", [])):
             if found["speed"].values[0] < critical < found["speed"].values[-1]:
@@ -83,7 +84,9 @@ def plot_frequency_response(
         panels[0].set_ylabel(f"{'mean deflection' if quantity != 'amplitude' else 'amplitude'} ({lengths.sign})")
         panels[0].legend(handles=_handles(found, [name for name, _ in legs], balls), loc="best", ncols=1 + (balls > 0))
         if balls:
-            panels[-1].set_ylabel("ball angle in the rotor (°)" if zero == 0.0 else "ball angle from the zero given (°)")
+            panels[-1].set_ylabel(
+                "ball angle in the rotor (°)" if zero == 0.0 else "ball angle from the zero given (°)"
+            )
             panels[-1].set_ylim(-180.0, 180.0)
             panels[-1].yaxis.set_major_locator(MultipleLocator(90.0))
             panels[-1].legend(
@@ -133,11 +136,23 @@ def _angles(panel: Axes, leg: xr.Dataset, speeds: AxisUnit, zero: float, *, holl
             # a range across ±180° is drawn at both ends of the axis
             half = 0.5 * min(high[place] - low[place], 2.0 * math.pi)
             for turn in (-2.0 * math.pi, 0.0, 2.0 * math.pi):
-                ends = np.degrees(np.clip([middle[place] - half + turn, middle[place] + half + turn], -math.pi, math.pi))
+                ends = np.degrees(
+                    np.clip([middle[place] - half + turn, middle[place] + half + turn], -math.pi, math.pi)
+                )
                 if ends[1] > ends[0]:
                     panel.plot([x[place]] * 2, ends, color=color, lw=1.6, alpha=0.55, zorder=1.8)
         face = "white" if hollow else color
-        panel.plot(x[moving], np.degrees(middle[moving]), ls="", marker="o", ms=4.6 if ball == 0 else 2.8, mec=color, mfc=face, mew=0.8, zorder=2.0)  # fmt: skip
+        size = 4.6 if ball == 0 else 2.8  # coincident balls stay visible
+        look_of: dict[str, Any] = {
+            "ls": "",
+            "marker": "o",
+            "ms": size,
+            "mec": color,
+            "mfc": face,
+            "mew": 0.8,
+            "zorder": 2.0,
+        }
+        panel.plot(x[moving], np.degrees(middle[moving]), **look_of)
 
 
 def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:

@@ -15,12 +15,12 @@ from scipy.linalg import eig, eigh
 
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 
-NO_FREQUENCY = 1e-9  # of the greatest eigenvalue: below it a motion does not oscillate
+CREEPING = 0.1  # of |lambda|: with less frequency, damping ratios above 0.995, a motion creeps back and does not swing
 
 
 @dataclass(frozen=True)
 class FreeMotions:
-    """Oscillating motions by ascending frequency; ``real`` are the eigenvalues of those that do not oscillate."""
+    """Oscillating motions by ascending frequency; ``real`` are the real parts of those that do not oscillate."""
 
     eigenvalue: Complexes  # (modes,), imaginary part > 0
     vector: Complexes  # (modes, N), of unit kinetic norm Q^H M Q
@@ -99,7 +99,7 @@ def _solved(mass: Any, turning: Any, stiffness: Any) -> tuple[Complexes, Complex
 
 
 def _sorted(values: Complexes, vectors: Complexes, mass: Floats, later: np.ndarray) -> FreeMotions:
-    swings = np.abs(values.imag) > NO_FREQUENCY * np.abs(values).max(initial=0.0)
+    swings = np.abs(values.imag) > CREEPING * np.abs(values)
     order = np.flatnonzero(swings)
     order = order[np.argsort((values.imag * (1.0 + 1e-9 * later))[order], kind="stable")]
     chosen = vectors[order]

@@ -35,11 +35,11 @@ METHODS = get_args(Method)
 class EquivalentPlanar:
     """The oscillators of a place, and the machine with the chosen one.
 
-    ``data`` has over ``method`` (static, modal) and ``direction`` (x, y): ``stiffness`` (N/m), ``mass`` (kg), ``damping``
+    ``data`` has over ``way`` (static, modal) and ``direction`` (x, y): ``stiffness`` (N/m), ``mass`` (kg), ``damping``
     (N s/m), ``valid_from`` and ``valid_to`` (rad/s), between which the receptance is that of the rotor within the
     tolerance; over ``direction``: ``critical_speed`` (or natural frequency, rad/s), ``damping_ratio``, ``static_share`` of
     the mode, ``other_modes_from`` (rad/s), where the other modes' share reaches the tolerance; over ``speed``, too:
-    ``receptance`` of the rotor (amplitude, m/N), ``deviation`` of each method, ``other_modes_share``.
+    ``receptance`` of the rotor (amplitude, m/N), ``deviation`` of each way, ``other_modes_share``.
     """
 
     machine: Machine
@@ -118,12 +118,12 @@ def equivalent_planar(
     grid = _grid(speeds, both, model)
     data = xr.Dataset(
         coords={
-            "method": ("method", np.array(METHODS, dtype=object), {"long_name": "way to the oscillator"}),
+            "way": ("way", np.array(METHODS, dtype=object), {"long_name": "way to the oscillator"}),
             "direction": ("direction", np.array(["x", "y"], dtype=object), {"long_name": "direction"}),
             "speed": ("speed", grid, {"long_name": "rotor speed", "units": "rad/s"}),
         }
     )
-    md, d, ds, mds = ("method", "direction"), "direction", ("direction", "speed"), ("method", "direction", "speed")
+    md, d, ds, mds = ("way", "direction"), "direction", ("direction", "speed"), ("way", "direction", "speed")
     constants = np.array([[one.constants[m] for one in both] for m in METHODS])
     curves = [_curves(model, rows.deflection, axis % len(found), frequency, one, grid) for axis, one in enumerate(both)]
     away = np.array(

@@ -19,7 +19,7 @@ from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_state
 from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import Described, described, lower_critical_speed
+from autobalancer.stability.planes import SEARCHED, Described, described, highest_searched, lower_critical_speed
 from autobalancer.stability.release import release_border
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
@@ -27,7 +27,6 @@ from autobalancer.stability.windows import windows_of
 
 __all__ = ["Border", "border_speeds", "borders_of"]
 
-SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
 SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the worst case is looked for
 
 
@@ -180,13 +179,6 @@ def worst_case_at_one_station(st: Stations) -> Border:
     speed, share, note = max(found, key=lambda one: one[0])
     where = f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
     return Border(name, speed, "; ".join(filter(None, (where, note if math.isinf(speed) else ""))))
-
-
-def highest_searched(p: Described) -> float:
-    """Up to where the exact border is sought, rad/s; not beyond the tables of the supports."""
-    if isinstance(p, Stations):
-        return float(min(SEARCHED * p.scale_speed, p.model.top_speed))
-    return SEARCHED * math.sqrt(max(p.stiffness) / p.mass)
 
 
 class _FixedSpread:

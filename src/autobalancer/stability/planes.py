@@ -9,17 +9,29 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.lateral import Plane, plane, unbalance_vector
+from autobalancer.stability.station_reduction import reduced
 from autobalancer.stability.station_states import required
 from autobalancer.stability.stations import Stations, stations
 
 Described = Plane | Stations
 
 
-def described(machine: Machine, unbalance: complex | float | None) -> Described:
-    """The numbers of any machine with an unbalance; see :func:`plane_of`."""
+SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
+
+
+def described(machine: Machine, unbalance: complex | float | None, highest: float | None = None) -> Described:
+    """The numbers of any machine with an unbalance, see :func:`plane_of`; for speeds up to ``highest``, rad/s."""
     if isinstance(machine.rotor, PlanarRotor):
         return plane_of(machine, unbalance)
-    return stations(machine, unbalance, largest=True)
+    st = stations(machine, unbalance, largest=True)
+    return reduced(st, max(highest_searched(st), highest or 0.0))
+
+
+def highest_searched(p: Described) -> float:
+    """Up to where the exact border is sought, rad/s; not beyond the tables of the supports."""
+    if isinstance(p, Stations):
+        return float(min(SEARCHED * p.scale_speed, p.model.top_speed))
+    return SEARCHED * math.sqrt(max(p.stiffness) / p.mass)
 
 
 def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:

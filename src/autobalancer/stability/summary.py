@@ -109,7 +109,10 @@ def summary(machine: Machine | str | Path) -> Summary:
         borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
-        warnings=_warnings(unbalance, capability, critical, highest, borders, bool(balls)) + _short(frame.stations),
+        warnings=_warnings(
+            unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
+        )
+        + _short(frame.stations),
         rotor=machine.rotor.kind,
         stations=frame.stations,
     )
@@ -169,6 +172,7 @@ def _warnings(
     highest: float | None,
     borders: tuple[Border, ...],
     has_balls: bool,
+    planar: bool,
 ) -> tuple[str, ...]:
     found = []
     if has_balls and unbalance > capability:
@@ -181,7 +185,8 @@ def _warnings(
     exact = [border.speed for border in borders if border.name == "exact border"]
     if highest is not None and exact and highest > max(critical, default=0.0) and exact[0] >= highest:
         found.append(
-            "the highest speed is below the exact border; the balanced state is not stable there; take a thicker fluid"
+            "the highest speed is below the exact border; the balanced state is not stable there; "
+            f"{'take a thicker fluid' if planar else 'see the note on this border'}"
         )
     release = [border.speed for border in borders if border.name == "release speed"]
     if highest is not None and release and highest > max(critical, default=0.0) and release[0] > highest:

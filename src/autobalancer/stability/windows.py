@@ -67,7 +67,7 @@ def stable_windows(
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    p = described(machine, unbalance)
+    p = described(machine, unbalance, float(highest))
     low = 0.05 * lower_critical_speed(p) if lowest is None else float(lowest)
     if not (0.0 < low < highest < math.inf):
         raise QuestionError(

@@ -95,7 +95,9 @@ class StepStore:
         differ = [key for key in now if now[key] != asked.get(key)]
         if differ:
             told = ", ".join(
-                key if isinstance(now[key], list) or key == "machine" else f"{key} ({asked.get(key)!r} there, {now[key]!r} now)"
+                key
+                if isinstance(now[key], list) or key == "machine"
+                else f"{key} ({asked.get(key)!r} there, {now[key]!r} now)"
                 for key in differ
             )
             raise QuestionError(

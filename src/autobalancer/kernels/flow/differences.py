@@ -51,9 +51,7 @@ class Fields(NamedTuple):
     turned: Matrix
 
 
-cross_type = NamedTupleType(
-    [vector_type] * 3 + [matrix_type] * 9 + [vector_type] * 2 + [types.float64] * 3, Cross
-)
+cross_type = NamedTupleType([vector_type] * 3 + [matrix_type] * 9 + [vector_type] * 2 + [types.float64] * 3, Cross)
 fields_type = NamedUniTuple(matrix_type, 7, Fields)
 
 
@@ -138,7 +136,7 @@ def convection(p: Cross, psi: Matrix) -> float:
     ),
     **COMPILED,
 )  # fmt: skip
-def _advance(
+def advance(
     p: Cross,
     g: Matrix,
     q: Matrix,
@@ -165,10 +163,14 @@ def _advance(
             v = (a0 * psi[i - 1, j] + a1 * psi[i, j] + a2 * psi[i + 1, j]) / r
             g_z = c0 * g[i, j - 1] + c1 * g[i, j] + c2 * g[i, j + 1]
             g_r = a0 * g[i - 1, j] + a1 * g[i, j] + a2 * g[i + 1, j]
-            g_d = b0 * g[i - 1, j] + b1 * g[i, j] + b2 * g[i + 1, j] + d0 * g[i, j - 1] + d1 * g[i, j] + d2 * g[i, j + 1]
+            g_d = (
+                b0 * g[i - 1, j] + b1 * g[i, j] + b2 * g[i + 1, j] + d0 * g[i, j - 1] + d1 * g[i, j] + d2 * g[i, j + 1]
+            )
             q_z = c0 * q[i, j - 1] + c1 * q[i, j] + c2 * q[i, j + 1]
             q_r = a0 * q[i - 1, j] + a1 * q[i, j] + a2 * q[i + 1, j]
-            q_d = b0 * q[i - 1, j] + b1 * q[i, j] + b2 * q[i + 1, j] + d0 * q[i, j - 1] + d1 * q[i, j] + d2 * q[i, j + 1]
+            q_d = (
+                b0 * q[i - 1, j] + b1 * q[i, j] + b2 * q[i + 1, j] + d0 * q[i, j - 1] + d1 * q[i, j] + d2 * q[i, j + 1]
+            )
             g_t = nu * g_d - u * g_r - v * g_z + 2.0 * speed * psi_z - r * r * rate
             q_t = nu * q_d - u * q_r - v * q_z + 2.0 * (u * q[i, j] / r + g[i, j] * g_z / (r * r) + speed * g_z)
             g_new[i, j] = g0[i, j] + step * g_t
@@ -211,11 +213,11 @@ def march(
         last = left <= step * 1.000001
         if last:
             step = left
-        _advance(p, f.g, f.q, f.psi, f.g, f.q, 0.5 * step, speed, rate, f.g_half, f.q_half)
+        advance(p, f.g, f.q, f.psi, f.g, f.q, 0.5 * step, speed, rate, f.g_half, f.q_half)
         poisson(p, f.q_half, f)
         wall_vorticity(p, f.psi, f.q_half)
         speed, rate = _speed(time + 0.5 * step, start, kind, numbers)
-        _advance(p, f.g_half, f.q_half, f.psi, f.g, f.q, step, speed, rate, f.g, f.q)
+        advance(p, f.g_half, f.q_half, f.psi, f.g, f.q, step, speed, rate, f.g, f.q)
         poisson(p, f.q, f)
         wall_vorticity(p, f.psi, f.q)
         clock[0] = end if last else time + step

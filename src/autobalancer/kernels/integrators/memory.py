@@ -31,12 +31,13 @@ class Memory(NamedTuple):
     shares: Floats  # (total,) work
     absolute: Floats  # (w,) tolerance
     relative: Floats  # (w,) tolerance
+    spare: Floats  # (w,) work
 
 
 memory_type = types.NamedTuple(
     [
         vector_type, integers_type, vector_type, vector_type, vector_type,
-        matrix_type, matrix_type, vector_type, vector_type, vector_type,
+        matrix_type, matrix_type, vector_type, vector_type, vector_type, vector_type,
     ],
     Memory,
 )  # fmt: skip
@@ -60,4 +61,5 @@ def memory(
         np.zeros(total),
         np.pad(np.asarray(absolute, np.float64), (0, extra), constant_values=1.0),
         np.pad(np.asarray(relative, np.float64), (0, extra)),
+        np.zeros(width),
     )

@@ -204,8 +204,8 @@ def _passage(e: int, r: Record, m: Memory) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
-    """Log the events of a step in order; the fraction of the step at which the run ends, or 2.
+def find_events(left: float, limit: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+    """Log the events of a step up to the fraction ``limit`` in order; the fraction at which the run ends, or 2.
 
     The side of a quantity is remembered from step to step, so that rounding neither hides nor doubles a passage.
     """
@@ -222,7 +222,7 @@ def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped
             x, after = _passage(e, r, m)
             if x < first:
                 first, which, side = x, e, after
-        searching = which >= 0 and first <= ended
+        searching = which >= 0 and first <= min(ended, limit)
         if searching:
             r.event_seen[which] += 1
             r.event_places[which], r.event_sides[which] = first, side
@@ -234,7 +234,7 @@ def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped
             m.counts[EVENTS_SEEN] += 1
             if r.event_terminal[which] == 1:
                 ended = first
-    last = min(ended, 1.0)
+    last = min(ended, limit)
     for e in range(r.event_kinds.size):
         value = _value(e, last, r, m)
         if r.event_places[e] < last and value != 0.0:
@@ -243,12 +243,17 @@ def find_events(left: float, r, t, m, pair) -> float:  # type: ignore[no-untyped
 
 
 @njit(**INLINE)
-def record(left: float, right: float, components: int, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
-    """All that is wanted of the step from ``left`` to ``right``; the fraction at which an event ends the run, or 2."""
-    ended, cut = 2.0, 1.0
+def record(left: float, right: float, components: int, limit: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+    """All that is wanted of the step from ``left`` to ``right``; the fraction at which an event ends the run, or 2.
+
+    Only the fraction ``limit`` of the step counts.
+    """
+    ended, cut = 2.0, limit
+    if limit < 1.0:
+        right = left + limit * m.clock[TAKEN]
     polynomials(components, t, m)
     if r.event_kinds.size > 0:
-        ended = find_events(left, r, t, m, pair)
+        ended = find_events(left, limit, r, t, m, pair)
         if ended <= 1.0:
             cut = ended
             right = left + cut * m.clock[TAKEN]

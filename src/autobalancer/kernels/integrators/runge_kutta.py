@@ -29,6 +29,7 @@ from autobalancer.kernels.integrators.memory import (
     memory_type,
 )
 from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
+from autobalancer.kernels.integrators.switches import first_switch, switch, switch_due
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import address, data
@@ -130,11 +131,15 @@ def advance(
             continue
         for i in range(n):
             m.state[i] = m.trial[i]
-        ended = 2.0
+        ended, limit = 2.0, 1.0
         components = wanted(time, reach, end, r, m)
-        if components >= 0:
+        due = switch_due(p, m)
+        if components >= 0 or due:
             _do_stages(t.main, t.total, rhs, parameters, t, m)
-            ended = record(time, reach, components, r, t, m, pair)
+            if due:
+                limit = first_switch(time, rhs, parameters, p, t, m, pair)
+            if components >= 0:
+                ended = record(time, reach, components, limit, r, t, m, pair)
         m.counts[ACCEPTED] += 1
         taken += 1
         if ended <= 1.0:
@@ -142,6 +147,12 @@ def advance(
             m.clock[TIME] = time + ended * step
             m.counts[FRESH] = 0
             return EVENT
+        if due:
+            evaluate(limit, pair, data(m.state))
+            m.clock[TIME] = reach if limit == 1.0 else time + limit * step
+            switch(m.clock[TIME], rhs, parameters, p, m)
+            m.counts[FRESH] = 0
+            continue
         m.clock[TIME] = reach
         for i in range(n):
             m.stages[0, i] = m.stages[last, i]

@@ -79,6 +79,8 @@ def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss
     def jacobian(point: Floats) -> Floats:
         return differences(residuals, point, low, high)
 
+    first = jacobian(start)
+    regular = np.isfinite(first).all() and np.abs(first).sum(axis=0).all()
     result = least_squares(
         residuals,
         start,
@@ -87,7 +89,7 @@ def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss
         method="trf",
         loss=loss,
         f_scale=loss_scale,
-        x_scale="jac" if np.isfinite(jacobian(start)).all() and np.abs(jacobian(start)).sum(axis=0).all() else 1.0,
+        x_scale="jac" if regular else 1.0,
         ftol=ACCURACY,
         xtol=ACCURACY,
         gtol=ACCURACY,

@@ -1,0 +1,45 @@
+"""
+Balancing in two planes
+=======================
+
+A slender rotor with an unbalance and a couple, and two balls at each end. Above both of its critical speeds the balls take
+away all vibration; between them one pattern of the balls is still driven to the heavy side.
+"""
+
+# %%
+# What the two planes have to balance is the same at any speed, like the two supports of a beam.
+
+from pathlib import Path
+
+import numpy as np
+
+import autobalancer as ab
+
+here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+machine = ab.load_machine(here / "machines" / "two_plane_rotor.toml")
+checked = ab.summary(machine)
+print("critical speeds:", [f"{speed:.1f} rad/s" for speed in checked.critical_speeds])
+for plane in checked.stations:
+    print(f"{plane.name}: needs {plane.required * 1e6:.1f} g mm, has {plane.capability * 1e6:.1f} g mm")
+
+# %%
+# Exactly where the balanced state is stable.
+
+low, high = checked.critical_speeds
+speeds = np.linspace(0.6 * low, 3.0 * high, 241)
+figure = ab.plot_stability(ab.eigenvalues(machine, speeds.tolist()))
+border = {found.name: found.speed for found in ab.border_speeds(machine)}["exact border"]
+print(f"exact border: {border:.2f} rad/s")
+assert border > high
+((first, last),) = ab.stable_windows(machine, 1000.0).windows
+assert abs(first - border) < 1e-6
+assert last == 1000.0
+
+# %%
+# Steady states above the border: only the balanced one is stable, and nothing is left to vibrate at either end.
+
+states = ab.equilibria(machine, 300.0)
+stable = states.where(states["verdict"] == "stable", drop=True)
+print(states[["name", "deflection_at_station", "growth_rate"]].to_dataframe().head(8))
+assert set(stable["name"].values) == {"balanced"}
+assert float(stable["deflection_at_station"].max()) < 1e-15

@@ -1,0 +1,100 @@
+"""Which model is good enough, and how many points it needs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.flow.annulus import Annulus
+from autobalancer.flow.relaxation import RelaxationModes
+from autobalancer.flow.speed import WallSpeed
+
+SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
+LOOKS = 400  # instants at which the lag is looked at
+FEWEST = {"chebyshev": 12, "differences": 32}
+MOST = {"chebyshev": 160, "differences": 400}
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What to expect of a speed profile before the flow is solved."""
+
+    fastest: float  # rad/s
+    lag: float  # greatest lag over the greatest speed, at most 1
+    error: float  # of the fluid's speed at the orbit by diffusion alone, over the greatest speed
+
+
+def expected(annulus: Annulus, modes: RelaxationModes, speed: WallSpeed, end: float) -> Expected:
+    """From the modes: their lag, and the share of it that a secondary flow would take away.
+
+    Where the rotor is slow against the slowest mode, that share grows as the square of w over its decay rate
+    nu (pi^2/W^2 + pi^2/H^2); the factor was found with the full equations for gaps of 0.4 to 2.7 times the height, slow ramps
+    (0.05 to 0.1) and impulsive starts (0.02 to 0.05).
+    """
+    fastest = speed.fastest(end)
+    if fastest == 0.0:
+        return Expected(0.0, 0.0, 0.0)
+    times = np.unique(np.concatenate([np.linspace(0.0, end, LOOKS), speed.corners(end)]))
+    speeds = speed.over(times)
+    lag = np.abs(speeds - modes.response(speed, times))
+    share = np.minimum(1.0, SECONDARY * (speeds / annulus.decay_rate) ** 2)
+    # Ekman layers bring the fluid along within H / (2 sqrt(nu w)), whatever diffusion takes
+    ekman = 0.5 * annulus.height / np.sqrt(annulus.viscosity * np.maximum(np.abs(speeds), 1e-300))
+    jump = max(abs(speeds[0] - speed.before), float(np.abs(np.gradient(speeds, times) * ekman).max()))
+    return Expected(fastest, float(min(1.0, lag.max() / fastest, jump / fastest)), float((lag * share).max() / fastest))
+
+
+def layer(annulus: Annulus, fastest: float) -> float:
+    """Thickness of the Ekman layers, sqrt(nu/w), m; at most the chamber."""
+    return min(math.sqrt(annulus.viscosity / max(fastest, 1e-300)), annulus.width, annulus.height)
+
+
+def points_for(annulus: Annulus, model: str, seen: Expected) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Intervals (radial, axial): what is needed at least, and what gives the orbit within about a thousandth.
+
+    Chebyshev points crowd at the walls, so their number grows with the root of length over layer; a stretched grid needs a few
+    cells in the layer itself.
+    """
+    thin = layer(annulus, seen.fastest)
+    needed, wanted = [], []
+    for length in (annulus.width, annulus.height):
+        if model == "chebyshev":
+            base = math.sqrt(length / thin)
+            low, good = 2.2 * base, (3.0 + 2.5 * seen.lag) * base
+        else:
+            low, good = 0.5 * length / thin, (1.5 + 1.5 * seen.lag) * length / thin
+        floor = FEWEST[model]
+        needed.append(max(6, math.ceil(low)))
+        wanted.append(max(floor, 2 * math.ceil(0.5 * good)))
+    return (needed[0], needed[1]), (wanted[0], wanted[1])
+
+
+def chosen_points(
+    annulus: Annulus, model: str, seen: Expected, points: tuple[int, int] | None
+) -> tuple[int, int]:
+    """The intervals to be used.
+
+    Raises
+    ------
+    QuestionError
+        If ``points`` cannot resolve the layers at the walls, or if this takes more than can be afforded.
+    """
+    needed, wanted = points_for(annulus, model, seen)
+    for name, count, least, length in zip(
+        ("radial", "axial"), points or wanted, needed, (annulus.width, annulus.height), strict=True
+    ):
+        if count < least:
+            raise QuestionError(
+                f"points: given {count} in {name} direction, but the layers at the walls are "
+                f"{1e3 * layer(annulus, seen.fastest):.3g} mm thin on {1e3 * length:.3g} mm at {seen.fastest:.4g} rad/s; "
+                f"take at least {least} ({wanted[0]} by {wanted[1]} are recommended)"
+            )
+        if count > MOST[model]:
+            raise QuestionError(
+                f"points: {count} in {name} direction are more than the {MOST[model]} this solver is made for; the layers "
+                f"at the walls are only {1e3 * layer(annulus, seen.fastest):.3g} mm thin at {seen.fastest:.4g} rad/s"
+            )
+    return points or wanted

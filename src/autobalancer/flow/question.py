@@ -1,0 +1,198 @@
+"""One flow in one annulus."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.profile import SpeedProfile
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.flow.annulus import Annulus, Floats, annulus_of
+from autobalancer.flow.choice import Expected, chosen_points, expected
+from autobalancer.flow.modes import mode_table
+from autobalancer.flow.relaxation import MANY, RelaxationModes, diffusive_swirl, relaxation_modes
+from autobalancer.flow.result import Solved, flow_dataset
+from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
+from autobalancer.machine import Machine
+
+Model = Literal["auto", "modes", "chebyshev", "differences"]
+Progress = Callable[[float, float], None]
+
+SHARE = 0.1  # of the error asked for that a single step may make
+FIELD = 33  # points of a field of the modes in each direction
+
+
+def annulus_flow(
+    chamber: Annulus | Machine | str | Path,
+    speed: SpeedProfile | float | None = None,
+    *,
+    duration: float | None = None,
+    initial_speed: float | None = None,
+    times: Sequence[float] = (),
+    samples: int = 501,
+    model: Model = "auto",
+    points: tuple[int, int] | None = None,
+    error: float = 1e-3,
+    balancer: int = 1,
+    race: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Flow of the fluid in an annulus whose walls turn with a rotor of prescribed speed.
+
+    The balls are taken not to disturb it (Spannan 2021, section 5.2.1), so it can be solved once for all runs with this profile.
+
+    Parameters
+    ----------
+    chamber
+        An annulus, or a machine or the path of its file, of which ``balancer`` and ``race`` (from 1) are taken.
+    speed
+        Profile of the rotor, or one speed in rad/s; by default that of the machine's drive.
+    duration
+        s; by default the ``run.duration`` of the machine.
+    initial_speed
+        Angular velocity of the fluid before time zero, rad/s; by default the first speed of the profile. 0 with a constant speed
+        is an impulsive start.
+    times
+        Instants at which the whole field is kept, s; by default the end.
+    samples
+        Equally spaced instants at which the fluid at the orbit is kept.
+    model
+        ``modes``: diffusion alone, exact; ``chebyshev``, ``differences``: the full equations; ``auto``: modes if neglecting the
+        secondary flow costs less than ``error``, else ``chebyshev``.
+    points
+        Intervals in radial and axial direction for the full equations.
+    error
+        Of the angular velocity at the orbit over the greatest speed of the rotor.
+    progress
+        Called with time and end.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``time``: ``speed`` of the rotor, ``fluid_speed`` at the orbit at mid-height, ``relative_velocity`` (azimuthal, to solid
+        rotation) and ``diffusion_speed``, what diffusion alone would give. Over ``(moment, radius, height)``:
+        ``fluid_angular_velocity``, ``stream_function``, ``vorticity``; over ``moment``: ``wall_torque`` and ``angular_momentum``.
+        Attributes say which model was used and why, and give ``spin_up_time``.
+
+    Raises
+    ------
+    MachineError
+        If the race has no proper chamber or fluid.
+    QuestionError
+        If the speed is not known, an instant lies outside of the run, or the points cannot resolve the flow.
+    """
+    annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
+    if model not in ("auto", "modes", "chebyshev", "differences"):
+        raise QuestionError(f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev' or 'differences'")
+    if samples < 2:
+        raise QuestionError(f"samples: given {samples}; must be at least 2")
+    moments = sorted({float(t) for t in times} or {end})
+    if moments[0] < 0.0 or moments[-1] > end:
+        raise QuestionError(f"times: given {moments[0]:g} to {moments[-1]:g} s; must lie within 0 and {end:g} s")
+    walls = wall_speed(profile, initial_speed)
+    seen = expected(annulus, relaxation_modes(annulus, error), walls, end)
+    solver = model if model != "auto" else "modes" if seen.error <= error else "chebyshev"
+    grid = np.linspace(0.0, end, samples)
+    diffusion = all_modes(annulus).response(walls, _with_corners(grid, walls, end))
+    diffusion = np.interp(grid, _with_corners(grid, walls, end), diffusion)
+    if solver == "modes":
+        solved = _by_modes(annulus, walls, grid, diffusion, moments)
+    else:
+        solved = _by_solver(annulus, walls, end, grid, moments, solver, seen, points, error, progress)
+    reason = (
+        f"diffusion alone is wrong by at most {seen.error:.1e} of the greatest speed"
+        if seen.error <= error
+        else f"the secondary flow changes the fluid's speed by up to {min(seen.error, 1.0):.1e} of the greatest speed"
+    )
+    return flow_dataset(annulus, solved, diffusion, name, "asked for" if model != "auto" else reason, seen)
+
+
+def all_modes(annulus: Annulus) -> RelaxationModes:
+    """As many modes at the orbit as the exact series is worked out with."""
+    rates, gains = mode_table(annulus, MANY, MANY)
+    return RelaxationModes(rates.ravel(), gains.ravel())
+
+
+def _chamber(
+    chamber: Annulus | Machine | str | Path,
+    speed: SpeedProfile | float | None,
+    duration: float | None,
+    balancer: int,
+    race: int,
+) -> tuple[Annulus, SpeedProfile | float, float, str]:
+    if isinstance(chamber, Annulus):
+        annulus, machine, name = chamber, None, "annulus"
+    else:
+        machine = chamber if isinstance(chamber, Machine) else load_machine(chamber)
+        annulus, name = annulus_of(machine, balancer, race), machine.name
+    if speed is None:
+        if machine is None:
+            raise QuestionError("speed: missing; an annulus alone does not know how its walls turn")
+        speed = machine_speed(machine)
+    if duration is None and machine is not None and machine.run is not None:
+        duration = float(machine.run.duration)
+    if duration is None or not duration > 0.0:
+        given = "missing" if duration is None else f"given {duration:g} s"
+        raise QuestionError(f"duration: {given}; must be a time greater than 0 s")
+    return annulus, speed, duration, name
+
+
+def _with_corners(grid: Floats, walls: WallSpeed, end: float) -> Floats:
+    return np.unique(np.concatenate([grid, walls.corners(end)]))
+
+
+def _by_modes(annulus: Annulus, walls: WallSpeed, grid: Floats, orbit: Floats, moments: list[float]) -> Solved:
+    radius = np.linspace(annulus.inner, annulus.outer, FIELD)
+    height = np.linspace(0.0, annulus.height, FIELD)
+    times = _with_corners(np.concatenate([grid, moments]), walls, float(grid[-1]))
+    swirl = diffusive_swirl(annulus, walls, times, radius, height)[np.searchsorted(times, moments)]
+    nothing = np.zeros_like(swirl)
+    return Solved(
+        "modes", grid, walls.over(grid), orbit, radius, height, np.array(moments), swirl, nothing, nothing,
+        np.full(len(moments), np.nan), np.full(len(moments), np.nan), walls.over(np.array(moments)), 0,
+    )  # fmt: skip
+
+
+def _by_solver(
+    annulus: Annulus,
+    walls: WallSpeed,
+    end: float,
+    grid: Floats,
+    moments: list[float],
+    solver: str,
+    seen: Expected,
+    points: tuple[int, int] | None,
+    error: float,
+    progress: Progress | None,
+) -> Solved:
+    from autobalancer.flow.differences import DifferenceFlow
+    from autobalancer.flow.march import march
+    from autobalancer.flow.spectral import SpectralFlow
+
+    radial, axial = chosen_points(annulus, solver, seen, points)
+    flow = (SpectralFlow if solver == "chebyshev" else DifferenceFlow)(annulus, radial, axial)
+    r = flow.radius[:, None]
+    kept: list[tuple[Floats, Floats, Floats, float, float]] = []
+
+    def keep(time: float) -> None:
+        speed = walls.at(time)[0]
+        kept.append(
+            (flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed))
+        )
+
+    if isinstance(flow, SpectralFlow):
+        track = march(flow, walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
+    else:
+        track = flow.march(walls, end, stops=moments, at_stop=keep, progress=progress)
+    times, speeds, orbit = track.arrays()
+    speed = walls.over(grid)
+    swirl, stream, vorticity, torque, momentum = (np.array(part) for part in zip(*kept, strict=True))
+    return Solved(
+        solver, grid, speed, speed + np.interp(grid, times, orbit - speeds), flow.radius, flow.height, np.array(moments), swirl,
+        stream, vorticity, torque, momentum, walls.over(np.array(moments)), track.steps,
+    )  # fmt: skip

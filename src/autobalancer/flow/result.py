@@ -1,0 +1,90 @@
+"""A solved flow as a labelled dataset."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.flow.annulus import Annulus, Floats, Matrix
+from autobalancer.flow.choice import Expected
+from autobalancer.flow.spin_up import decay_time
+from autobalancer.results.provenance import provenance
+
+LABELS = {
+    "time": ("time", "s"),
+    "speed": ("rotor speed", "rad/s"),
+    "fluid_speed": ("angular velocity of the fluid at the orbit", "rad/s"),
+    "diffusion_speed": ("angular velocity of the fluid at the orbit by diffusion alone", "rad/s"),
+    "relative_velocity": ("azimuthal velocity of the fluid at the orbit relative to the rotor", "m/s"),
+    "moment": ("time of a field", "s"),
+    "moment_speed": ("rotor speed at the time of a field", "rad/s"),
+    "radius": ("distance from the axis", "m"),
+    "height": ("distance from the lower lid", "m"),
+    "fluid_angular_velocity": ("angular velocity of the fluid", "rad/s"),
+    "stream_function": ("stream function of the secondary flow", "m^3/s"),
+    "vorticity": ("azimuthal vorticity", "1/s"),
+    "wall_torque": ("torque of the walls on the fluid", "N m"),
+    "angular_momentum": ("angular momentum of the fluid", "kg m^2/s"),
+}
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Arrays of a solved flow, whatever the model."""
+
+    model: str
+    times: Floats
+    speed: Floats
+    orbit: Floats
+    radius: Floats
+    height: Floats
+    moments: Floats
+    swirl: Matrix  # W - w; (moment, radius, height)
+    stream: Matrix
+    vorticity: Matrix
+    torque: Floats
+    momentum: Floats
+    moment_speed: Floats
+    steps: int
+
+
+def flow_dataset(
+    annulus: Annulus, solved: Solved, diffusion: Floats, name: str, reason: str, seen: Expected
+) -> xr.Dataset:
+    """Label what was solved."""
+    field = ("moment", "radius", "height")
+    lag = solved.orbit - solved.speed
+    data = {
+        "speed": ("time", solved.speed),
+        "fluid_speed": ("time", solved.orbit),
+        "relative_velocity": ("time", annulus.orbit_radius * lag),
+        "diffusion_speed": ("time", diffusion),
+        "fluid_angular_velocity": (field, solved.swirl + solved.moment_speed[:, None, None]),
+        "stream_function": (field, solved.stream),
+        "vorticity": (field, solved.vorticity),
+        "moment_speed": ("moment", solved.moment_speed),
+    }
+    if np.isfinite(solved.torque).all():
+        data |= {"wall_torque": ("moment", solved.torque), "angular_momentum": ("moment", solved.momentum)}
+    coordinates = {"time": solved.times, "moment": solved.moments, "radius": solved.radius, "height": solved.height}
+    dataset = xr.Dataset(data, coordinates)
+    for key in dataset.variables:
+        text, unit = LABELS[str(key)]
+        dataset[key].attrs = {"long_name": text, "units": unit}
+    dataset.attrs = {
+        "title": f"Flow in the annulus of {name}",
+        **provenance(),
+        "machine_name": name,
+        "model": solved.model,
+        "model_reason": reason,
+        "error_of_diffusion": seen.error,
+        "ekman_number": annulus.ekman_number(seen.fastest),
+        "spin_up_time": decay_time(solved.times, lag),
+        "greatest_lag": float(np.abs(lag).max()),
+        "points": [solved.radius.size - 1, solved.height.size - 1],
+        "steps": solved.steps,
+        **asdict(annulus),
+    }
+    return dataset

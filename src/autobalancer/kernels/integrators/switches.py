@@ -1,0 +1,132 @@
+"""Balls that come to rest on their race and leave it again: found inside a step, so that rest is exact.
+
+A ball rolls with the sign ``MODE`` of its speed, by which rolling resistance works; where its speed reaches zero it rests
+if adherence can hold it (|NEED| <= mu L N), else it rolls the way it is pushed. A ball at rest leaves where adherence
+can hold it no longer.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
+from autobalancer.kernels.integrators.memory import EVALUATIONS, TAKEN
+from autobalancer.kernels.pointers import data
+from autobalancer.kernels.race_layout import (
+    ADHERENCE,
+    MASS_,
+    MODE,
+    NEED,
+    NORMAL,
+    RACE_COLUMNS,
+    RAW_LEAN_X,
+    RAW_LEAN_Y,
+    ROLLING,
+)
+from autobalancer.kernels.rotor_layout import BALL_ROWS, RUBBING
+from autobalancer.kernels.system import BALLS
+
+
+@njit(**INLINE)
+def _loose(r, at: int) -> bool:  # type: ignore[no-untyped-def]
+    """Whether adherence cannot hold this ball, after the equations were evaluated."""
+    path = math.sqrt(r[at + RAW_LEAN_X] ** 2 + r[at + RAW_LEAN_Y] ** 2) / r[at + MASS_]
+    return abs(r[at + NEED]) > r[at + ADHERENCE] * path * max(r[at + NORMAL], 0.0)
+
+
+@njit(**INLINE)
+def _rubs(r, at: int) -> bool:  # type: ignore[no-untyped-def]
+    return r[at + ROLLING] > 0.0 or r[at + ADHERENCE] > 0.0
+
+
+@njit(**INLINE)
+def switch_due(p, m) -> bool:  # type: ignore[no-untyped-def]
+    """Whether a ball stopped or broke loose in the step just taken, whose end was evaluated last."""
+    if p.rotor.size == 0:
+        return False
+    r = data(p.rotor)
+    if r[RUBBING] == 0.0:
+        return False
+    due, count = False, p.balls.shape[0]
+    for b in range(count):
+        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        if _rubs(r, at):
+            if r[at + MODE] != 0.0:
+                due = due or r[at + MODE] * m.state[BALLS + count + b] < 0.0
+            else:
+                due = due or _loose(r, at)
+    return due
+
+
+@njit(**INLINE)
+def _crossing(place: int, way: float, m) -> float:  # type: ignore[no-untyped-def]
+    """Where a speed that ends on the other side passes zero for the last time."""
+    low, high = 0.0, 1.0
+    for piece in range(7, 0, -1):
+        if way * component(place, piece / 8.0, m) > 0.0:
+            low = piece / 8.0
+            break
+        high = piece / 8.0
+    middle = 0.5 * (low + high)
+    while low < middle < high:
+        if way * component(place, middle, m) < 0.0:
+            high = middle
+        else:
+            low = middle
+        middle = 0.5 * (low + high)
+    return high
+
+
+@njit(**INLINE)
+def first_switch(time: float, rhs, parameters, p, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+    """The fraction of the step after which the first ball stops or breaks loose."""
+    polynomials(m.state.size, t, m)
+    r, count = data(p.rotor), p.balls.shape[0]
+    first, resting = 1.0, False
+    for b in range(count):
+        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        if _rubs(r, at):
+            if r[at + MODE] == 0.0:
+                resting = True
+            elif r[at + MODE] * m.state[BALLS + count + b] < 0.0:
+                first = min(first, _crossing(BALLS + count + b, r[at + MODE], m))
+    if resting:
+        low, high, x = 0.0, first, first
+        for _ in range(48):
+            evaluate(x, pair, data(m.spare))
+            rhs(time + x * m.clock[TAKEN], data(m.spare), data(m.trial), parameters)
+            m.counts[EVALUATIONS] += 1
+            loose = False
+            for b in range(count):
+                at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+                loose = loose or (r[at + MODE] == 0.0 and _rubs(r, at) and _loose(r, at))
+            if loose:
+                high = x
+            else:
+                low = x
+            if low == first or high - low < 1e-10:
+                break
+            x = 0.5 * (low + high)
+        first = high
+    return first
+
+
+@njit(**INLINE)
+def switch(time: float, rhs, parameters, p, m) -> None:  # type: ignore[no-untyped-def]
+    """At the end of a cut step, which is in ``m.state``: balls that stop rest or turn round, balls that are loose roll."""
+    r, count = data(p.rotor), p.balls.shape[0]
+    for b in range(count):
+        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        place = BALLS + count + b
+        if _rubs(r, at) and r[at + MODE] != 0.0 and r[at + MODE] * m.state[place] <= 0.0:
+            m.state[place] = 0.0
+            r[at + MODE] = 0.0
+    rhs(time, data(m.state), data(m.trial), parameters)
+    m.counts[EVALUATIONS] += 1
+    for b in range(count):
+        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        if _rubs(r, at) and r[at + MODE] == 0.0 and _loose(r, at):
+            r[at + MODE] = math.copysign(1.0, r[at + NEED])

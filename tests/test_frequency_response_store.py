@@ -1,0 +1,125 @@
+"""A stepped response that was interrupted goes on as if it had not been."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.studies.frequency_response import frequency_response
+
+RIG = Path(__file__).parents[1] / "examples" / "machines" / "rodrigues_rig.toml"
+SPEEDS = np.linspace(130.0, 260.0, 7)
+QUESTION: dict[str, Any] = {"dwell": 0.5, "window": 0.2}
+
+
+def interrupted_after(count: int) -> Any:
+    def progress(done: int, total: int) -> None:
+        if done == count:
+            raise KeyboardInterrupt
+
+    return progress
+
+
+def same(one: xr.Dataset, two: xr.Dataset) -> bool:
+    return bool(one.drop_attrs().equals(two.drop_attrs()))
+
+
+@pytest.mark.parametrize(
+    "way", [{"direction": "both"}, {"direction": "down", "acceleration": 50.0}, {"start": "fixed"}]
+)
+def test_an_interrupted_study_ends_with_the_same_bits(way: dict[str, Any], tmp_path: Path) -> None:
+    whole = frequency_response(RIG, SPEEDS, **QUESTION, **way)
+    store = tmp_path / "steps.nc"
+    with pytest.raises(KeyboardInterrupt):
+        frequency_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(3))
+    assert not store.exists()
+    seen: list[int] = []
+    resumed = frequency_response(
+        RIG, SPEEDS, **QUESTION, **way, store=store, progress=lambda done, _: seen.append(done)
+    )
+    assert seen[0] >= 3  # what was finished is not done again
+    assert same(resumed, whole)
+    assert [path.name for path in tmp_path.iterdir()] == ["steps.nc"]
+    again = frequency_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(0))
+    np.testing.assert_array_equal(again["amplitude"], whole["amplitude"])
+    np.testing.assert_array_equal(again["greatest_ball_angle_in_rotor"], whole["greatest_ball_angle_in_rotor"])
+
+
+def test_a_line_that_a_crash_cut_short_is_measured_again(tmp_path: Path) -> None:
+    whole, store = frequency_response(RIG, SPEEDS, **QUESTION), tmp_path / "steps.nc"
+    with pytest.raises(KeyboardInterrupt):
+        frequency_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(4))
+    journal = tmp_path / "steps.nc.journal"
+    journal.write_bytes(journal.read_bytes()[:-40])
+    part = frequency_response(
+        RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(5), keep_on_interrupt=True
+    )
+    assert part.attrs["outcome"] == "interrupted"
+    assert np.isfinite(part["amplitude"]).values.tolist() == [True] * 5 + [False] * 2
+    assert same(frequency_response(RIG, SPEEDS, **QUESTION, store=store), whole)
+
+
+def test_a_store_of_another_machine_or_question_is_refused(tmp_path: Path) -> None:
+    store = tmp_path / "steps.nc"
+    with pytest.raises(KeyboardInterrupt):
+        frequency_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(2))
+    heavier = with_parameter(ab.load_machine(RIG), "rotor.mass", 1.3)
+
+    def refused() -> None:
+        with pytest.raises(QuestionError, match="different: machine"):
+            frequency_response(heavier, SPEEDS, **QUESTION, store=store)
+        with pytest.raises(QuestionError, match=r"window \(0.2 there, 0.3 now\)"):
+            frequency_response(RIG, SPEEDS, dwell=0.5, window=0.3, store=store)
+        with pytest.raises(QuestionError, match="different: speeds"):
+            frequency_response(RIG, SPEEDS[:-1], **QUESTION, store=store)
+
+    refused()
+    frequency_response(RIG, SPEEDS, **QUESTION, store=store)
+    refused()
+
+
+def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.nc.journal").write_text("not a journal\n")
+    with pytest.raises(ResultError, match="is damaged"):
+        frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "a.nc")
+    ab.save_run(ab.simulate(RIG, duration=0.1), tmp_path / "b.nc")
+    with pytest.raises(QuestionError, match="no stepped response"):
+        frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "b.nc")
+
+
+@pytest.mark.slow
+def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Path) -> None:
+    command = [
+        sys.executable, "-m", "autobalancer", "stepped", str(RIG), "--speed", "1000rpm:3000rpm:12", "--dwell", "200 s",
+        "--window", "10 s", "--out", "s.nc", "--json",
+    ]  # fmt: skip
+    running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
+    journal = tmp_path / "s.nc.journal"
+    end = time.monotonic() + 300.0
+    while running.poll() is None and time.monotonic() < end:
+        if journal.exists() and journal.read_bytes().count(b"\n") >= 3:
+            running.send_signal(signal.SIGINT)
+            break
+        time.sleep(0.01)
+    assert running.wait(60.0) == 130
+    left = journal.read_bytes().count(b"\n") - 1
+    assert 2 <= left < 12
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    numbers = json.loads(ended.stdout)
+    whole = frequency_response(RIG, np.linspace(1000.0, 3000.0, 12) * np.pi / 30.0, dwell=200.0, window=10.0)
+    assert numbers["outcome"] == "finished"
+    assert not journal.exists()
+    np.testing.assert_allclose(numbers["amplitude"], whole["amplitude"], rtol=1e-6)

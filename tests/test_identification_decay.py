@@ -1,0 +1,82 @@
+"""Frequency and decay rate of a motion that was left to itself."""
+
+import numpy as np
+import pytest
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.decay import decay_rate
+
+TIME = np.linspace(0.2, 3.2, 3001)
+CLOCK = TIME - TIME[0]
+ONE = 3e-4 * np.exp(-2.8 * CLOCK) * np.cos(60.3 * CLOCK + 0.7) + 1e-5
+
+
+def test_one_oscillation_comes_back_exactly() -> None:
+    found = decay_rate(TIME, ONE)
+    assert found["frequency"].item() == pytest.approx(60.3, rel=1e-11)
+    assert found["decay_rate"].item() == pytest.approx(2.8, rel=1e-10)
+    assert found["damping_ratio"].item() == pytest.approx(2.8 / np.hypot(2.8, 60.3), rel=1e-10)
+    assert found["logarithmic_decrement"].item() == pytest.approx(2.0 * np.pi * 2.8 / 60.3, rel=1e-10)
+    assert found["amplitude"].item() == pytest.approx(3e-4, rel=1e-10)
+    assert found["phase"].item() == pytest.approx(0.7, rel=1e-10)
+    assert found.attrs["offset"] == pytest.approx(1e-5, rel=1e-8)
+    np.testing.assert_allclose(found["fitted"], ONE, atol=1e-14)
+
+
+def test_modes_are_told_apart_and_sorted_by_strength() -> None:
+    both = ONE + 1e-4 * np.exp(-5.0 * CLOCK) * np.sin(158.0 * CLOCK)
+    found = decay_rate(TIME, both, 2)
+    np.testing.assert_allclose(found["frequency"], [60.3, 158.0], rtol=1e-10)
+    np.testing.assert_allclose(found["decay_rate"], [2.8, 5.0], rtol=1e-9)
+    assert found["amplitude"].values[0] > found["amplitude"].values[1]
+
+
+def test_the_successive_maxima_fall_by_the_logarithmic_decrement() -> None:
+    found = decay_rate(TIME, ONE)
+    level = found["fitted"].values - found.attrs["offset"]
+    tops = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
+    ratio = np.log(level[tops[0]] / level[tops[10]]) / 10.0
+    assert ratio == pytest.approx(found["logarithmic_decrement"].item(), rel=5e-3)
+
+
+def test_a_growing_motion_has_a_negative_decay_rate() -> None:
+    found = decay_rate(CLOCK, 1e-6 * np.exp(0.9 * CLOCK) * np.cos(40.0 * CLOCK))
+    assert found["decay_rate"].item() == pytest.approx(-0.9, rel=1e-8)
+
+
+def test_noise_and_spikes_stay_within_the_uncertainty() -> None:
+    scores = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        noisy = ONE[::3] + 3e-6 * rng.standard_normal(1001)
+        noisy[rng.integers(0, 1001, 8)] += 1e-4
+        found = decay_rate(TIME[::3], noisy)
+        for name, true in (("frequency", 60.3), ("decay_rate", 2.8)):
+            scores.append((found[name].item() - true) / found[f"{name}_uncertainty"].item())
+    assert np.abs(scores).max() < 4.0
+    assert 0.5 < np.std(scores) < 1.3
+
+
+def test_spikes_move_a_plain_fit_further_than_a_robust_one() -> None:
+    spoiled = ONE.copy()
+    spoiled[500:520] += 3e-4
+    plain, robust = decay_rate(TIME, spoiled, robust=False), decay_rate(TIME, spoiled)
+    errors = [abs(found["decay_rate"].item() - 2.8) for found in (plain, robust)]
+    assert errors[1] < 0.1 * errors[0]
+
+
+@pytest.mark.parametrize(
+    ("time", "signal", "modes", "says"),
+    [
+        (TIME[:10], ONE[:10], 1, "at least 16"),
+        (TIME, ONE[:-1], 1, "as many of both"),
+        (TIME**2, ONE, 1, "equal steps"),
+        (TIME, np.where(CLOCK > 1.0, np.nan, ONE), 1, "not finite"),
+        (TIME, np.ones_like(TIME), 1, "constant"),
+        (TIME, ONE, 0, "modes: given 0"),
+        (TIME, np.exp(-CLOCK), 1, "holds 0 oscillations"),
+    ],
+)
+def test_signals_that_say_nothing_are_refused(time: np.ndarray, signal: np.ndarray, modes: int, says: str) -> None:
+    with pytest.raises(QuestionError, match=says):
+        decay_rate(time, signal, modes)

@@ -1,0 +1,147 @@
+"""Stability of balls on a shaft that bends."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import autobalancer as ab
+from autobalancer.machine import (
+    Balancer,
+    Balls,
+    Constant,
+    Disk,
+    DragTorque,
+    Machine,
+    PrescribedSpeed,
+    Race,
+    RigidRotor,
+    ShaftMaterial,
+    ShaftRotor,
+    ShaftSegment,
+    Support,
+    Unbalance,
+)
+from autobalancer.stability.linear import eigensystem
+from autobalancer.stability.station_linear import station_matrices
+from autobalancer.stability.station_reduction import reduced
+from autobalancer.stability.station_states import balanced_of
+from autobalancer.stability.stations import Stations, stations
+
+PLACES = (0.15, 0.45)
+SUPPORTS = tuple(Support(position=z, stiffness=2e4, damping=20.0) for z in (0.05, 0.55))
+
+
+def machine(rotor: ShaftRotor | RigidRotor, shift: float = 0.0) -> Machine:
+    """Two planes with two balls each; ``shift`` is the origin of the rotor's axis."""
+    balls = Race(orbit_radius=0.05, drag=DragTorque(beta=3e-4), balls=(Balls(count=2, mass=0.004, motion="point"),))
+    return Machine(
+        name="shaft",
+        axis="vertical",
+        rotor=rotor,
+        unbalances=(
+            Unbalance(moment=1e-4, angle=0.4, station=0.2 - shift),
+            Unbalance(moment=5e-5, station=0.5 - shift),
+        ),
+        balancers=tuple(Balancer(station=z - shift, races=(balls,)) for z in PLACES),
+        drive=PrescribedSpeed(profile=Constant(speed=300.0)),
+    )
+
+
+def shaft(modulus: float, elements: int = 20) -> ShaftRotor:
+    """A uniform shaft with two disks."""
+    return ShaftRotor(
+        material=ShaftMaterial(density=7800.0, youngs_modulus=modulus, poisson_ratio=0.3),
+        segments=tuple(ShaftSegment(length=0.6 / elements, diameter=0.03) for _ in range(elements)),
+        disks=tuple(
+            Disk(name=f"disk {i}", position=z, mass=2.0, transverse_inertia=2e-3, polar_inertia=3e-3)
+            for i, z in enumerate(PLACES)
+        ),
+        supports=SUPPORTS,
+    )
+
+
+def leading(st: Stations, speed: float) -> np.ndarray:
+    """Greatest real parts of the balanced state."""
+    values, _ = eigensystem(*station_matrices(st, speed, balanced_of(st, speed)[0]))
+    return values.real[:4]
+
+
+def test_a_stiff_shaft_has_the_stability_of_the_rigid_rotor_with_its_mass_and_inertias() -> None:
+    stiff = stations(machine(shaft(2.1e16)))
+    n = stiff.model.pairs
+    m = stiff.model.mass[:n, :n] - stiff.rows.T @ stiff.rows * 0.008
+    base = machine(shaft(2.1e16))
+    from autobalancer.assembly.rotors import lateral_model
+
+    model = lateral_model(base)
+    at, ahead = model.axis.rows(0.0, None), model.axis.rows(0.6, None)
+    # rigid motions of the shaft: all nodes moved alike, all turned about the left end
+    shapes = np.column_stack([rigid_motion(model, at.deflection, ahead.deflection, kind) for kind in ("move", "tilt")])
+    whole = shapes.T @ m @ shapes
+    spin = -shapes.T @ model.gyroscopic[:n, n : 2 * n] @ shapes
+    center = whole[0, 1] / whole[0, 0]
+    rotor = RigidRotor(
+        mass=whole[0, 0],
+        transverse_inertia=whole[1, 1] - whole[0, 0] * center**2,
+        polar_inertia=abs(spin[1, 1]),
+        supports=tuple(s.model_copy(update={"position": s.position - center}) for s in SUPPORTS),
+    )
+    rigid = stations(machine(rotor, center))
+    assert np.allclose(rigid.critical_speeds, stiff.critical_speeds[:2], rtol=1e-5)
+    for speed in (150.0, 400.0):
+        assert np.allclose(leading(stiff, speed), leading(rigid, speed), rtol=1e-4, atol=1e-6)
+
+
+def rigid_motion(model: object, left: np.ndarray, right: np.ndarray, kind: str) -> np.ndarray:
+    """Coordinates of a rigid motion: the soft direction of a stiff shaft with these deflections at its ends."""
+    ends = (1.0, 1.0) if kind == "move" else (0.0, 0.6)
+    n = model.pairs  # type: ignore[attr-defined]
+    k = model.stiffness[0][:n, :n]  # type: ignore[attr-defined]
+    both = np.vstack([left, right])
+    bordered = np.block([[k / np.abs(k).max(), both.T], [both, np.zeros((2, 2))]])
+    return np.linalg.solve(bordered, np.concatenate([np.zeros(n), ends]))[:n]
+
+
+def test_a_reduced_shaft_has_the_eigenvalues_of_the_whole_one_and_is_faster() -> None:
+    whole = stations(machine(shaft(2.1e11)))
+    small = reduced(whole, 2000.0)
+    assert small.model.pairs < 0.6 * whole.model.pairs
+    for speed in (100.0, 400.0, 1900.0):
+        assert np.allclose(leading(small, speed), leading(whole, speed), rtol=1e-5, atol=1e-6 * speed)
+        one, other = balanced_of(small, speed)[0], balanced_of(whole, speed)[0]
+        assert np.abs(np.exp(1j * one.angles) - np.exp(1j * other.angles)).max() < 1e-6
+    took = []
+    for st in (whole, small):
+        start = time.perf_counter()
+        leading(st, 500.0)
+        took.append(time.perf_counter() - start)
+    assert took[1] < took[0]
+
+
+def test_two_planes_balance_a_shaft_only_between_its_rigid_and_its_bending_speeds_or_above_them() -> None:
+    m = machine(shaft(2.1e11))
+    st = stations(m)
+    second, third = st.critical_speeds[1:3]
+    found = ab.stable_windows(m, 3000.0)
+    assert found.windows
+    assert found.windows[0][0] > second
+    assert any(low < third for low, _ in found.windows)
+    for low, high in found.windows:
+        assert not low < third < high  # the bending speed is in no window
+
+
+def test_with_planes_that_are_not_those_of_the_unbalance_a_bent_shaft_is_not_left_without_vibration() -> None:
+    m = machine(shaft(2.1e11))
+    found = ab.equilibria(m, 600.0)
+    balanced = found.isel(state=0)
+    assert str(balanced["name"].values) == "balanced"
+    assert float(balanced["deflection_at_station"].max()) < 1e-12
+    st = stations(m)
+    whirl = st.coordinates(600.0, balanced["ball_angle_in_rotor"].values)
+    assert np.abs(whirl).max() > 1e-8
+    assert float(found["required_moment"][0]) != pytest.approx(
+        float(ab.equilibria(m, 200.0)["required_moment"][0]), rel=1e-3
+    )
