@@ -8,22 +8,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, station_rows, unbalance_load
 from autobalancer.catalog.resolve import resolve
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.studies.frequency_response import frequency_response
 from benchmarks import measured
 
-MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "rodrigues_rig.toml"
 RPM = np.pi / 30.0
 SPEEDS = np.linspace(360.0, 5360.0, 300) * RPM
 DAMPINGS = (1.41382e-6, 1.41382e-5, 1.41382e-4)  # c_b = 0.01, 0.1, 1
@@ -36,7 +34,7 @@ GOAL = 1e-5
 
 def bench() -> list[dict[str, Any]]:
     """Seconds for the whole study, carried upwards, with one damping after the other, and for the peer."""
-    machine = ab.load_machine(MACHINE)
+    machine = rig("rodrigues_rig")
     question: dict[str, Any] = {"dwell": DWELL, "window": WINDOW, "stations": ["B1", "B2"]}
     frequency_response(machine, SPEEDS[:2], **question)
     times = {}

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from autobalancer.files.rigs import rig
 from autobalancer.plots.equivalent_planar import plot_equivalent_planar
 from autobalancer.plots.identification import plot_identification
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
@@ -21,9 +22,9 @@ from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
-rig = here / "machines" / "rodrigues_rig.toml"
 free, measured = load_measurements(here / "measurements" / "rodrigues_critical_speeds.toml")
-fit = identify(rig, free, measured)
+rodrigues = rig("rodrigues_rig")
+fit = identify(rodrigues, free, measured)
 print(fit.report())
 figure = plot_identification(fit.data)
 
@@ -36,10 +37,10 @@ print(fit.data["direction_part"].values.round(2))
 
 # %%
 # A response curve with known shape says much more. The curve that the authors simulated gives all parameters of their model
-# to four digits; a robust loss does not mind the few values beside the gap at the first peak.
+# to four digits; a robust loss does not mind two values that lie off it.
 
 free, measured = load_measurements(here / "measurements" / "rodrigues_plain_rotor.toml")
-curve = identify(rig, free, measured, loss="cauchy")
+curve = identify(rodrigues, free, measured, loss="cauchy")
 print(curve.report())
 figure = plot_identification(curve.data)
 

@@ -11,17 +11,15 @@ Where a curve upwards differs from that downwards, the rotor remembers where its
 # 1450 and 2300 rpm. Every speed is held for two seconds and measured for half a second more. The amplitude is the mean of
 # the greatest deflections at both bearings.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
+from autobalancer.files.rigs import rig
 from autobalancer.plots.frequency_response import plot_frequency_response
 from autobalancer.studies.frequency_response import frequency_response
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
 speeds = np.arange(1200.0, 3001.0, 20.0) * np.pi / 30.0
-machine = ab.load_machine(here / "machines" / "rodrigues_rig.toml")
+machine = rig("rodrigues_rig")
 machine = ab.with_parameter(machine, "balancers[1].races[1].drag.beta", "2.83e-6 N*m*s")
 found = frequency_response(machine, speeds, dwell=2.0, window=0.5, direction="both", stations=["B1", "B2"])
 

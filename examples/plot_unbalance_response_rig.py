@@ -9,19 +9,16 @@ against its rotation. The rig is that of Rodrigues et al. (2011), without balls.
 # %%
 # Amplitude and phase at both bearings. Shaded are the speeds at which one of them whirls backward.
 
-from pathlib import Path
-
 import numpy as np
 
-import autobalancer as ab
+from autobalancer.files.rigs import rig
 from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
 from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
 from autobalancer.rotordynamics.orbits import whirl_orbits
 from autobalancer.rotordynamics.peaks import response_peaks
 from autobalancer.rotordynamics.response import unbalance_response
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
-machine = ab.load_machine(here / "machines" / "rodrigues_rig.toml")
+machine = rig("rodrigues_rig")
 rpm = np.pi / 30.0
 found = unbalance_response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
 figure = plot_unbalance_response(found)

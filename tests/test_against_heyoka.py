@@ -51,7 +51,7 @@ def machine(races: list[dict[str, Any]], **changes: Any) -> Machine:
         "axis": "vertical",
         "rotor": {"mass": 10.0, "stiffness": 6.25e5, "damping": 100.0, "inertia": 0.05},
         "unbalances": [{"moment": 5e-4, "angle": 0.3}],
-        "balancers": [{"races": races}],
+        "balancers": [{"races": [race | {"coincidence": True} for race in races]}],
         "drive": {"kind": "torque", "torque": 8.0, "damping": 5e-3},
         "start": {"speed": 150.0},
     }

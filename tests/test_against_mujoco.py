@@ -103,7 +103,7 @@ def machine(
         gravity=gravity,
         rotor={"mass": MASS, "stiffness": list(stiffness), "damping": list(damping), "inertia": INERTIA},
         unbalances=[{"moment": UNBALANCE}],
-        balancers=[{"races": [race | {"balls": [balls]}]}],
+        balancers=[{"races": [race | {"balls": [balls], "coincidence": True}]}],
         drive={"kind": "torque", "torque": torque, "damping": brake},
         start={"speed": speed},
     )

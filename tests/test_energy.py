@@ -35,6 +35,7 @@ def machine(
             {
                 "races": [
                     {
+                        "coincidence": True,
                         "race_radius": 0.1,
                         "eccentricity": 1e-3,
                         "eccentricity_angle": 0.7,
@@ -45,6 +46,7 @@ def machine(
                         ],
                     },
                     {
+                        "coincidence": True,
                         "orbit_radius": 0.08,
                         "fluid": {"density": 900.0, "viscosity": 1e-5},
                         "drag": drag,

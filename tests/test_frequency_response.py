@@ -13,6 +13,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_load
 from autobalancer.errors import MachineError, QuestionError
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.frequency_response import plot_frequency_response
 from autobalancer.simulation.sampling import Envelope, SampleTimes
@@ -25,7 +26,7 @@ RPM = math.pi / 30.0
 
 def plain_rig() -> Machine:
     """Rodrigues' rig without its balancer; C = 2.5e-4 s K lets transients die within two seconds."""
-    machine = ab.load_machine(MACHINES / "rodrigues_rig.toml")
+    machine = rig("rodrigues_rig")
     fields = {key: getattr(machine, key) for key in machine.model_fields_set if key != "balancers"}
     return Machine(**fields)
 
@@ -70,7 +71,7 @@ def test_a_rotor_without_balls_answers_as_the_synchronous_closed_form_says() -> 
 
 def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
     speeds, dwell, window, rate = [150.0, 180.0, 230.0], 0.7, 0.3, 400.0
-    machine = ab.load_machine(MACHINES / "rodrigues_rig.toml")
+    machine = rig("rodrigues_rig")
     found = frequency_response(
         machine, speeds, dwell=dwell, window=window, acceleration=rate, stations=["disk"], tolerance=1e-10
     )
@@ -91,9 +92,8 @@ def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
         np.testing.assert_allclose(at["mean_ball_speed_in_rotor"], (angles[-1] - angles[0]) / window, atol=2e-5)
 
 
-@pytest.mark.parametrize("name", ["stall_and_release", "rodrigues_rig"])
-def test_a_jump_of_the_speed_is_the_limit_of_an_ever_faster_ramp(name: str) -> None:
-    machine = ab.load_machine(MACHINES / f"{name}.toml")
+@pytest.mark.parametrize("machine", [ab.load_machine(STALLING), rig("rodrigues_rig")], ids=["planar", "rigid"])
+def test_a_jump_of_the_speed_is_the_limit_of_an_ever_faster_ramp(machine: Machine) -> None:
     question: dict[str, Any] = {"dwell": 0.02, "window": 0.05, "tolerance": 1e-11}
     jump = frequency_response(machine, [200.0, 230.0], **question)
     misses = []
@@ -141,11 +141,11 @@ def test_stalled_balls_of_a_known_case_have_the_deflection_of_the_torque_balance
 def test_fixed_starts_do_not_depend_on_threads_and_equal_the_first_carried_speed() -> None:
     speeds = np.linspace(100.0, 300.0, 9)
     one, two = (
-        frequency_response(MACHINES / "rodrigues_rig.toml", speeds, dwell=0.5, window=0.2, start="fixed", workers=count)
+        frequency_response(rig("rodrigues_rig"), speeds, dwell=0.5, window=0.2, start="fixed", workers=count)
         for count in (1, 2)
     )
     assert one.drop_attrs().equals(two.drop_attrs())
-    first = frequency_response(MACHINES / "rodrigues_rig.toml", speeds[4:5], dwell=0.5, window=0.2)
+    first = frequency_response(rig("rodrigues_rig"), speeds[4:5], dwell=0.5, window=0.2)
     assert first["amplitude"].values[0] == one["amplitude"].values[4]
 
 
@@ -210,7 +210,7 @@ def test_the_picture_shows_both_ways_and_every_motion() -> None:
 def test_questions_without_sense_are_refused(change: dict[str, Any], message: str) -> None:
     question = {"speeds": [100.0, 110.0], "dwell": 0.1, "window": 0.1} | change
     with pytest.raises(QuestionError, match=message):
-        frequency_response(MACHINES / "rodrigues_rig.toml", **question)
+        frequency_response(rig("rodrigues_rig"), **question)
 
 
 def test_a_table_that_does_not_cover_the_speeds_is_refused() -> None:
@@ -224,7 +224,7 @@ def test_a_table_that_does_not_cover_the_speeds_is_refused() -> None:
 
 
 def test_a_speed_whose_budget_is_spent_ends_the_way_and_says_so() -> None:
-    found = frequency_response(MACHINES / "rodrigues_rig.toml", [200.0, 300.0], dwell=5.0, window=1.0, max_steps=100)
+    found = frequency_response(rig("rodrigues_rig"), [200.0, 300.0], dwell=5.0, window=1.0, max_steps=100)
     assert found["outcome"].values.tolist() == ["budget spent", "not reached"]
     assert found.attrs["outcome"] == "ended early"
     assert np.isnan(found["amplitude"].values).all()

@@ -18,9 +18,10 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.errors import QuestionError, ResultError
+from autobalancer.files.rigs import rig, rig_text
 from autobalancer.studies.frequency_response import frequency_response
 
-RIG = Path(__file__).parents[1] / "examples" / "machines" / "rodrigues_rig.toml"
+RIG = rig("rodrigues_rig")
 SPEEDS = np.linspace(130.0, 260.0, 7)
 QUESTION: dict[str, Any] = {"dwell": 0.5, "window": 0.2}
 
@@ -76,7 +77,7 @@ def test_a_store_of_another_machine_or_question_is_refused(tmp_path: Path) -> No
     store = tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
         frequency_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(2))
-    heavier = with_parameter(ab.load_machine(RIG), "rotor.mass", 1.3)
+    heavier = with_parameter(RIG, "rotor.mass", 1.3)
 
     def refused() -> None:
         with pytest.raises(QuestionError, match="different: machine"):
@@ -102,8 +103,9 @@ def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text(rig_text("rodrigues_rig"), encoding="utf-8")
     command = [
-        sys.executable, "-m", "autobalancer", "stepped", str(RIG), "--speed", "1000rpm:3000rpm:12", "--dwell", "200 s",
+        sys.executable, "-m", "autobalancer", "stepped", "rig.toml", "--speed", "1000rpm:3000rpm:12", "--dwell", "200 s",
         "--window", "10 s", "--out", "s.nc", "--json",
     ]  # fmt: skip
     running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})

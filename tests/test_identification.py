@@ -196,7 +196,7 @@ def test_modes_are_found_by_direction_and_name() -> None:
     """The conical mode along y alone decides on J, whatever its number."""
     true = changed(RIGID, **TRUE)
     seen = eigenfrequencies(true)
-    number = [i for i, name in enumerate(seen["name"].values) if name == "conical y"][0]
+    number = seen["name"].values.tolist().index("conical y")
     start = changed(RIGID, **{**TRUE, "J": 0.22})
     rows = [MeasuredMode(float(seen["frequency"][number]), 0.1, mode="conical y")]
     found = identify(start, {"rotor.transverse_inertia": (0.1, 0.5)}, rows)

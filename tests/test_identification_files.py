@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_machine, save_machine
+from autobalancer.files.rigs import rig
 from autobalancer.plots.identification import plot_identification
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
@@ -23,7 +24,7 @@ from autobalancer.rotordynamics.identification.measurements import (
 )
 from autobalancer.rotordynamics.response import unbalance_response
 
-MACHINE = "examples/machines/rodrigues_rig.toml"
+MACHINE = rig("rodrigues_rig")
 DATA = "examples/measurements/rodrigues_critical_speeds.toml"
 HEAD = '[[parameters]]\npaths = ["rotor.mass"]\nlower = "1 kg"\nupper = "2 kg"\nname = "M"\n'
 
@@ -122,7 +123,8 @@ def test_faulty_files_are_refused_with_the_key(tmp_path: Path, text: str, says: 
 def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     out, numbers, picture = tmp_path / "fitted.toml", tmp_path / "fit.nc", tmp_path / "fit.png"
     options = ["--out", str(out), "--result", str(numbers), "--plot", str(picture)]
-    shown = CliRunner().invoke(app, ["identify", MACHINE, "--measurements", DATA, *options])
+    machine = save_machine(MACHINE, tmp_path / "rig.toml")
+    shown = CliRunner().invoke(app, ["identify", str(machine), "--measurements", DATA, *options])
     assert shown.exit_code == 0, shown.output
     assert "stiffness along x" in shown.output
     fitted = load_machine(out)
@@ -132,8 +134,9 @@ def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
 
 
-def test_the_command_prints_numbers_for_programs_and_frees_more() -> None:
-    arguments = ["identify", MACHINE, "--measurements", DATA, "--json", "--free", "rotor.mass=1.2 kg:1.3 kg"]
+def test_the_command_prints_numbers_for_programs_and_frees_more(tmp_path: Path) -> None:
+    machine = save_machine(MACHINE, tmp_path / "rig.toml")
+    arguments = ["identify", str(machine), "--measurements", DATA, "--json", "--free", "rotor.mass=1.2 kg:1.3 kg"]
     shown = CliRunner().invoke(app, arguments)
     found = json.loads(shown.stdout)
     assert found["parameter"][-1] == "rotor.mass"

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.rigs import rig
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.identification.identify import Identification, identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
-MACHINE, DATA = "examples/machines/rodrigues_rig.toml", Path("examples/measurements")
+MACHINE, DATA = rig("rodrigues_rig"), Path("examples/measurements")
 RPM = np.pi / 30.0
 MEASURED = np.array([1415.0, 1675.0, 1944.0, 2310.0])
 
@@ -48,8 +48,8 @@ def test_the_stiffness_is_twice_the_printed_one(by_speeds: Identification) -> No
     assert by_speeds.machine.rotor.supports[1].stiffness == (along_x, along_y)
 
 
-def test_the_fitted_rig_in_the_examples_is_this_fit(by_speeds: Identification) -> None:
-    stored = load_machine("examples/machines/rodrigues_rig_fitted.toml")
+def test_the_fitted_rig_of_the_catalog_is_this_fit(by_speeds: Identification) -> None:
+    stored = rig("rodrigues_rig_fitted")
     for mine, theirs in zip(by_speeds.machine.rotor.supports, stored.rotor.supports, strict=True):
         assert mine.position == pytest.approx(theirs.position, abs=1e-5)
         assert mine.stiffness == pytest.approx(theirs.stiffness, rel=1e-4)
@@ -68,7 +68,7 @@ def test_the_simulated_curve_gives_the_parameters_behind_it(by_curve: Identifica
 
 
 def test_the_curve_is_met_to_the_accuracy_of_its_reading(by_curve: Identification) -> None:
-    """All but a few vertices beside the gap at the first peak."""
+    """All but two vertices, at 1470 and 3000 rpm."""
     relative = np.log(by_curve.data["after"].values / by_curve.data["measured"].values)
     counted = by_curve.data["weight"].values > 0.5
     assert counted.sum() >= counted.size - 3

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,8 @@ from autobalancer.assembly.rotors.critical import undamped_critical_speeds
 from autobalancer.assembly.rotors.multibody import multibody
 from autobalancer.assembly.rotors.rigid import rigid
 from autobalancer.errors import MachineError
-from autobalancer.files.machine_file import load_machine, machine_text, parse_machine
+from autobalancer.files.machine_file import machine_text, parse_machine
+from autobalancer.files.rigs import rig
 from autobalancer.machine import (
     BallBearing,
     Body,
@@ -29,7 +29,7 @@ from autobalancer.machine import (
     Support,
 )
 
-DISCOIDAL = Path(__file__).parents[1] / "examples" / "machines" / "discoidal_rig.toml"
+DISCOIDAL = rig("discoidal_rig")
 TO_GROUND = ("a", "ground")
 G = 9.80665
 
@@ -343,7 +343,7 @@ def test_weight_acts_as_the_energy_of_finite_rotations_says() -> None:
 
 
 def test_the_discoidal_rig_vibrates_at_rest_as_it_was_measured() -> None:
-    machine = load_machine(DISCOIDAL)
+    machine = DISCOIDAL
     m = lateral_model(machine)
     n = m.pairs
     assert m.isotropic
@@ -358,7 +358,7 @@ def test_the_discoidal_rig_vibrates_at_rest_as_it_was_measured() -> None:
 
 
 def test_the_modes_of_the_discoidal_rig_come_in_the_published_order() -> None:
-    m = lateral_model(load_machine(DISCOIDAL))
+    m = lateral_model(DISCOIDAL)
     squares, shapes = eigh(m.stiffness[0], m.mass)
     frequencies = np.sqrt(squares) / (2 * np.pi)
     assert np.sum(frequencies < 30.0) == 6  # two pairs across, turning of the stator, axial
@@ -370,7 +370,7 @@ def test_the_modes_of_the_discoidal_rig_come_in_the_published_order() -> None:
 
 
 def test_balls_in_the_race_slow_the_first_mode_of_the_discoidal_rig() -> None:
-    machine = load_machine(DISCOIDAL)
+    machine = DISCOIDAL
     m = lateral_model(machine)
     race = station_rows(machine, m)["race"]
     same(race.slope, m.axis.rows(0.0, "disc").slope)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,10 +12,9 @@ import tomli_w
 from autobalancer.assembly.rotors import lateral_model, rows_at
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.rigs import rig_text
 
-DISCOIDAL = tomllib.loads(
-    (Path(__file__).parents[1] / "examples" / "machines" / "discoidal_rig.toml").read_text(encoding="utf-8")
-)
+DISCOIDAL = tomllib.loads(rig_text("discoidal_rig"))
 BUSHING = 5
 LOCK = {"kind": "lock", "between": ["lid", "winding"]}
 

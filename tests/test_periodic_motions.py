@@ -140,6 +140,7 @@ def released(acceleration: float) -> float:
     time = 100.0 / acceleration
     profile = {"kind": "ramp", "start": 300.0, "end": 400.0, "duration": time}
     machine = with_parameter(STALL, "drive", {"kind": "speed", "profile": profile})
+    machine = with_parameter(machine, f"{RACE}.coincidence", True)
     for key, value in (("start_angles", (0.0, 0.1)), ("start_speeds", (-50.0, -50.0))):
         machine = with_parameter(machine, f"{RACE}.balls[1].{key}", value)
     run = simulate(machine, duration=time, save=[Samples(40_001)])

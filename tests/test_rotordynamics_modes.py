@@ -12,7 +12,7 @@ import pytest
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.campbell import campbell
@@ -20,7 +20,7 @@ from autobalancer.rotordynamics.eigenproblem import correlation, free_motions
 from autobalancer.rotordynamics.modes import eigenfrequencies
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
-RIG = MACHINES / "rodrigues_rig.toml"
+RIG = rig("rodrigues_rig")
 MASS, TRANSVERSE, POLAR, SPRING, ARM = 2.0, 0.02, 0.012, 40e3, 0.12
 
 
@@ -126,7 +126,7 @@ def test_modes_solve_the_equation_of_motion() -> None:
     for machine in (
         rigid(damping=30.0),
         rigid(stiffness=(SPRING, 0.5 * SPRING), damping=(30.0, 5.0)),
-        load_machine(RIG),
+        RIG,
     ):
         model = lateral_model(machine)
         for value, vector in zip(*(lambda m: (m.eigenvalue, m.vector))(free_motions(model, 250.0)), strict=True):
@@ -163,7 +163,7 @@ def test_conical_modes_have_a_node_and_cylindrical_ones_none() -> None:
 
 def test_the_whirl_turns_round_where_the_part_along_x_or_y_has_a_node() -> None:
     stations = [float(z) for z in np.linspace(-0.15, 0.11, 501)]
-    found = eigenfrequencies(with_parameter(load_machine(RIG), "rotor.stiffness_proportional_damping", 0.0), 200.0,
+    found = eigenfrequencies(with_parameter(RIG, "rotor.stiffness_proportional_damping", 0.0), 200.0,
                              stations=stations)  # fmt: skip
     assert list(found["whirl"].values) == ["mixed"] * 4
     for number, turns in enumerate((1, 1, 2, 2)):
@@ -184,7 +184,7 @@ def test_a_fast_orthotropic_rotor_whirls_in_one_direction_each() -> None:
 
 def test_the_mass_of_the_balls_lowers_the_frequencies_as_a_rayleigh_quotient_says() -> None:
     bare, loaded = eigenfrequencies(RIG, 0.0, balls=False), eigenfrequencies(RIG, 0.0)
-    model = lateral_model(load_machine(RIG))
+    model = lateral_model(RIG)
     vector = free_motions(model, 0.0).vector[0]
     disk = np.array([1.0, -0.02])
     added = 2 * 0.44e-3 * (abs(disk @ vector[:2]) ** 2 + abs(disk @ vector[2:]) ** 2)

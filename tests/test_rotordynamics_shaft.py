@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.test_rotordynamics_modes import MACHINES
 
 from autobalancer.errors import MachineError
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
@@ -111,7 +111,7 @@ def test_a_place_outside_the_shaft_is_refused() -> None:
 
 
 def test_axial_and_torsional_modes_of_a_rig_are_named_and_do_not_whirl() -> None:
-    found = eigenfrequencies(MACHINES / "discoidal_rig.toml", 40.0)
+    found = eigenfrequencies(rig("discoidal_rig"), 40.0)
     for kind in ("axial", "torsional"):
         number = next(i for i, name in enumerate(found["name"].values) if str(name).startswith(f"{kind}, "))
         assert found["whirl"].values[number] == "straight"

@@ -24,6 +24,11 @@ ANGLES = (0.3, 0.3 + np.pi, 1.4, 1.4 + np.pi)  # the balls of a station balance 
 STEP = 4e-5
 
 
+def moment_of(size: float, gravity: float) -> float:
+    """None with gravity: the weight of an unbalance along a vertical axis is not in the package."""
+    return 2e-4 * size if gravity == 0.0 else 0.0
+
+
 def model(size: float, gravity: float, height: float, offset: float) -> str:
     """Two slides, two tilts, the spin, four arms; ``size`` scales the unbalances."""
     balls = "".join(
@@ -34,7 +39,7 @@ def model(size: float, gravity: float, height: float, offset: float) -> str:
         </body>"""
         for i, z in enumerate(STATIONS)
     )
-    moment, couple = 2e-4 * size, 4e-5 * size
+    moment, couple = moment_of(size, gravity), 4e-5 * size
     inertia = f"{TRANSVERSE} {TRANSVERSE} {POLAR} 0 {-couple!r} 0"
     # a vertical rotor of the package has no weight that tilts it further: taken back here for the balls
     weight = BALL * gravity * sum(STATIONS)
@@ -85,7 +90,7 @@ def machine(size: float, gravity: float, height: float, offset: float, races: st
                 for z in (-REACH, REACH)
             ],
         },
-        unbalances=[{"moment": 2e-4 * size, "station": 0.0}, {"couple": 4e-5 * size}],
+        unbalances=[{"moment": moment_of(size, gravity), "station": 0.0}, {"couple": 4e-5 * size}],
         balancers=[balancer(0), balancer(2)],
         tilting_races=races,
         drive={"kind": "torque", "torque": 0.0},

@@ -19,6 +19,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
+from autobalancer.files.rigs import rig
 from autobalancer.machine import (
     Balancer,
     Balls,
@@ -429,7 +430,7 @@ def test_the_swinging_state_on_anisotropic_supports_returns_after_a_turn_and_its
 
 
 def test_rodrigues_rig_balances_as_soon_as_its_balls_are_strong_enough_above_the_conical_speeds() -> None:
-    m = ab.load_machine(MACHINES / "rodrigues_rig.toml")
+    m = rig("rodrigues_rig")
     found = ab.stable_windows(m, 4500.0 * math.pi / 30.0, lowest=1000.0 * math.pi / 30.0)
     ((low, high),) = found.windows
     assert low * 30.0 / math.pi == pytest.approx(2441.6, abs=0.5)

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 
-MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "rodrigues_rig.toml"
 DATA = Path(__file__).parent / "data"
 RPM = math.pi / 30.0
 BEARINGS = ["B1", "B2"]
@@ -19,7 +18,7 @@ BEARINGS = ["B1", "B2"]
 
 def fitted() -> Machine:
     """The rig with the values that fit the simulated curve of figure 8."""
-    machine = ab.load_machine(MACHINE)
+    machine = rig("rodrigues_rig")
     for path, value in (
         ("rotor.supports[1].stiffness", ["21495 N/m", "15793 N/m"]),
         ("rotor.supports[2].stiffness", ["21495 N/m", "15793 N/m"]),

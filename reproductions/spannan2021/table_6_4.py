@@ -1,8 +1,8 @@
 """Table 6.4: the planar oscillator of the discoidal rig, from the rig.
 
 The figures with the heights of the parts are lost, and the static stiffness at the race depends on them. With the heights
-assumed in the machine file the table is met in kind only: a quarter is allowed. Identified with the height of the bushings from the
-stiffness of the table, from both frequencies and from the decay, the rig has its mass and damping too.
+assumed in the machine file the table is met in kind only: a quarter is allowed. Where the height of the bushings is
+identified from the stiffness of the table, together with both frequencies and the decay, mass and damping follow, too.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.rigs import rig
 from autobalancer.plots.equivalent_planar import plot_equivalent_planar
 from autobalancer.plots.save import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
@@ -20,7 +20,6 @@ from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode, MeasuredStiffness
 from reproductions import compared
 
-RIG = Path(__file__).parents[2] / "examples" / "machines" / "discoidal_rig.toml"
 TABLE = {"stiffness": (44654.0, "N/m"), "mass": (12.27, "kg"), "damping": (68.37, "N s/m")}
 IN_KIND = 0.25
 CLOSE = {"mass": 0.005, "damping": 0.01}  # 9.6 Hz and 2.8 1/s are printed with two digits
@@ -30,8 +29,8 @@ BUSHINGS = "rotor.joints[6]."
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """k, M, b by static stiffness, natural frequency and decay, as in section 6.1.7."""
-    rig = load_machine(RIG)
-    assumed = equivalent_planar(rig, "race", frequency="natural").data.sel(way="static", direction="x")
+    machine = rig("discoidal_rig")
+    assumed = equivalent_planar(machine, "race", frequency="natural").data.sel(way="static", direction="x")
     rows = [row(name, "with assumed heights", float(assumed[name]), IN_KIND) for name in TABLE]
     free = [
         FreeParameter(BUSHINGS + "shear_stiffness", "5 kN/m", "50 kN/m"),
@@ -45,7 +44,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         MeasuredMode(2.8, 0.05, "decay_rate", whirl="forward"),
         MeasuredStiffness(TABLE["stiffness"][0], 50.0, "race"),
     ]
-    fitted = identify(rig, free, measured).machine
+    fitted = identify(machine, free, measured).machine
     found = equivalent_planar(fitted, "race", frequency="natural")
     static = found.data.sel(way="static", direction="x")
     height = 1e3 * float(fitted.rotor.joints[5].position)  # type: ignore[union-attr]

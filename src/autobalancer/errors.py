@@ -9,6 +9,7 @@
     └── ResultError                   a result file is damaged or not one of ours
 
 A message says what was given, what is allowed, where, and what to do.
+A ``RangeWarning`` says that a law was used outside of the range for which it was made.
 How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
 """
 
@@ -41,3 +42,7 @@ class QuestionError(AutobalancerError, ValueError):
 
 class ResultError(AutobalancerError):
     """A result file is damaged or was not written by this package."""
+
+
+class RangeWarning(UserWarning):
+    """A law was used outside of the range for which it was made; what it gives there is an assumption."""

@@ -62,7 +62,7 @@ def _unbalance(random: np.random.Generator, scheduled: bool) -> dict[str, Any]:
 
 def _race(random: np.random.Generator) -> dict[str, Any]:
     u = random.uniform
-    race: dict[str, Any] = {"drag": {"law": "beta", "beta": u(1e-5, 1e-3)}, "balls": []}
+    race: dict[str, Any] = {"coincidence": True, "drag": {"law": "beta", "beta": u(1e-5, 1e-3)}, "balls": []}
     if random.integers(2):
         race["fluid"] = {"density": u(700.0, 1200.0), "viscosity": u(1e-6, 1e-4), "virtual_mass": u(0.0, 2.0)}
         if random.integers(2):

@@ -50,6 +50,7 @@ def tilting(
                 "station": "lower",
                 "races": [
                     {
+                        "coincidence": True,
                         "race_radius": 0.085,
                         "drag": drag,
                         "balls": [
@@ -63,6 +64,7 @@ def tilting(
                 "station": "upper",
                 "races": [
                     {
+                        "coincidence": True,
                         "race_radius": 0.075,
                         "eccentricity": 1e-3,
                         "eccentricity_angle": 0.7,

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.contacts import set_contacts
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
 from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, turned
+from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.kernels.system import (
     BALL_COLUMNS,
@@ -23,6 +24,7 @@ from autobalancer.kernels.system import (
     LINEAR,
     MASS,
     MOMENT,
+    NEXT,
     OFFSET_X,
     OFFSET_Y,
     ORBIT,
@@ -37,6 +39,8 @@ from autobalancer.kernels.system import (
     UNBALANCE,
     VX,
     VY,
+    WALL_HIGH,
+    WALL_LOW,
     Floats,
     Matrix,
     System,
@@ -62,7 +66,14 @@ class Assembly:
     reduction: Reduction | None = None
 
 
-def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None, general: bool | None = None) -> Assembly:
+def assemble(
+    machine: Machine,
+    *,
+    seed: int = 0,
+    rotating: bool | None = None,
+    general: bool | None = None,
+    contact: bool = True,
+) -> Assembly:
     """Numbers of a machine.
 
     Parameters
@@ -75,7 +86,9 @@ def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None, g
         Whether the frame turns with the rotor; by default where the machine is then autonomous: isotropic supports
         and no gravity in the plane.
     general
-        Whether to take the equations of the general rotor; by default on all but planar ones.
+        Whether to take the equations of the general rotor; by default on all but planar ones with plain races.
+    contact
+        Whether balls of one race touch, where the machine says so; else they pass through each other.
 
     Raises
     ------
@@ -84,7 +97,7 @@ def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None, g
     """
     balls = resolve(machine)
     if general or not isinstance(machine.rotor, PlanarRotor):
-        return assemble_general(machine, balls, seed=seed, rotating=rotating)
+        return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact)
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     isotropic = machine.rotor.isotropic
     turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
@@ -103,12 +116,22 @@ def assemble(machine: Machine, *, seed: int = 0, rotating: bool | None = None, g
         rotor=np.zeros(0),
         **drive_numbers(machine),
     )
+    critical = tuple(critical_speeds(system))
     state = _start(machine, balls, system, seed)
+    if contact and balls:
+        fastest = max(top_speed(machine) or 0.0, *critical)
+        state[BALLS : BALLS + len(balls)] = set_contacts(machine, balls, _angles(state, balls), system.balls, fastest)
     scale, growing = _scales(machine, balls, system)
-    return Assembly(system, state, scale, growing, balls, tuple(critical_speeds(system)))
+    return Assembly(system, state, scale, growing, balls, critical)
 
 
-def assemble_general(machine: Machine, balls: tuple[Ball, ...], *, seed: int, rotating: bool | None) -> Assembly:
+def _angles(state: Floats, balls: tuple[Ball, ...]) -> Floats:
+    return state[BALLS : BALLS + len(balls)]
+
+
+def assemble_general(
+    machine: Machine, balls: tuple[Ball, ...], *, seed: int, rotating: bool | None, contact: bool
+) -> Assembly:
     """Numbers of a machine for the equations of kernels/stations.py."""
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     parts = spatial_parts(machine, balls)
@@ -139,6 +162,9 @@ def assemble_general(machine: Machine, balls: tuple[Ball, ...], *, seed: int, ro
     state[where] = turned(place, -angle) if turns else place
     state[fast] = turned(velocity, -angle) if turns else velocity
     state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
+    if contact and balls:
+        fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
+        state[BALLS : BALLS + n] = set_contacts(machine, balls, _angles(state, balls), system.balls, fastest)
     state[BALLS + n : rest] = [ball.start_speed for ball in balls]
     length, frequency = parts.length(balls), parts.frequency
     length = max(length, abs(complex(*machine.start.deflection)), 1e-9)
@@ -200,6 +226,7 @@ def ball_matrix(balls: tuple[Ball, ...]) -> Matrix:
         row[SPIN] = ball.moment * ball.orbit_radius - ball.spin_ratio * ball.mass * ball.radius * ball.orbit_radius
         row[DRAG] = ball.drag
         row[OFFSET_X], row[OFFSET_Y] = ball.eccentricity.real, ball.eccentricity.imag
+        row[NEXT], row[WALL_LOW], row[WALL_HIGH] = -1.0, -math.inf, math.inf
         row[ORBIT], row[STATION] = ball.orbit_radius, ball.balancer
     return matrix
 

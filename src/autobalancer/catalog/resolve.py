@@ -7,18 +7,10 @@ from dataclasses import dataclass
 
 from autobalancer.catalog.fluids import fluid
 from autobalancer.catalog.materials import material
-from autobalancer.errors import CatalogError
-from autobalancer.laws.drag import annulus_cd_re, linear_drag
-from autobalancer.machine import (
-    AnnulusDrag,
-    Balls,
-    CoefficientDrag,
-    DragTorque,
-    Fluid,
-    Machine,
-    PlaneDrag,
-    Race,
-)
+from autobalancer.catalog.resolve_drag import ball_drag
+from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.machine import Balls, DragTorque, Fluid, Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
 
@@ -39,6 +31,9 @@ class Ball:
     eccentricity: complex  # race center in the rotor, m
     start_angle: float | None
     start_speed: float
+    drag_curve: DragCurve | None = None  # over the whole range of Reynolds numbers; None where the drag is linear
+    fluid_density: float = 0.0
+    fluid_viscosity: float = 0.0  # kinematic; both 0 without a fluid
 
     @property
     def effective_mass(self) -> float:
@@ -126,6 +121,11 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             problems.append((keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid"))
         if not isinstance(race.drag, DragTorque) and diameter == 0.0:
             problems.append((keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'"))
+        try:
+            beta, curve = ball_drag(race.drag, radius, orbit, density, viscosity)
+        except QuestionError as error:
+            problems.append((("drag",), str(error)))
+            return []
         for i in range(group.count):
             balls.append(
                 Ball(
@@ -138,11 +138,14 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     orbit_radius=orbit,
                     spin_ratio=0.4 if group.motion == "rolling" else 0.0,
                     virtual_mass=float(race.fluid.virtual_mass) if race.fluid is not None else 0.0,
-                    drag=_drag(race, radius, orbit, density, viscosity),
+                    drag=beta,
                     eccentricity=race.eccentricity
                     * complex(math.cos(race.eccentricity_angle), math.sin(race.eccentricity_angle)),
                     start_angle=float(group.start_angles[i]) if group.start_angles is not None else None,
                     start_speed=float(group.start_speeds[i]) if group.start_speeds is not None else 0.0,
+                    drag_curve=curve,
+                    fluid_density=density,
+                    fluid_viscosity=viscosity,
                 )
             )
     if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
@@ -198,21 +201,6 @@ def _size(group: Balls) -> tuple[float, float]:
         return mass, diameter
     mass = float(group.mass or 0.0)
     return mass, (6.0 * mass / (math.pi * stuff)) ** (1.0 / 3.0) if stuff else 0.0
-
-
-def _drag(race: Race, radius: float, orbit: float, density: float, viscosity: float) -> float:
-    """beta of Spannan 2021, (5.26), with c_d Re from (5.21), (5.22) or given."""
-    law = race.drag
-    if isinstance(law, DragTorque):
-        return float(law.beta)
-    if isinstance(law, CoefficientDrag):
-        cd_re = float(law.cd_re)
-    elif isinstance(law, PlaneDrag):
-        cd_re = 322.0
-    else:
-        assert isinstance(law, AnnulusDrag)
-        cd_re = annulus_cd_re(float(law.clear_width) / radius, radius / orbit) if radius else 0.0
-    return linear_drag(cd_re, density, viscosity, radius, orbit)
 
 
 def _mm(length: float) -> str:

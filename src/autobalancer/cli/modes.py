@@ -32,7 +32,7 @@ def modes(
 ) -> None:
     """Print natural frequencies with damping and direction of whirl, and the critical speeds.
 
-    Example: autobalancer modes examples/machines/rodrigues_rig.toml --campbell "0 rpm:6000 rpm:121" --plot campbell.png
+    Example: autobalancer modes rig.toml --campbell "0 rpm:6000 rpm:121" --plot campbell.png
     """
     from autobalancer import save_run
     from autobalancer.cli.ranges import axis_range

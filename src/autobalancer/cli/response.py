@@ -40,7 +40,7 @@ def response(
 ) -> None:
     """Print the peaks of the unbalance response over a range of speeds, or the whirl of every station at one speed.
 
-    Example: autobalancer response examples/machines/rodrigues_rig.toml --speed "600 rpm:5500 rpm:400" --station B1
+    Example: autobalancer response rig.toml --speed "600 rpm:5500 rpm:400" --station B1
     --station B2 --plot bode.png
     """
     from autobalancer import save_run

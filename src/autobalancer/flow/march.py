@@ -78,7 +78,7 @@ def march(
     Raises
     ------
     QuestionError
-        If the step becomes too small, because the flow is not resolved by the grid.
+        If the step becomes too small, because the grid does not resolve the flow.
     """
     goal = tolerance * max(speed.fastest(end), 1e-300)
     marks = sorted({*(t for t in stops if 0.0 < t < end), *speed.corners(end), end})
@@ -114,7 +114,7 @@ def march(
             error = flow.step(step, now, rate) / goal
             if fixed is None:
                 wish = step * float(np.clip(0.85 * max(error, 1e-9) ** (-1.0 / (order + 1)), 0.2, GROWTH))
-                if not error <= REFUSED:
+                if not error <= REFUSED and len(flow.history) > 1:  # of the first step nothing is known
                     length = wish if np.isfinite(error) else 0.2 * step
                     track.rejected += 1
                     continue

@@ -9,12 +9,15 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.interpolate import RectBivariateSpline
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
 from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, ball_color, legend, look, picture
 
 STREAM_LINES = 7  # in each direction of circulation
+FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
 def plot_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = "rpm") -> Figure:
@@ -40,7 +43,7 @@ def plot_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = 
     """
     with look():
         figure = picture(9.6, 6.4)
-        panels = figure.subplots(2, 2, width_ratios=(1.25, 1.0))
+        panels = figure.subplots(2, 2, width_ratios=(1.4, 1.0))
         _history(panels[0, 0], flow, speed_unit)
         _lag(panels[1, 0], flow, speed_unit)
         _profiles(panels[0, 1], flow)
@@ -113,15 +116,21 @@ def _lag(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
     axes.set_xlabel("time (s)")
 
 
+def _smooth(flow: xr.Dataset, field: str, moment: int) -> tuple[NDArray[np.float64], ...]:
+    """Radius, height and a field on a fine grid."""
+    r, z = flow["radius"].values, flow["height"].values
+    radius, height = np.linspace(r[0], r[-1], FINE), np.linspace(z[0], z[-1], FINE)
+    return radius, height, RectBivariateSpline(r, z, flow[field].values[moment])(radius, height)
+
+
 def _profiles(axes: Axes, flow: xr.Dataset) -> None:
-    radius, height = flow["radius"].values, flow["height"].values
+    radius = np.linspace(*flow["radius"].values[[0, -1]], FINE)
     colors = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.88, flow.sizes["moment"]))
-    middle = 0.5 * float(height[-1])
     speeds = flow["moment_speed"].values
     for i, color in enumerate(colors):
         if speeds[i] == 0.0:
             continue
-        swirl = flow["fluid_angular_velocity"].isel(moment=i).interp(height=middle).values
+        swirl = _smooth(flow, "fluid_angular_velocity", i)[2][:, FINE // 2]
         axes.plot(
             radius * 1e3, swirl * radius / (speeds[i] * radius[-1]), color=color, label=f"{float(flow['moment'][i]):.3g} s"
         )
@@ -134,10 +143,10 @@ def _profiles(axes: Axes, flow: xr.Dataset) -> None:
 
 def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, speed_unit: str) -> None:
     unit = speed_axis(speed_unit)
-    one = flow.isel(moment=moment)
-    r, z = one["radius"].values * 1e3, one["height"].values * 1e3
-    lag = (one["moment_speed"].values - one["fluid_angular_velocity"].values) * unit.factor
-    psi = one["stream_function"].values
+    radius, height, swirl = _smooth(flow, "fluid_angular_velocity", moment)
+    psi = _smooth(flow, "stream_function", moment)[2]
+    r, z = radius * 1e3, height * 1e3
+    lag = (float(flow["moment_speed"][moment]) - swirl) * unit.factor
     shade = axes.pcolormesh(r, z, lag.T, cmap="cividis_r", shading="gouraud", rasterized=True)
     most = float(np.abs(psi).max())
     if most > 0.0:
@@ -148,5 +157,5 @@ def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, spe
     axes.grid(False)
     axes.set_xlabel("radius (mm)")
     axes.set_ylabel("height (mm)")
-    axes.set_title(f"stream lines at {float(one['moment']):.4g} s", fontsize=9.0)
+    axes.set_title(f"stream lines at {float(flow['moment'][moment]):.4g} s", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label=f"lag ({unit.sign})")

@@ -25,13 +25,14 @@ def planar_machine(
     modes: list[PlaceMode],
     method: str,
     frequency: str,
-    valid: tuple[float, float],
+    valid: list[tuple[float, float]],
     tolerance: float,
-    at_mode: float,
+    at_mode: list[float],
 ) -> tuple[Machine, list[str]]:
     """The machine and notes on what it leaves out.
 
-    ``constants`` are k, M, b along x and y, (2, 3); ``at_mode`` is the deviation of the receptance at the mode's speed.
+    ``constants`` are k, M, b along x and y, (2, 3). For each mode: ``valid``, the range of speeds that it represents, and
+    ``at_mode``, the deviation of the receptance at its speed.
     """
     notes: list[str] = []
     mass, k, b = (float(c) for c in constants[0, [1, 0, 2]])
@@ -65,13 +66,18 @@ def planar_machine(
         )
     way = "static stiffness" if method == "static" else "modal stiffness and mass"
     kind = "critical speed" if frequency == "critical" else "natural frequency"
-    speeds = " and ".join(f"{mode.speed:.5g}" for mode in modes)
-    if math.isfinite(valid[0]) and valid[0] < valid[1]:
-        reach = f"its receptance is that of the rotor within {100 * tolerance:g} % from {valid[0]:.4g} to {valid[1]:.4g} rad/s"
-    else:
-        reach = f"near this speed its receptance deviates from that of the rotor by {100 * at_mode:.3g} %"
+    reach = []
+    for i, (mode, (low, high), away) in enumerate(zip(modes, valid, at_mode, strict=True)):
+        where = f"along {'xy'[i]}: " if len(modes) == 2 else ""
+        if math.isfinite(low) and low < high:
+            text = (
+                f"its receptance is that of the rotor within {100 * tolerance:g} % from {low:.4g} to {high:.4g} rad/s"
+            )
+        else:
+            text = f"near this speed its receptance deviates from that of the rotor by {100 * away:.3g} %"
+        reach.append(f"{where}{kind} {mode.speed:.5g} rad/s, {text}")
     text = (
-        f"Planar oscillator of {machine.name!r} at {place}: {way} at this place, {kind} {speeds} rad/s; {reach}. "
+        f"Planar oscillator of {machine.name!r} at {place}: {way} at this place; {'; '.join(reach)}. "
         "Unbalances count as far as they drive the mode."
     )
     fields: dict[str, Any] = {key: getattr(machine, key) for key in ("axis", "gravity", "drive", "start", "run")}

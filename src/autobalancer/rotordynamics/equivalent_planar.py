@@ -157,8 +157,8 @@ def equivalent_planar(
     chosen = METHODS.index(method)
     planar, notes = planar_machine(
         machine, model, rows, place, constants[chosen], [one.mode for one in found], method, frequency,
-        tuple(holds[chosen].mean(axis=0) if model.isotropic else (holds[chosen, :, 0].max(), holds[chosen, :, 1].min())),
-        tolerance, float(max(away[chosen, i, np.argmin(np.abs(grid - one.mode.speed))] for i, one in enumerate(both))),
+        [(float(low), float(high)) for low, high in holds[chosen, : len(found)]],
+        tolerance, [float(away[chosen, i, np.argmin(np.abs(grid - one.mode.speed))]) for i, one in enumerate(found)],
     )  # fmt: skip
     if min(one.share for one in both) < 0.5:
         notes.append("no mode carries half of the static deflection at the place; one oscillator says little here")

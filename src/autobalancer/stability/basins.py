@@ -110,7 +110,7 @@ def basin(
     axes = dict(axes or {})
     if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
         raise QuestionError("basin: give one or two axes, or a number of random starts")
-    assembly = assemble(machine, seed=seed)
+    assembly = assemble(machine, seed=seed, contact=False)
     question = Question(machine, assembly, p, speed, hold or _long_enough(machine, p, speed), tolerance)
     starts, rates, shape = _starts(question, axes, random, seed)
     ends = _settle(question, starts, rates, workers, progress)

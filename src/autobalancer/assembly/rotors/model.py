@@ -5,7 +5,7 @@
 The coordinates are ordered: ``pairs`` of them along x, as many along y, then others (axial, torsional) that no force
 across the axis reaches on a symmetric machine. Tilts are counted as slopes of the axis, dx/dz and dy/dz, so that the
 y part repeats the x part. G is antisymmetric. G/2 is K_dot: with tilts as components of one rotation vector the
-kinetic energy of the spin is w q'^T (G/2)^T q, so that energy is conserved with a free rotor angle too.
+kinetic energy of the spin is w q'^T (G/2) q, so that energy is conserved with a free rotor angle too.
 """
 
 from __future__ import annotations

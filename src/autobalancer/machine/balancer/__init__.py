@@ -1,7 +1,17 @@
 """Balancers: races, the balls in them and the fluid around these."""
 
 from autobalancer.machine.balancer.balls import Balls
-from autobalancer.machine.balancer.drag import AnnulusDrag, CoefficientDrag, Drag, DragTorque, PlaneDrag
+from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
+from autobalancer.machine.balancer.drag import (
+    AnnulusDrag,
+    CoefficientDrag,
+    DiscoidalDrag,
+    Drag,
+    DragTorque,
+    FreeSphereDrag,
+    PlaneDrag,
+    TableDrag,
+)
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.race import Balancer, Race
 
@@ -10,9 +20,17 @@ __all__ = [
     "Balancer",
     "Balls",
     "CoefficientDrag",
+    "DiscoidalDrag",
+    "Contact",
     "Drag",
     "DragTorque",
     "Fluid",
+    "FreeSphereDrag",
+    "Friction",
+    "Harmonic",
+    "Partitions",
     "PlaneDrag",
     "Race",
+    "TableDrag",
+    "Roundness",
 ]

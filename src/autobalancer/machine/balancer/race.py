@@ -7,9 +7,10 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.balls import Balls
+from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
-from autobalancer.machine.part import Angle, Length, Offset, Part
+from autobalancer.machine.part import Angle, Length, Listed, Offset, Part
 from autobalancer.machine.station import Place
 
 
@@ -19,6 +20,10 @@ class Race(Part):
     Give ``orbit_radius`` (of the ball centers) or, for unequal balls, ``race_radius`` (of the wall they run on).
     ``eccentricity`` is the distance of the race center from the rotor's axis, in the direction ``eccentricity_angle``
     of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
+
+    Balls that meet touch and keep their order: without ``contact`` they do not rebound. ``coincidence`` lets them pass
+    through each other, as many models in the literature do; balls of unknown size always do. ``harmonics`` or a measured
+    ``roundness`` are deviations of the orbit from its circle.
     """
 
     orbit_radius: Length | None = None
@@ -29,6 +34,12 @@ class Race(Part):
     height: Length | None = None
     fluid: Fluid | None = None
     drag: Drag
+    friction: Friction | None = None
+    contact: Contact | None = None
+    coincidence: bool = False
+    partitions: Partitions | None = None
+    harmonics: Annotated[tuple[Harmonic, ...], Listed] = ()
+    roundness: Roundness | None = None
     balls: Annotated[tuple[Balls, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -37,6 +48,10 @@ class Race(Part):
             raise ValueError("give either 'orbit_radius' (ball centers) or 'race_radius' (wall)")
         if self.fluid is None and not isinstance(self.drag, DragTorque):
             raise ValueError(f"drag: the law {self.drag.law!r} needs a fluid; add 'fluid', or use the law 'beta'")
+        if self.coincidence and self.contact is not None:
+            raise ValueError("coincidence: balls that pass through each other have no 'contact'; leave one out")
+        if self.harmonics and self.roundness is not None:
+            raise ValueError("roundness: give either 'harmonics' or a measured 'roundness', not both")
         return self
 
     @property

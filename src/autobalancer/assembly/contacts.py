@@ -1,0 +1,91 @@
+"""Which balls can meet, and the springs and dampers between them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from autobalancer.catalog.resolve import Ball, occupied_angle
+from autobalancer.kernels.system import HARD, NEXT, SOFT, TOUCH, WALL_HIGH, WALL_LOW, WRAP, Floats, Matrix
+from autobalancer.machine import Machine, Race
+
+TURN = 2.0 * math.pi
+QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
+
+
+def damping_ratio(restitution: float) -> float:
+    """Damping ratio of a spring and a damper that never pull, from the ratio of the speeds after and before.
+
+    The contact ends where the force is zero, before the spring is long again (Schwager and Pöschel 2007, equation 9):
+    ln e = -z/sqrt(1 - z^2) (pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2)); no rebound counts as critical damping.
+    """
+    if restitution >= 1.0:
+        return 0.0
+    end = 1.0 - 1e-9
+    if restitution <= rebound(end):
+        return 1.0
+    return float(brentq(lambda z: rebound(z) - restitution, 0.0, end, xtol=1e-14))
+
+
+def rebound(ratio: float) -> float:
+    """Ratio of speeds for a damping ratio below one."""
+    root = math.sqrt(1.0 - ratio * ratio)
+    return math.exp(-ratio / root * (math.pi - math.atan2(2.0 * ratio * root, 1.0 - 2.0 * ratio * ratio)))
+
+
+def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matrix: Matrix, frequency: float) -> Floats:
+    """Fill the columns of contact in ``matrix``; ``frequency`` is the greatest of the machine, rad/s.
+
+    Returns the start angles, of which those that overlap a partition are moved to its side.
+    """
+    matrix[:, NEXT], matrix[:, WALL_LOW], matrix[:, WALL_HIGH] = -1.0, -math.inf, math.inf
+    angles = np.array(angles, np.float64)
+    for b, balancer in enumerate(machine.balancers):
+        for number, race in enumerate(balancer.races):
+            members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, number)]
+            solid = not race.coincidence and all(balls[i].diameter > 0.0 for i in members)
+            if race.partitions is not None:
+                _set_walls(race, balls, members, angles, matrix)
+            for i in members:
+                stiffness, ratio = _stiffness(race, balls[i], frequency), damping_ratio(_restitution(race))
+                half = 0.5 * balls[i].inertia
+                if (solid and len(members) > 1) or race.partitions is not None:
+                    matrix[i, HARD], matrix[i, SOFT] = stiffness, 2.0 * ratio * math.sqrt(half * stiffness)
+            if solid and len(members) > 1:
+                _set_neighbors(balls, members, angles, matrix)
+    return angles
+
+
+def _restitution(race: Race) -> float:
+    return float(race.contact.restitution) if race.contact is not None else 0.0
+
+
+def _stiffness(race: Race, ball: Ball, frequency: float) -> float:
+    """Torque over the angle by which two balls overlap, N m/rad."""
+    if race.contact is not None and race.contact.stiffness is not None:
+        return float(race.contact.stiffness) * ball.orbit_radius**2
+    return 0.5 * ball.inertia * (QUICK * frequency) ** 2
+
+
+def _set_neighbors(balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:
+    place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
+    order = sorted(members, key=lambda i: place[i])
+    for number, i in enumerate(order):
+        j = order[(number + 1) % len(order)]
+        ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
+        matrix[i, NEXT], matrix[i, WRAP] = j, ahead - (angles[j] - angles[i])
+        matrix[i, TOUCH] = 0.5 * occupied_angle([balls[i], balls[j]])
+
+
+def _set_walls(race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:
+    assert race.partitions is not None
+    count, first = race.partitions.count, float(race.partitions.angle)
+    width = TURN / count
+    for i in members:
+        half = 0.5 * occupied_angle([balls[i]])
+        part = math.floor((angles[i] - first) / width)
+        low, high = first + part * width + half, first + (part + 1) * width - half
+        matrix[i, WALL_LOW], matrix[i, WALL_HIGH] = low, high
+        angles[i] = min(max(angles[i], low), high)

@@ -1,0 +1,228 @@
+"""Drag coefficient of a ball against its Reynolds number: c_d(Re), continuous over the whole range.
+
+F = 1/2 rho A c_d u |u| with A the cross section of the ball, u its velocity relative to the fluid and Re = |u| d_b / nu
+(Spannan 2021, 5.17 and, with the absolute value that is missing there, 5.20). Every law has three ranges: up to
+``stokes_end`` c_d Re is a constant and the drag exactly linear, from ``kept_from`` on c_d is a constant, and in between the
+law has its shape. ``highest`` is the Reynolds number up to which the law is meant to hold; beyond it c_d keeps its value,
+although the drag of a sphere falls to a quarter where its boundary layer turns turbulent.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from autobalancer.errors import QuestionError, RangeWarning
+
+Floats = NDArray[np.float64]
+CRISIS = 2e5
+"""Reynolds number from which on the boundary layer of a sphere may turn turbulent (end of Cheng 2009)."""
+PLANE_PLATEAU = 0.74
+"""c_d of a sphere on a plane at high Reynolds numbers (Spannan 2021, 5.21)."""
+
+
+@dataclass(frozen=True)
+class DragLaw:
+    """What all laws have in common; see :func:`sphere_on_plane` and its neighbors for the laws there are.
+
+    ``cd_re`` is c_d Re in the Stokes range, ``source`` where the law comes from and what was changed.
+    """
+
+    name: str
+    source: str
+    cd_re: float
+    stokes_end: float
+    kept_from: float
+    highest: float
+
+    def product(self, reynolds: ArrayLike) -> Floats:
+        """c_d Re, finite at rest too; ``reynolds`` of any shape and either sign."""
+        re = np.abs(np.asarray(reynolds, dtype=float))
+        between = np.clip(re, self.stokes_end, self.kept_from)
+        inside = np.exp(self._log_product(np.log(between))) * (re / between)
+        return np.where(re <= self.stokes_end, self.cd_re, inside)
+
+    def coefficient(self, reynolds: ArrayLike) -> Floats:
+        """c_d; infinite at rest. Warns once with a ``RangeWarning`` if a Reynolds number is above ``highest``."""
+        re = np.abs(np.asarray(reynolds, dtype=float))
+        if text := self.outside(float(re.max(initial=0.0))):
+            warnings.warn(text, RangeWarning, stacklevel=2)
+        with np.errstate(divide="ignore"):
+            return self.product(re) / re
+
+    def log_slope(self, reynolds: ArrayLike) -> Floats:
+        """d ln c_d / d ln Re between both ends of the shape, where it is one-sided; -1 below and 0 above."""
+        re = np.abs(np.asarray(reynolds, dtype=float))
+        slope = self._product_slope(np.log(np.clip(re, self.stokes_end, self.kept_from))) - 1.0
+        return np.where(re < self.stokes_end, -1.0, np.where(re > self.kept_from, 0.0, slope))
+
+    def outside(self, reynolds: float) -> str:
+        """A sentence if this Reynolds number is above the range of the law, else an empty text."""
+        if abs(reynolds) <= self.highest:
+            return ""
+        return (
+            f"the Reynolds number reaches {abs(reynolds):.3g}, but the drag law {self.name!r} holds up to {self.highest:.3g}; "
+            "its drag coefficient is kept at the value there"
+        )
+
+    def _log_product(self, log_re: Floats) -> Floats:
+        raise NotImplementedError
+
+    def _product_slope(self, log_re: Floats) -> Floats:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class CubicLaw(DragLaw):
+    """log10 c_d a cubic of log10 Re between both ends, ``coefficients`` from the constant one on."""
+
+    coefficients: tuple[float, float, float, float]
+
+    def _log_product(self, log_re: Floats) -> Floats:
+        c, x = self.coefficients, log_re / np.log(10.0)
+        return log_re + np.log(10.0) * (c[0] + x * (c[1] + x * (c[2] + x * c[3])))
+
+    def _product_slope(self, log_re: Floats) -> Floats:
+        c, x = self.coefficients, log_re / np.log(10.0)
+        return 1.0 + c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
+
+
+@dataclass(frozen=True)
+class SphereLaw(DragLaw):
+    """A free sphere after Cheng (2009), less what his law has above Stokes' at ``stokes_end``."""
+
+    def _log_product(self, log_re: Floats) -> Floats:
+        return np.log(self._value(np.exp(log_re)))
+
+    def _product_slope(self, log_re: Floats) -> Floats:
+        re = np.exp(log_re)
+        faded = np.exp(-0.04 * re**0.38)
+        growth = 24.0 * 0.43 * 0.27 * (1.0 + 0.27 * re) ** -0.57
+        growth += 0.47 * (1.0 - faded + 0.04 * 0.38 * re**0.38 * faded)
+        return re * growth / self._value(re)
+
+    def _value(self, re: Any) -> Any:
+        return self.cd_re + _cheng(re) - _cheng(self.stokes_end)
+
+
+@dataclass(frozen=True)
+class TableLaw(DragLaw):
+    """Points (Re, c_d), with a monotone cubic (Fritsch and Carlson 1980) of log(c_d Re) over log Re in between."""
+
+    reynolds: tuple[float, ...]
+    coefficients: tuple[float, ...]
+
+    def _log_product(self, log_re: Floats) -> Floats:
+        return np.asarray(self._curve()(log_re), dtype=float)
+
+    def _product_slope(self, log_re: Floats) -> Floats:
+        return np.asarray(self._curve()(log_re, 1), dtype=float)
+
+    def _curve(self) -> Any:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(np.log(self.reynolds), np.log(self.reynolds) + np.log(self.coefficients))
+
+
+def sphere_on_plane() -> CubicLaw:
+    """A sphere that rolls on a plane (Jan and Chen 1997; Spannan 2021, 5.21).
+
+    As printed it jumps by 0.03 % at Re = 10 and by 0.18 % at 20 000. A straight line in log10 Re, added to the printed
+    exponent, closes both; nowhere does it change c_d by more than these.
+    """
+    printed, ends = np.array([3.02, -1.89, 0.411, -0.033]), np.log10([10.0, 2e4])
+    gaps = np.log10([32.2, PLANE_PLATEAU]) - np.polynomial.polynomial.polyval(ends, printed)
+    tilt = (gaps[1] - gaps[0]) / (ends[1] - ends[0])
+    printed[:2] += gaps[0] - tilt * ends[0], tilt
+    source = "Jan and Chen (1997), Spannan (2021), (5.21), jumps at Re = 10 and 20 000 closed"
+    return CubicLaw("sphere_on_plane", source, 322.0, 10.0, 2e4, CRISIS, tuple(printed.tolist()))
+
+
+def joined(cd_re: float, plateau: float, name: str = "cd_re", source: str = "") -> CubicLaw:
+    """c_d Re up to Re = 10, a ``plateau`` from 20 000 on, between them the cubic that joins both in value and slope.
+
+    It is the shape of (5.21) and the way in which Spannan (2021) found (6.9).
+
+    Raises
+    ------
+    QuestionError
+        If drag and drag coefficient would not both change monotonically in between.
+    """
+    x, y = np.log10([10.0, 2e4]), np.log10([cd_re / 10.0, plateau])
+    mean = (y[1] - y[0]) / (x[1] - x[0])
+    if not -2.0 / 3.0 <= mean <= -1.0 / 3.0:
+        low, high = (cd_re / 10.0 * 10.0 ** (share * (x[1] - x[0])) for share in (-2.0 / 3.0, -1.0 / 3.0))
+        raise QuestionError(
+            f"given a plateau of {plateau:.4g} for c_d Re = {cd_re:.4g}; the drag law joins them smoothly for plateaus from "
+            f"{low:.3g} to {high:.3g}; give one of these, or describe the law by a table"
+        )
+    rows = [[1.0, e, e**2, e**3] for e in x] + [[0.0, 1.0, 2.0 * e, 3.0 * e**2] for e in x]
+    coefficients = np.linalg.solve(np.array(rows), np.array([*y, -1.0, 0.0]))
+    source = source or "given c_d Re and plateau, joined like Spannan (2021), (6.9)"
+    return CubicLaw(name, source, cd_re, 10.0, 2e4, CRISIS, tuple(coefficients.tolist()))
+
+
+def discoidal(plateau: float = 0.60) -> CubicLaw:
+    """The race of the discoidal rig (Spannan 2021, 6.9), repaired: 387/Re up to 10, the stated plateau from 20 000 on.
+
+    The printed cubic gives c_d = 403 where it should give 0.6: its last coefficient is 0.0038, not 0.038, and belongs to a
+    plateau of 0.74. With this plateau the repaired law rounds to the printed coefficients.
+    """
+    source = f"Spannan (2021), (6.9), refitted to the plateau {plateau:g}"
+    return joined(387.0, plateau, "discoidal", source)
+
+
+def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
+    """c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured, joined to the
+    plateau of a sphere on a plane (5.21)."""
+    source = f"Spannan (2021), (5.22), beyond Re = 10 assumed: joined to the plateau {plateau:g}"
+    return joined(cd_re, plateau, "race_geometry", source)
+
+
+def free_sphere() -> SphereLaw:
+    """A sphere far from walls: Stokes' 24/Re, then Cheng (2009), made for Re < 2e5.
+
+    Below Re = 0.001 the drag is exactly linear; so that nothing jumps there, c_d Re is 0.0028 less than his everywhere.
+    """
+    return SphereLaw("free_sphere", "Stokes; Cheng (2009)", 24.0, 1e-3, CRISIS, CRISIS)
+
+
+def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -> TableLaw:
+    """Measured points: linear drag below the first one, c_d kept beyond the last one.
+
+    Raises
+    ------
+    QuestionError
+        If there are fewer than two points, Re does not increase, c_d is not positive, or c_d Re falls anywhere: below the
+        drag crisis drag grows at least as the velocity does, and only then a torque belongs to one speed.
+    """
+    re, cd = np.atleast_1d(np.asarray(reynolds, dtype=float)), np.atleast_1d(np.asarray(coefficients, dtype=float))
+    if re.shape != cd.shape or re.ndim != 1 or re.size < 2:
+        raise QuestionError(
+            f"drag table: given {re.size} Reynolds numbers and {cd.size} drag coefficients; give two or more pairs"
+        )
+    if not (re[0] > 0.0 and (np.diff(re) > 0.0).all() and (cd > 0.0).all() and np.isfinite(re * cd).all()):
+        raise QuestionError("drag table: Reynolds numbers must increase, and they and drag coefficients be positive")
+    falls = np.flatnonzero(np.diff(re * cd) < -1e-9 * re[0] * cd[0])
+    if falls.size:
+        i = int(falls[0])
+        raise QuestionError(
+            f"drag table: c_d Re falls from {re[i] * cd[i]:.4g} at Re = {re[i]:.4g} to {re[i + 1] * cd[i + 1]:.4g} at "
+            f"{re[i + 1]:.4g}; it must not fall; leave out or correct one of these points"
+        )
+    first, last = float(re[0]), float(re[-1])
+    points = tuple(re.tolist()), tuple(cd.tolist())
+    return TableLaw("table", source, float(re[0] * cd[0]), first, last, last, *points)
+
+
+def drag_laws() -> tuple[DragLaw, ...]:
+    """The laws that need no further number."""
+    return sphere_on_plane(), discoidal(), discoidal(0.74), free_sphere()
+
+
+def _cheng(re: Any) -> Any:
+    return 24.0 * (1.0 + 0.27 * re) ** 0.43 + 0.47 * re * (1.0 - np.exp(-0.04 * re**0.38))

@@ -1,0 +1,205 @@
+"""Balls that stall near a critical speed: torque balance for any drag law, with rolling resistance.
+
+Balls that circle in space in line at the speed v drive the rotor with v^2 sum s, s = m eps. Its whirl brakes each of them
+and changes the force with which it is pressed to the race; with the receptance H(v) at the race, m/N, for forward whirl,
+
+    T_brake = - s (sum s) v^4 Im H,    F_N = m v^2 (eps + (sum s) v^2 Re H).
+
+The fluid, which turns with the rotor at W, and the race under the ball drag it on:
+
+    T_drag(W - v) + mu_R F_N eps = T_brake.
+
+Solved for W this is a curve W(v). It rises to a fold at a resonance, above which no ball can stall there: the release speed.
+Beyond, it falls to a second fold, and rises again along W = v. Between both folds balls in line may either stall near the
+resonance or turn nearly with the rotor. With linear drag, mu_R = 0 and v = w_c it is Spannan (2021), (4.73).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Receptance = Callable[[Floats], NDArray[np.complex128]]
+Torque = Callable[[Floats], Floats]
+
+POINTS = 1500  # on each side of a resonance
+LOW, HIGH = 0.5, 9.0  # farthest points, in resonance speeds below and above it
+BISECTIONS = 60
+
+
+@dataclass(frozen=True)
+class StalledBall:
+    """One of the balls that stall together.
+
+    ``moment`` s = m eps with the effective mass (kg m) and ``total``, the sum over all that stall in line, N s for N equal
+    ones; ``orbit_radius`` m; ``drag``, the torque (N m) against a slip (rad/s, of shape (n,)), which must not fall;
+    ``rolling``, the coefficient mu_R of rolling resistance.
+    """
+
+    moment: float
+    total: float
+    orbit_radius: float
+    drag: Torque
+    rolling: float = 0.0
+
+
+@dataclass(frozen=True)
+class StallBalance:
+    """Terms of the balance against the whirl speed, arrays of one shape: rad/s, N m and N.
+
+    ``excess`` is what rolling resistance leaves for the drag, at least 0; ``slip`` is W - v, infinite where no drag
+    is enough; ``speed`` is W. Where ``excess`` is 0 the balls rest on the race.
+    """
+
+    whirl: Floats
+    braking: Floats
+    normal_force: Floats
+    excess: Floats
+    slip: Floats
+    speed: Floats
+
+
+@dataclass(frozen=True)
+class StallRange:
+    """The two folds of one resonance, rotor speeds and whirl speeds in rad/s.
+
+    Balls can stall up to ``release``. In line, they can turn nearly with the rotor down to ``capture``; below, they fall
+    back to the resonance.
+    """
+
+    release: float
+    release_whirl: float
+    capture: float
+    capture_whirl: float
+
+
+def planar_receptance(mass: float, stiffness: ArrayLike, damping: ArrayLike) -> Receptance:
+    """Receptance of a planar rotor for forward whirl: the mean of both axes.
+
+    ``mass`` in motion, balls included; ``stiffness`` and ``damping`` one number, or two along x and y; SI.
+    """
+    k, b = (np.atleast_1d(np.asarray(given, dtype=float)) for given in (stiffness, damping))
+
+    def receptance(whirl: Floats) -> NDArray[np.complex128]:
+        v = np.asarray(whirl, dtype=float)[..., None]
+        return np.asarray((1.0 / (k - mass * v**2 + 1j * b * v)).mean(axis=-1))
+
+    return receptance
+
+
+def stall_balance(ball: StalledBall, receptance: Receptance, whirl: ArrayLike) -> StallBalance:
+    """Torques on a stalled ball and the rotor speed that keeps it where it is, for whirl speeds of shape (n,)."""
+    v = np.atleast_1d(np.asarray(whirl, dtype=float))
+    response = ball.total * v**2 * receptance(v)
+    braking = -ball.moment * v**2 * response.imag
+    normal = ball.moment * v**2 * (1.0 + response.real / ball.orbit_radius)
+    excess = np.maximum(braking - ball.rolling * ball.orbit_radius * np.maximum(normal, 0.0), 0.0)
+    slip = _slip(ball.drag, excess)
+    return StallBalance(v, braking, normal, excess, slip, v + slip)
+
+
+def stall_ranges(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> tuple[StallRange, ...]:
+    """The folds at all resonances at which balls can stall, in the order of the release speeds; none if they never do.
+
+    ``resonances`` are the undamped critical speeds, near which folds are sought, rad/s. ``release`` is infinite if no drag
+    is enough, ``capture`` nan if the curve does not turn again below ten times the highest resonance.
+    """
+    near = np.geomspace(1e-7, LOW, POINTS)
+    far = np.geomspace(1e-7, HIGH, 2 * POINTS)
+    whirl = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], far])) for w in resonances]))
+
+    def curve(v: ArrayLike) -> Floats:
+        return stall_balance(ball, receptance, v).speed
+
+    speed = curve(whirl)
+    inner = speed[1:-1]
+    tops = 1 + np.flatnonzero((inner > speed[:-2]) & (inner >= speed[2:]))
+    ends = 1 + np.flatnonzero((inner < speed[:-2]) & (inner <= speed[2:]))
+    found = []
+    for top in tops:
+        release_whirl, release = _fold(curve, whirl, int(top), 1.0)
+        after = ends[ends > top]
+        capture_whirl, capture = _fold(curve, whirl, int(after[0]), -1.0) if after.size else (math.nan, math.nan)
+        found.append(StallRange(release, release_whirl, capture, capture_whirl))
+    return tuple(sorted(found, key=lambda fold: fold.release))
+
+
+def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> float:
+    """The highest rotor speed at which balls can stall, rad/s; nan if they never do, infinite if no drag is enough."""
+    found = stall_ranges(ball, receptance, resonances)
+    return found[-1].release if found else math.nan
+
+
+def holding_speed(
+    unbalance: float, receptance: Receptance, resonances: Sequence[float], arm: float
+) -> float:
+    """The highest speed at which the whirl of a residual ``unbalance`` (kg m) tears balls out of their places, rad/s.
+
+    Balls at rest feel a force m W^2 z across the race and are pressed to it by m eps W^2; so they stay where the
+    deflection is below ``arm`` = mu_adh eps (m), whatever their mass and whatever the fluid. nan if they always stay.
+    """
+    above = np.geomspace(1e-7, HIGH, 4 * POINTS)
+    near = np.geomspace(1e-7, LOW, POINTS)
+    speed = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], above])) for w in resonances]))
+
+    def excess(v: Any) -> Floats:
+        v = np.atleast_1d(v)
+        return unbalance * v**2 * np.abs(receptance(v)) - arm
+
+    torn = np.flatnonzero(excess(speed) > 0.0)
+    if not torn.size:
+        return math.nan
+    last = int(torn[-1])
+    if last == speed.size - 1:
+        return math.inf
+    from scipy.optimize import brentq
+
+    return float(brentq(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14))
+
+
+def run_down_capture(lets_go: float, release: float) -> float:
+    """From which speed down balls are caught in a slow run-down, rad/s.
+
+    Balls at rest in their places feel no braking, so no torque balance makes them leave. They leave at ``lets_go``: the
+    exact border, or where rolling resistance no longer holds them (:func:`holding_speed`). If that is above the release
+    speed they cannot stall yet; what they do down to there only a simulation tells. nan if they are never caught.
+    """
+    return math.nan if math.isnan(lets_go) or math.isnan(release) else min(lets_go, release)
+
+
+def _slip(drag: Torque, needed: Floats) -> Floats:
+    """The slip at which the drag is what is needed; zero where nothing is, infinite where it is never enough."""
+    high = np.ones_like(needed)
+    for _ in range(60):
+        short = drag(high) < needed
+        if not short.any():
+            break
+        high = np.where(short, 4.0 * high, high)
+    never = drag(high) < needed
+    low = np.zeros_like(needed)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        short = drag(middle) < needed
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return np.where(never, math.inf, np.where(needed > 0.0, 0.5 * (low + high), 0.0))
+
+
+def _fold(curve: Callable[[ArrayLike], Floats], whirl: Floats, at: int, sign: float) -> tuple[float, float]:
+    """Highest (sign 1) or lowest (sign -1) point of a curve between the neighbors of a point of the grid."""
+    from scipy.optimize import minimize_scalar
+
+    start = float(curve(whirl[at])[0])
+    if not math.isfinite(start):
+        return float(whirl[at]), start
+    span = (float(whirl[at - 1]), float(whirl[at + 1]))
+    found = minimize_scalar(
+        lambda v: -sign * float(curve(v)[0]), bounds=span, method="bounded", options={"xatol": 1e-10 * span[1]}
+    )
+    best = max((start, float(whirl[at])), (-sign * float(found.fun), float(found.x)), key=lambda pair: sign * pair[0])
+    return best[1], best[0]

@@ -1,0 +1,101 @@
+"""What happens where a ball meets another ball, a partition, or its race."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.part import Angle, Listed, Part, Position, Ratio, quantity
+
+ContactStiffness = Annotated[float, quantity("N/m", positive=True)]
+
+
+class Contact(Part):
+    """Balls of one race that meet rebound with the ratio ``restitution`` of their speeds; they keep their order.
+
+    A spring and a damper that never pull act between them. ``stiffness`` along the race, if not given, is such that a
+    contact lasts about a twentieth of a turn, by which it neither matters nor slows down the run.
+    """
+
+    restitution: Ratio
+    stiffness: ContactStiffness | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Contact:
+        if self.restitution > 1.0:
+            raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
+        return self
+
+
+class Friction(Part):
+    """Dry friction between ball and race.
+
+    ``rolling_resistance`` is the arm of the wall force over the ball radius, a/r_b (Spannan 2021, 5.8-5.14): it acts against
+    the motion along the race with the torque (a/r_b) F_N eps. ``adherence``: a ball at rest on its race stays there while
+    less than ``adherence`` F_N is needed to hold it.
+    """
+
+    rolling_resistance: Ratio = 0.0
+    adherence: Ratio | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Friction:
+        if self.adherence is not None and self.adherence < self.rolling_resistance:
+            raise ValueError(
+                f"adherence: given {self.adherence:g}; must not be less than the rolling resistance, "
+                f"{self.rolling_resistance:g}"
+            )
+        return self
+
+    @property
+    def holding(self) -> float:
+        """The coefficient of adherence; that of rolling resistance if none is given."""
+        return float(self.rolling_resistance if self.adherence is None else self.adherence)
+
+
+class Harmonic(Part):
+    """One wave of a race's radius: ``amplitude`` cos(order (phi - angle)), phi counted in the rotor."""
+
+    order: int
+    amplitude: Position
+    angle: Angle = 0.0
+
+    @model_validator(mode="after")
+    def _possible(self) -> Harmonic:
+        if not 1 <= self.order <= 60:
+            raise ValueError(f"order: given {self.order}; must be between 1 and 60 (2 is an oval)")
+        return self
+
+
+class Roundness(Part):
+    """A measured profile: deviations of the radius at equal steps of the angle over one turn, from ``angle`` on."""
+
+    deviations: Annotated[tuple[Position, ...], Listed]
+    angle: Angle = 0.0
+    harmonics: int = 12
+
+    @model_validator(mode="after")
+    def _closed(self) -> Roundness:
+        count = len(self.deviations)
+        if count < 8:
+            raise ValueError(f"deviations: given {count}; give at least 8 over the turn, without repeating the first")
+        if not 1 <= self.harmonics <= min(60, (count - 1) // 2):
+            raise ValueError(
+                f"harmonics: given {self.harmonics}; {count} points carry 1 to {min(60, (count - 1) // 2)}"
+            )
+        steps = [abs(b - a) for a, b in zip(self.deviations, self.deviations[1:], strict=False)]
+        gap = abs(self.deviations[0] - self.deviations[-1])
+        if gap > 5.0 * max(max(steps), 1e-12):
+            raise ValueError(
+                f"deviations: the profile is not closed: it jumps by {gap:g} m from its last point to its first, "
+                f"but by {max(steps):g} m at most elsewhere; give a whole turn"
+            )
+        return self
+
+
+class Partitions(Part):
+    """Thin walls across the race that divide it into ``count`` equal parts; the first wall stands at ``angle``."""
+
+    count: Annotated[int, Field(strict=True, ge=1)]
+    angle: Angle = 0.0

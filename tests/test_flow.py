@@ -1,0 +1,230 @@
+"""The fluid in a race: exact solutions, conservation, and the layers that spin it up."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from autobalancer.flow.annulus import Annulus, Walls
+from autobalancer.flow.differences import DifferenceFlow
+from autobalancer.flow.march import march
+from autobalancer.flow.modes import mode_table
+from autobalancer.flow.question import all_modes
+from autobalancer.flow.relaxation import diffusive_swirl, relaxation_modes
+from autobalancer.flow.spectral import SpectralFlow
+from autobalancer.flow.speed import wall_speed
+from autobalancer.machine import Hill, Ramp
+
+RIG = Annulus(69.3e-3, 83.1e-3, 20e-3, 76.95e-3, 20e-6, 950.0)  # Spannan 2021, table 6.2
+SOLVERS = ("chebyshev", "differences")
+
+
+def oil(viscosity: float) -> Annulus:
+    return Annulus(69.3e-3, 83.1e-3, 20e-3, 76.95e-3, viscosity, 950.0)
+
+
+def solver(name: str, annulus: Annulus, points: int, **options: object) -> SpectralFlow | DifferenceFlow:
+    return (SpectralFlow if name == "chebyshev" else DifferenceFlow)(annulus, points, points, **options)  # type: ignore[arg-type]
+
+
+def run(flow: SpectralFlow | DifferenceFlow, speed: object, end: float, **options: object) -> object:
+    if isinstance(flow, SpectralFlow):
+        return march(flow, speed, end, **({"tolerance": 1e-6} | options))  # type: ignore[arg-type]
+    return flow.march(speed, end, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_solid_rotation_stays_as_it_is_to_rounding(name: str) -> None:
+    flow = solver(name, RIG, 16)
+    track = run(flow, wall_speed(60.0), 0.2)
+    assert np.abs(flow.swirl).max() == 0.0
+    assert np.abs(flow.stream).max() == 0.0
+    assert track.orbit[-1] == 60.0  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_fluid_between_cylinders_of_unequal_speed_reaches_couette_flow(name: str) -> None:
+    """W = A + B/r^2, from rest in the frame of the rotor, lids that turn with it; slow enough for it to be stable."""
+    annulus = oil(715e-6)
+    walls = Walls(inner=-2.0, outer=3.0)
+    flow = solver(name, annulus, 16, walls=walls)
+    run(flow, wall_speed(5.0), 0.35)
+    swirl = flow.swirl / flow.radius[:, None] ** 2
+    a, b, r = annulus.inner, annulus.outer, flow.radius
+    exact = ((b * b * 3.0 + a * a * 2.0) + (-5.0) * a * a * b * b / r**2) / (b * b - a * a)
+    assert np.abs(swirl - exact[:, None]).max() < (1e-6 if name == "chebyshev" else 5e-4)
+
+
+def test_gains_of_all_modes_add_up_to_one_and_the_first_is_the_slowest() -> None:
+    rates, gains = mode_table(RIG, 60, 200)
+    # the axial series is that of Leibniz: its partial sums swing about the limit, their means converge
+    partial = gains.sum(axis=0).cumsum()
+    assert 0.5 * (partial[-1] + partial[-2]) == pytest.approx(1.0, abs=0.01)
+    assert rates.argmin() == 0
+    assert rates[0, 0] == pytest.approx(RIG.decay_rate, rel=0.003)
+
+
+def test_narrow_ring_decays_like_a_slit() -> None:
+    """In the limit of a thin ring of great radius the modes are sines: rate nu pi^2 (1/W^2 + 1/H^2), gain (4/pi)^2."""
+    slit = Annulus(10.0, 10.001, 2e-3, 10.0005, 1e-6, 1000.0)
+    rates, gains = mode_table(slit, 3, 2)
+    assert rates[0, 0] == pytest.approx(slit.decay_rate, rel=1e-8)
+    assert gains[0, 0] == pytest.approx((4.0 / math.pi) ** 2, rel=1e-6)
+    assert gains[2, 0] == pytest.approx(-gains[0, 0] / 3.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("name", "points", "error"), [("chebyshev", 20, 2e-4), ("differences", 32, 5e-3)])
+def test_impulsive_spin_up_of_a_viscous_fluid_follows_the_exact_series(name: str, points: int, error: float) -> None:
+    """So slow a rotor that the secondary flow is nothing; whole field and orbit, early and late."""
+    annulus, speed = oil(715e-6), 1e-3
+    times = np.array([0.0, 0.002, 0.01, 0.03])
+    flow, fields = solver(name, annulus, points), {}
+    start = wall_speed(speed, 0.0)
+    track = run(
+        flow, start, 0.03, stops=times[1:], at_stop=lambda t: fields.update({t: flow.swirl / flow.radius[:, None] ** 2})
+    )
+    exact = diffusive_swirl(annulus, start, times, flow.radius, flow.height)
+    for i, time in enumerate(times[1:], 1):
+        inside = (slice(1, -1), slice(1, -1))
+        assert np.abs(fields[time][inside] - exact[i][inside]).max() < error * speed
+    seen = np.array(track.times)  # type: ignore[attr-defined]
+    late = seen > 1e-3
+    orbit = all_modes(annulus).response(start, seen)
+    assert np.abs(np.array(track.orbit) - orbit)[late].max() < error * speed  # type: ignore[attr-defined]
+
+
+def test_the_diffusive_lag_behind_a_ramp_solves_poissons_equation() -> None:
+    """Lag over rate = -g/(r^2 nu) with D2 g = r^2 nu^-1 w': a sum of 1/cosh over radial modes, by another route the spectral solve."""
+    flow = SpectralFlow(RIG, 24, 24)
+    shares = flow.grid.forward(np.broadcast_to(flow._r**2, (23, 23)).copy()) / (RIG.viscosity * flow.grid.laplacian)
+    flow.swirl[1:-1, 1:-1] = flow.grid.backward(shares)
+    assert all_modes(RIG).ramp_lag == pytest.approx(-flow.orbit_speed(), rel=1e-4)
+
+
+@pytest.mark.parametrize("error", [1e-1, 1e-2, 1e-3])
+def test_as_many_modes_are_taken_as_the_error_asks_for(error: float) -> None:
+    few, all_of_them = relaxation_modes(RIG, error), all_modes(RIG)
+    assert abs(few.ramp_lag / all_of_them.ramp_lag - 1.0) <= error
+    assert few.rates.size < 60 * error**-0.3
+
+
+def test_relaxation_modes_stepped_along_a_ramp_in_any_steps_end_alike() -> None:
+    modes = relaxation_modes(RIG, 1e-3)
+    coarse = modes.step(np.zeros_like(modes.rates), 2.0, 30.0)
+    fine = np.zeros_like(modes.rates)
+    for _ in range(7):
+        fine = modes.step(fine, 2.0 / 7.0, 30.0 / 7.0)
+    assert np.abs(coarse - fine).max() < 1e-12
+    assert modes.step(np.zeros_like(modes.rates), 100.0, 100.0).sum() == pytest.approx(modes.ramp_lag, rel=1e-12)
+
+
+@cache
+def hill_run(points: int, order: int, steps: int, viscosity: float = 100e-6) -> float:
+    """Fluid at the orbit at half time of a smooth run-up, fixed steps, with secondary flow."""
+    flow = SpectralFlow(oil(viscosity), points, points, order=order)
+    speed = wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0))
+    return march(flow, speed, 0.2, tolerance=1.0, fixed=0.2 / steps).orbit[-1]
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_time_integration_of_the_spectral_solver_has_its_order(order: int) -> None:
+    exact = hill_run(16, 3, 3200)
+    one, two = (abs(hill_run(16, order, steps) - exact) for steps in (200, 400))
+    assert math.log2(one / two) == pytest.approx(order, abs=0.25)
+
+
+def test_the_spectral_solver_gains_digits_with_every_few_points() -> None:
+    errors = [abs(hill_run(n, 3, 800) - hill_run(28, 3, 800)) for n in (8, 12, 16, 20)]
+    assert errors[0] > 1e-4
+    assert errors[2] < 1e-2 * errors[0]
+    assert errors[3] < 2e-8 * 40.0
+
+
+def test_differences_have_order_two_in_space_and_time() -> None:
+    annulus, speed = oil(100e-6), wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0))
+    found = [
+        DifferenceFlow(annulus, n, n).march(speed, 0.2, fixed=0.2 / (4 * n * n)).orbit[-1] for n in (16, 24, 36)
+    ]
+    exact = hill_run(20, 3, 1600)
+    errors = [abs(value - exact) for value in found]
+    for one, two in zip(errors, errors[1:], strict=False):
+        assert math.log(one / two) / math.log(1.5) == pytest.approx(2.0, abs=0.3)
+    coarse = [DifferenceFlow(annulus, 12, 12).march(speed, 0.2, fixed=0.2 / n).orbit[-1] for n in (250, 500, 4000)]
+    rate = math.log2(abs(coarse[0] - coarse[2]) / abs(coarse[1] - coarse[2]))
+    assert rate == pytest.approx(2.0, abs=0.3)
+
+
+def test_both_solvers_agree_where_the_secondary_flow_rules() -> None:
+    annulus, speed = oil(50e-6), wall_speed(Ramp(end=60.0, duration=0.4))
+    moments = {}
+    for name, points in (("chebyshev", 24), ("differences", 64)):
+        flow = solver(name, annulus, points)
+        run(flow, speed, 0.4)
+        moments[name] = (60.0 + flow.orbit_speed(), np.abs(flow.stream).max(), flow.torque(), flow.momentum(60.0))
+    one, other = (np.array(moments[name]) for name in SOLVERS)
+    assert np.abs(other / one - 1.0)[[0, 3]].max() < 1e-3
+    assert np.abs(other / one - 1.0)[[1, 2]].max() < 1e-2
+
+
+@pytest.mark.parametrize(("name", "points", "error"), [("chebyshev", 24, 2e-5), ("differences", 40, 5e-3)])
+def test_torque_of_the_walls_is_the_rate_of_angular_momentum(name: str, points: int, error: float) -> None:
+    annulus, speed = oil(100e-6), wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0))
+    flow, seen = solver(name, annulus, points), []
+    times = np.linspace(0.0, 0.5, 201)
+    run(flow, speed, 0.5, stops=times, at_stop=lambda t: seen.append((flow.torque(), flow.momentum(speed.at(t)[0]))))
+    torque, momentum = np.array(seen).T
+    step = times[1] - times[0]
+    impulse = step / 3.0 * (torque[0] + torque[-1] + 4.0 * torque[1:-1:2].sum() + 2.0 * torque[2:-1:2].sum())  # Simpson
+    assert momentum[0] == 0.0
+    assert impulse == pytest.approx(momentum[-1], rel=error)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_flow_is_symmetric_about_mid_height_and_closed(name: str) -> None:
+    annulus = oil(100e-6)
+    flow = solver(name, annulus, 20)
+    run(flow, wall_speed(Ramp(end=40.0, duration=0.2)), 0.2)
+    psi, most = flow.stream, np.abs(flow.stream).max()
+    assert most > 0.0
+    assert np.abs(psi + psi[:, ::-1]).max() < 1e-9 * most
+    assert np.abs(flow.swirl - flow.swirl[:, ::-1]).max() < 1e-9 * np.abs(flow.swirl).max()
+    assert all(np.abs(edge).max() == 0.0 for edge in (psi[0], psi[-1], psi[:, 0], psi[:, -1]))
+    # the lids drive their fluid outward while the rotor speeds up: u_r = -psi_z/r > 0 near the lids
+    assert psi[10, 1] < 0.0
+    assert psi[10, -2] > 0.0
+
+
+def test_no_fluid_slips_along_a_wall() -> None:
+    flow = SpectralFlow(oil(100e-6), 20, 24)
+    march(flow, wall_speed(Ramp(end=40.0, duration=0.2)), 0.2, tolerance=1e-5)
+    slope_r = flow.grid.r.derivative[[0, -1]] @ flow.stream
+    slope_z = flow.stream @ flow.grid.z.derivative[[0, -1]].T
+    scale = np.abs(flow.grid.r.derivative @ flow.stream).max()
+    assert max(np.abs(slope_r).max(), np.abs(slope_z).max()) < 1e-10 * scale
+
+
+def test_a_slower_lid_makes_the_flow_one_sided() -> None:
+    flow = SpectralFlow(oil(100e-6), 16, 20, walls=Walls(bottom=-5.0))
+    march(flow, wall_speed(20.0), 0.2, tolerance=1e-4)
+    # the slower lid lets fluid fall inward along it
+    assert flow.stream[8, 1] > 0.0
+    assert np.abs(flow.stream + flow.stream[:, ::-1]).max() > 0.1 * np.abs(flow.stream).max()
+
+
+def test_thin_oil_spins_up_by_ekman_layers_ten_times_faster_than_by_diffusion() -> None:
+    """A hundredth faster at 60 rad/s: the fluid follows within H/(2 sqrt(nu w)) (Greenspan and Howard 1963)."""
+    annulus, speed, jump = oil(0.65e-6), 60.0, 0.6
+    theory = annulus.height / (2.0 * math.sqrt(annulus.viscosity * speed))
+    flow = SpectralFlow(annulus, 28, 36)
+    track = march(flow, wall_speed(speed, speed - jump), 1.3 * theory, tolerance=1e-5)
+    times, _, orbit = track.arrays()
+    lag = (speed - orbit) / jump
+    i = int(np.argmax(lag < math.exp(-1.0)))
+    fold = np.interp(-math.exp(-1.0), -lag[i - 1 : i + 1], times[i - 1 : i + 1])
+    assert fold == pytest.approx(theory, rel=0.05)
+    grid = np.linspace(0.0, 40.0, 4001)
+    alone = 1.0 - all_modes(annulus).response(wall_speed(1.0, 0.0), grid)
+    assert grid[np.argmax(alone < math.exp(-1.0))] > 10.0 * fold
