@@ -17,9 +17,9 @@ import numpy as np
 from autobalancer.files.machine_file import load_machine
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.differences import DifferenceFlow
-from autobalancer.flow.march import Track, march
 from autobalancer.flow.spectral import SpectralFlow
 from autobalancer.flow.speed import wall_speed
+from autobalancer.flow.track import Track
 from autobalancer.machine import Ramp
 from benchmarks import compared
 
@@ -39,7 +39,7 @@ def bench() -> list[dict[str, Any]]:
 
 
 def chebyshev(points: int, tolerance: float) -> Callable[[], Track]:
-    return lambda: march(SpectralFlow(ANNULUS, points, points), RUN_UP, END, tolerance=tolerance)
+    return lambda: SpectralFlow(ANNULUS, points, points).march(RUN_UP, END, tolerance=tolerance)
 
 
 def differences(points: int) -> Callable[[], Track]:
@@ -49,7 +49,7 @@ def differences(points: int) -> Callable[[], Track]:
 @cache
 def truth() -> np.ndarray:
     """By far more points and smaller steps than needed; a test holds both solvers together."""
-    return orbit(march(SpectralFlow(ANNULUS, 32, 32), RUN_UP, END, tolerance=1e-6))
+    return orbit(SpectralFlow(ANNULUS, 32, 32).march(RUN_UP, END, tolerance=1e-6))
 
 
 def orbit(track: Track) -> np.ndarray:

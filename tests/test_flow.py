@@ -10,7 +10,6 @@ import pytest
 
 from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.differences import DifferenceFlow
-from autobalancer.flow.march import march
 from autobalancer.flow.modes import mode_table
 from autobalancer.flow.question import all_modes
 from autobalancer.flow.relaxation import diffusive_swirl, relaxation_modes
@@ -32,7 +31,7 @@ def solver(name: str, annulus: Annulus, points: int, **options: object) -> Spect
 
 def run(flow: SpectralFlow | DifferenceFlow, speed: object, end: float, **options: object) -> object:
     if isinstance(flow, SpectralFlow):
-        return march(flow, speed, end, **({"tolerance": 1e-6} | options))  # type: ignore[arg-type]
+        return flow.march(speed, end, **({"tolerance": 1e-6} | options))  # type: ignore[arg-type]
     return flow.march(speed, end, **options)  # type: ignore[arg-type]
 
 
@@ -99,7 +98,7 @@ def test_impulsive_spin_up_of_a_viscous_fluid_follows_the_exact_series(name: str
 def test_the_diffusive_lag_behind_a_ramp_solves_poissons_equation() -> None:
     """Lag over rate = -g/(r^2 nu) with D2 g = r^2 nu^-1 w': a sum of 1/cosh over radial modes, by another route the spectral solve."""
     flow = SpectralFlow(RIG, 24, 24)
-    shares = flow.grid.forward(np.broadcast_to(flow._r**2, (23, 23)).copy()) / (RIG.viscosity * flow.grid.laplacian)
+    shares = flow.grid.forward(np.broadcast_to(flow.radius[1:-1, None] ** 2, (23, 23)).copy()) / (RIG.viscosity * flow.grid.laplacian)
     flow.swirl[1:-1, 1:-1] = flow.grid.backward(shares)
     assert all_modes(RIG).ramp_lag == pytest.approx(-flow.orbit_speed(), rel=1e-4)
 
@@ -126,7 +125,7 @@ def hill_run(points: int, order: int, steps: int, viscosity: float = 100e-6) -> 
     """Fluid at the orbit at half time of a smooth run-up, fixed steps, with secondary flow."""
     flow = SpectralFlow(oil(viscosity), points, points, order=order)
     speed = wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0))
-    return march(flow, speed, 0.2, tolerance=1.0, fixed=0.2 / steps).orbit[-1]
+    return flow.march(speed, 0.2, tolerance=1.0, fixed=0.2 / steps).orbit[-1]
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -199,7 +198,7 @@ def test_the_flow_is_symmetric_about_mid_height_and_closed(name: str) -> None:
 
 def test_no_fluid_slips_along_a_wall() -> None:
     flow = SpectralFlow(oil(100e-6), 20, 24)
-    march(flow, wall_speed(Ramp(end=40.0, duration=0.2)), 0.2, tolerance=1e-5)
+    flow.march(wall_speed(Ramp(end=40.0, duration=0.2)), 0.2, tolerance=1e-5)
     slope_r = flow.grid.r.derivative[[0, -1]] @ flow.stream
     slope_z = flow.stream @ flow.grid.z.derivative[[0, -1]].T
     scale = np.abs(flow.grid.r.derivative @ flow.stream).max()
@@ -208,7 +207,7 @@ def test_no_fluid_slips_along_a_wall() -> None:
 
 def test_a_slower_lid_makes_the_flow_one_sided() -> None:
     flow = SpectralFlow(oil(100e-6), 16, 20, walls=Walls(bottom=-5.0))
-    march(flow, wall_speed(20.0), 0.2, tolerance=1e-4)
+    flow.march(wall_speed(20.0), 0.2, tolerance=1e-4)
     # the slower lid lets fluid fall inward along it
     assert flow.stream[8, 1] > 0.0
     assert np.abs(flow.stream + flow.stream[:, ::-1]).max() > 0.1 * np.abs(flow.stream).max()
@@ -219,7 +218,7 @@ def test_thin_oil_spins_up_by_ekman_layers_ten_times_faster_than_by_diffusion() 
     annulus, speed, jump = oil(0.65e-6), 60.0, 0.6
     theory = annulus.height / (2.0 * math.sqrt(annulus.viscosity * speed))
     flow = SpectralFlow(annulus, 28, 36)
-    track = march(flow, wall_speed(speed, speed - jump), 1.3 * theory, tolerance=1e-5)
+    track = flow.march(wall_speed(speed, speed - jump), 1.3 * theory, tolerance=1e-5)
     times, _, orbit = track.arrays()
     lag = (speed - orbit) / jump
     i = int(np.argmax(lag < math.exp(-1.0)))

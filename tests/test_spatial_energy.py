@@ -9,7 +9,7 @@ from tests.references.spatial_machines import states_of, tilting
 
 from autobalancer.machine import Machine
 
-TIMES = np.linspace(0.0, 6.0, 121)
+TIMES = np.linspace(0.0, 3.0, 61)
 both = pytest.mark.parametrize("races", ["deflection", "full"])
 
 
@@ -17,7 +17,7 @@ def kept(machine: Machine, quantity: str) -> np.ndarray:
     """Energy or angular momentum at all times."""
     reference = Spatial(machine)
     states = split(machine, states_of(machine, TIMES))
-    assert np.ptp(states[:, 0, 5:], axis=0).min() > 10.0  # the balls really run
+    assert np.ptp(states[:, 0, 5:], axis=0).min() > 3.0  # the balls really run
     return np.array([getattr(reference, quantity)(t, q, v) for t, (q, v) in zip(TIMES, states, strict=True)])
 
 

@@ -36,10 +36,6 @@ def random_place(random: np.random.Generator, speed: float) -> tuple[np.ndarray,
 @pytest.mark.parametrize("isotropic", [True, False])
 def test_accelerations_are_those_of_the_lagrangian_in_space(races: Any, axis: str, drive: str, isotropic: bool) -> None:
     machine = tilting(isotropic=isotropic, axis=axis, tilting_races=races, drive=DRIVES[drive])
-    if isotropic:
-        supports = [support.model_copy(update={"tilt_damping": 0.0}) for support in machine.rotor.supports]
-        assert machine.rotor.supports[0].stiffness == 7e4
-        assert len(supports) == 2
     reference, assembly = Spatial(machine), assemble(machine, rotating=False)
     random = np.random.default_rng(5)
     for _ in range(5):

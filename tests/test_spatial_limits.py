@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.references.spatial import split
+from tests.references.spatial import joined, split
 from tests.references.spatial_machines import rates, states_of, tilting
 
 from autobalancer.assembly.rotors import lateral_model
@@ -94,14 +94,15 @@ def test_a_rigid_rotor_with_its_race_at_the_mass_center_moves_like_a_planar_one(
 
 def test_a_rigid_rotor_that_cannot_tilt_moves_like_a_planar_one_wherever_its_race_is() -> None:
     """The difference falls in inverse proportion to the stiffness against tilting."""
-    planar, _ = planar_and_rigid()
+    start = {"speed": 150.0, "deflection": [1e-4, -2e-4]}
+    planar, _ = planar_and_rigid(start=start)
     one, left = states_of(planar, TIMES), []
     for tilt in (1e6, 4e6):
-        _, rigid = planar_and_rigid(race_at=0.06, tilt=tilt)
+        _, rigid = planar_and_rigid(race_at=0.06, tilt=tilt, start=start)
         other = states_of(rigid, TIMES, tolerance=1e-11)
         left.append(np.abs(other[:, :2] - one[:, :2]).max() / np.abs(one[:, :2]).max())
     assert left[0] < 1e-2
-    assert left[1] == pytest.approx(0.25 * left[0], rel=0.05)
+    assert left[1] == pytest.approx(0.25 * left[0], rel=0.1)
 
 
 @pytest.mark.parametrize("races", ["deflection", "full"])
@@ -113,14 +114,14 @@ def test_a_run_in_axes_of_the_rotor_is_that_in_axes_at_rest(races: str) -> None:
         np.testing.assert_allclose(one[:, columns], other[:, columns], rtol=0.0, atol=1e-9 * scale)
 
 
-@pytest.mark.parametrize(("share", "shift"), [(1e-4, 1e-4), (1e-2, 3e-2)])
-def test_the_inertia_of_balls_along_the_axis_shifts_a_critical_speed_in_proportion_to_their_mass(
-    share: float, shift: float
-) -> None:
-    """By the whirl that the compiled equations have with balls at rest: 120 degrees apart they act like a ring."""
-    found = [conical_frequency(share, races) for races in ("deflection", "full")]
-    assert 0.05 * shift < 1.0 - found[1] / found[0] < shift
-    assert 1.0 - found[1] / found[0] == pytest.approx(0.5 * 5.0 * share * 0.1**2 * 0.5 / 0.004, rel=0.1)
+@pytest.mark.parametrize("share", [1e-4, 1e-2])
+def test_balls_along_a_tilting_race_lower_the_conical_frequency_like_a_ring(share: float) -> None:
+    """At 120 degrees from each other they add m eps^2/2 to the transverse inertia; else they add nothing to it."""
+    alone, full = (conical_frequency(share, races) for races in ("deflection", "full"))
+    ring = 0.5 * 5.0 * share * 0.1**2
+    assert alone == pytest.approx(np.sqrt(2.0 * 1e5 * 0.1**2 / 0.004), rel=1e-9)
+    assert full == pytest.approx(np.sqrt(2.0 * 1e5 * 0.1**2 / (0.004 + ring)), rel=1e-9)
+    assert 1.0 - full / alone == pytest.approx(3.1 * share, rel=0.1)
 
 
 def conical_frequency(share: float, races: str) -> float:
@@ -185,8 +186,6 @@ def test_supports_from_a_table_are_those_of_the_present_speed(speed: float, stif
         [random.normal(size=4) * [1e-3, 1e-2] * 2 if False else random.normal(size=4) * 1e-3, np.ones(5)]
     )
     v = np.concatenate([random.normal(size=4), [speed], random.normal(size=4) * 50.0])
-    from tests.references.spatial import joined
-
     here = split(one, rates(first, 0.0, joined(one, q, v))[None])
     there = split(other, rates(second, 0.0, joined(other, q, v))[None])
     np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9 * np.abs(there).max())

@@ -12,7 +12,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tests.references.tilting import Tilting
-
 from typer.testing import CliRunner
 
 import autobalancer as ab

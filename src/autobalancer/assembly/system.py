@@ -11,9 +11,11 @@ import numpy as np
 
 from autobalancer.assembly.contacts import set_contacts
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
+from autobalancer.assembly.race_numbers import Lags, is_real, mode_count, race_numbers
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.errors import MachineError
 from autobalancer.kernels.system import (
     BALL_COLUMNS,
     BALLS,
@@ -73,6 +75,7 @@ def assemble(
     rotating: bool | None = None,
     general: bool | None = None,
     contact: bool = True,
+    lags: Lags | None = None,
 ) -> Assembly:
     """Numbers of a machine.
 
@@ -89,6 +92,8 @@ def assemble(
         Whether to take the equations of the general rotor; by default on all but planar ones with plain races.
     contact
         Whether balls of one race touch, where the machine says so; else they pass through each other.
+    lags
+        How the fluid of a race, by the numbers of its balancer and race from 0, lags behind the rotor.
 
     Raises
     ------
@@ -96,8 +101,8 @@ def assemble(
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
     balls = resolve(machine)
-    if general or not isinstance(machine.rotor, PlanarRotor):
-        return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact)
+    if general or not isinstance(machine.rotor, PlanarRotor) or is_real(machine, balls, lags):
+        return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     isotropic = machine.rotor.isotropic
     turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
@@ -130,13 +135,34 @@ def _angles(state: Floats, balls: tuple[Ball, ...]) -> Floats:
 
 
 def assemble_general(
-    machine: Machine, balls: tuple[Ball, ...], *, seed: int, rotating: bool | None, contact: bool
+    machine: Machine,
+    balls: tuple[Ball, ...],
+    *,
+    seed: int,
+    rotating: bool | None,
+    contact: bool,
+    lags: Lags,
 ) -> Assembly:
-    """Numbers of a machine for the equations of kernels/stations.py."""
+    """Numbers of a machine for the equations of kernels/stations.py and kernels/guided_race.py."""
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     parts = spatial_parts(machine, balls)
-    turns = (parts.isotropic and pull == 0.0) if rotating is None else rotating and parts.isotropic
+    real = is_real(machine, balls, lags)
+    if real and machine.tilting_races == "full":
+        raise MachineError(
+            "tilting_races: the full motion on a tilting race knows linear drag on smooth circular races only; "
+            "take 'deflection', or leave out friction, drag over the whole range, waves of the race and excitations"
+        )
+    calm = pull == 0.0 and not machine.excitations
+    turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
+    if machine.excitations:
+        turns = False
     numbers = drive_numbers(machine)
+    rotor = rotor_numbers(machine, parts, numbers["segments"])
+    n, size = len(balls), parts.size
+    state = np.zeros(2 + 2 * size + 2 * n)
+    if real:
+        rotor = race_numbers(machine, parts, balls, rotor, lags, state.size)
+        state = np.zeros(state.size + mode_count(lags))
     system = System(
         rotating=1.0 if turns else 0.0,
         mass=parts.model.total_mass + sum(ball.effective_mass for ball in balls),
@@ -146,13 +172,11 @@ def assemble_general(
         damping_y=0.0,
         gravity_x=0.0,
         gravity_y=-pull,
-        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(_polar(ball) for ball in balls),
+        polar_inertia=float(machine.rotor.inertia or 0.0) + (0.0 if real else sum(_polar(ball) for ball in balls)),
         balls=ball_matrix(balls),
-        rotor=rotor_numbers(machine, parts, numbers["segments"]),
+        rotor=rotor,
         **numbers,
     )
-    n, size = len(balls), parts.size
-    state = np.zeros(2 + 2 * size + 2 * n)
     rest = BALLS + 2 * n
     angle = float(machine.start.rotor_angle)
     state[[THETA, SPEED]] = angle, _first_speed(machine, system)
@@ -171,7 +195,7 @@ def assemble_general(
     scale, growing = np.ones(state.size), np.zeros(state.size)
     scale[where], scale[fast] = length, length * frequency
     growing[where] = growing[fast] = 1.0
-    scale[SPEED] = scale[BALLS + n : rest] = frequency
+    scale[SPEED] = scale[BALLS + n : rest] = scale[2 + 2 * size + 2 * n :] = frequency
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, True, parts.reference, parts.stations,
         parts.reduction,

@@ -19,7 +19,9 @@ from autobalancer.machine.balancer import Drag
 SPHERE_ON_PLANE, FREE_SPHERE, DISCOIDAL = 322.0, 24.0, 387.0  # c_d Re in the Stokes range
 
 
-def ball_drag(part: Drag, radius: float, orbit: float, density: float, viscosity: float) -> tuple[float, DragCurve | None]:
+def ball_drag(
+    part: Drag, radius: float, orbit: float, density: float, viscosity: float
+) -> tuple[float, DragCurve | None]:
     """beta (N m s) of the linear law, and the curve over all Reynolds numbers where the law is asked for as a whole.
 
     ``radius`` of the ball and ``orbit`` radius in m; ``density`` and kinematic ``viscosity`` of the fluid in SI.

@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
-from autobalancer.flow.march import Progress, Track
+from autobalancer.flow.track import Progress, Track
 from autobalancer.flow.speed import WallSpeed
 from autobalancer.kernels.flow.differences import Cross, Fields, advance, poisson, wall_vorticity
 from autobalancer.kernels.flow.differences import march as march_steps

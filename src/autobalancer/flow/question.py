@@ -171,7 +171,6 @@ def _by_solver(
     progress: Progress | None,
 ) -> Solved:
     from autobalancer.flow.differences import DifferenceFlow
-    from autobalancer.flow.march import march
     from autobalancer.flow.spectral import SpectralFlow
 
     radial, axial = chosen_points(annulus, solver, seen, points)
@@ -186,7 +185,7 @@ def _by_solver(
         )
 
     if isinstance(flow, SpectralFlow):
-        track = march(flow, walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
+        track = flow.march(walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
     else:
         track = flow.march(walls, end, stops=moments, at_stop=keep, progress=progress)
     times, speeds, orbit = track.arrays()

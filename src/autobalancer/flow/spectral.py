@@ -1,39 +1,25 @@
-"""The full equations by Chebyshev collocation: implicit diffusion, explicit convection, exact no slip.
-
-    g_t = nu D2 g - u.grad g + 2 w psi_z - r^2 w'
-    q_t = nu D2 q - u.grad q + 2 u_r q/r + (g^2/r^2 + 2 w g)_z,   D2 psi = -q
-
-follow from Spannan 2021, (3.10) to (3.12), with G = g + r^2 w and q = r eta: the large part r^4 w^2 of G^2 drops out, and the
-three elliptic operators become one.
-"""
+"""The full equations by Chebyshev collocation: state, and the time integration in ``kernels/flow/spectral.py``."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
-from autobalancer.flow.chebyshev import chebyshev_grid
-from autobalancer.flow.multistep import weights_of_step
-from autobalancer.flow.no_slip import Influence, traces
+from autobalancer.flow.chebyshev import Grid, chebyshev_grid
+from autobalancer.flow.speed import WallSpeed
+from autobalancer.flow.track import Progress, Track
+from autobalancer.kernels.flow import spectral as kernel
 
-KEPT = 8  # influence matrices of the last steps
-
-
-@dataclass(frozen=True)
-class Moment:
-    """What the time integration remembers of one instant; at the inner points."""
-
-    length: float  # of the step that led to it, s
-    g: Matrix
-    q: Matrix
-    g_rate: Matrix  # all explicit terms
-    q_rate: Matrix
+FIRST = 0.05  # first step over the diffusion time of the narrowest cell
+LEAST = 1e-3  # step over the first one, or over a radian of the rotor, that says the flow is not resolved
+CHUNK = 2000  # steps between two looks at the progress bar
 
 
 class SpectralFlow:
-    """State and steps. ``order`` of the time integration is 1, 2 or 3; the first steps after a restart have less."""
+    """State and steps on ``radial`` by ``axial`` intervals; ``order`` of the time integration is 1, 2 or 3."""
 
     def __init__(
         self, annulus: Annulus, radial: int, axial: int, *, walls: Walls | None = None, order: int = 3
@@ -42,70 +28,30 @@ class SpectralFlow:
         self.grid = grid = chebyshev_grid(annulus, radial, axial)
         self.radius, self.height = grid.r.points, grid.z.points
         self.walls = (walls or Walls()).momentum(annulus, self.radius, self.height)
-        nu, edge = annulus.viscosity, self.walls
-        self._lift = nu * grid.forward(
-            grid.r.walls @ edge[[0, -1], 1:-1] + (grid.z.walls @ edge[1:-1, [0, -1]].T).T
-        )
-        self._traces = traces(grid)
-        self._influences: dict[float, Influence] = {}
-        self._r = self.radius[1:-1, None]
-        self._dr, self._dz = grid.r.derivative[1:-1], np.ascontiguousarray(grid.z.derivative[1:-1].T)
-        self._orbit = grid.r.values_at(annulus.orbit_radius), grid.z.values_at(0.5 * annulus.height)
-        self.swirl = np.zeros((radial + 1, axial + 1))
-        self.vorticity = np.zeros_like(self.swirl)  # q, not eta
-        self.stream = np.zeros_like(self.swirl)
-        self.convection = 0.0  # greatest |u_r|/dr + |u_z|/dz, 1/s
-        self._space = 1.0 / np.gradient(self.radius)[1:-1, None], 1.0 / np.gradient(self.height)[None, 1:-1]
-        self.history: list[Moment] = []
+        edge = self.walls
+        sides = grid.r.walls @ edge[[0, -1], 1:-1] + (grid.z.walls @ edge[1:-1, [0, -1]].T).T
+        self._plan = _plan(annulus, grid, annulus.viscosity * grid.forward(sides))
+        self._state = _state(radial - 1, axial - 1)
+        self._clock = np.zeros(kernel.CLOCK)
 
-    def begin(self, speed: float, fluid_speed: float) -> None:
-        """Fluid turning as a solid with ``fluid_speed`` between walls that turn with ``speed``, rad/s."""
-        self.swirl = self.walls.copy()
-        self.swirl[1:-1, 1:-1] = self._r**2 * (fluid_speed - speed)
-        self.vorticity[:], self.stream[:] = 0.0, 0.0
-        self.history = [self._moment(0.0, speed)]
+    @property
+    def swirl(self) -> Matrix:
+        """g = r^2 (W - w), m^2/s; (radius, height)."""
+        return self._state.g
 
-    def restart(self) -> None:
-        """Forget the past, because the rate of the speed jumps here."""
-        del self.history[1:]
+    @property
+    def vorticity(self) -> Matrix:
+        """q = r eta, m/s."""
+        return self._state.q
 
-    def step(self, length: float, speed: float, rate: float) -> float:
-        """Go on by ``length`` (s) to where the walls turn with ``speed`` and ``rate``.
-
-        Returns
-        -------
-        float
-            Root mean square of the difference to the extrapolated angular velocity, divided as for a local error, rad/s.
-            The state is not yet part of the past: call :meth:`accept`, or step again.
-        """
-        past = self.history[: self.order]
-        known = self.history[: len(past) + 1]
-        lengths = (length, *(moment.length for moment in known[:-1]))
-        slope, ahead, guess = weights_of_step(lengths, len(past))
-        g, q = -self._r**2 * rate, np.zeros_like(past[0].q)
-        for moment, a, b in zip(past, slope[1:], ahead, strict=True):
-            g = g + (b * moment.g_rate - a * moment.g)
-            q += b * moment.q_rate - a * moment.q
-        grid, solver = self.grid, self._influence(float(slope[0]))
-        self._now = length, speed
-        self.swirl = self.walls.copy()
-        self.swirl[1:-1, 1:-1] = grid.backward((grid.forward(g) + self._lift) * solver.scale)
-        q_hat, psi_hat, (x, y) = solver.solve(grid.forward(q))
-        self.vorticity[1:-1, 1:-1] = grid.backward(q_hat)
-        self.vorticity[[0, -1], 1:-1] = x @ grid.z.backward.T
-        self.vorticity[1:-1, [0, -1]] = (y @ grid.r.backward.T).T
-        self.stream[1:-1, 1:-1] = grid.backward(psi_hat)
-        miss = self.swirl[1:-1, 1:-1] - sum(w * moment.g for w, moment in zip(guess, known, strict=True))
-        return float(np.sqrt(np.mean((miss / self._r**2) ** 2))) / (len(past) + 2)
-
-    def accept(self) -> None:
-        """Make the last step part of the past."""
-        self.history.insert(0, self._moment(*self._now))
-        del self.history[self.order + 1 :]
+    @property
+    def stream(self) -> Matrix:
+        """psi, m^3/s."""
+        return self._state.psi
 
     def orbit_speed(self) -> float:
         """Angular velocity of the fluid at the orbit relative to the rotor, rad/s."""
-        return float(self._orbit[0] @ self.swirl @ self._orbit[1]) / self.annulus.orbit_radius**2
+        return float(self._plan.orbit_r @ self.swirl @ self._plan.orbit_z)
 
     def momentum(self, speed: float) -> float:
         """Angular momentum of the fluid at the rotor speed ``speed``, kg m^2/s."""
@@ -121,34 +67,143 @@ class SpectralFlow:
         turning = around[1] - around[0] + lids[1] - lids[0]
         return float(2.0 * np.pi * self.annulus.density * self.annulus.viscosity * turning)
 
-    def _moment(self, length: float, speed: float) -> Moment:
-        g, q, psi, r = self.swirl, self.vorticity, self.stream, self._r
-        inner = slice(1, -1)
-        fields = np.concatenate([g[:, inner], q[:, inner], psi[:, inner]], axis=1)
-        along_r = np.split(self._dr @ fields, 3, axis=1)
-        along_z = np.split(np.concatenate([g[inner], q[inner], psi[inner]]) @ self._dz, 3)
-        g_z = along_z[0]
-        u, v = -along_z[2] / r, along_r[2] / r
-        g_in, q_in = g[inner, inner], q[inner, inner]
-        self.convection = float((np.abs(u) * self._space[0] + np.abs(v) * self._space[1]).max())
-        return Moment(
-            length,
-            g_in.copy(),
-            q_in.copy(),
-            2.0 * speed * along_z[2] - u * along_r[0] - v * g_z,
-            2.0 * (u * q_in / r + g_in * g_z / r**2 + speed * g_z) - u * along_r[1] - v * along_z[1],
-        )
+    def march(
+        self,
+        speed: WallSpeed,
+        end: float,
+        *,
+        tolerance: float,
+        stops: Sequence[float] = (),
+        at_stop: Callable[[float], None] = lambda time: None,
+        progress: Progress | None = None,
+        fixed: float = 0.0,
+    ) -> Track:
+        """Run from time zero, fluid turning as before, to ``end``.
 
-    def _influence(self, shift: float) -> Influence:
-        found = self._influences.get(shift)
-        if found is None:
-            if len(self._influences) >= KEPT:
-                del self._influences[next(iter(self._influences))]
-            found = Influence(self.grid, self._traces, shift, self.annulus.viscosity)
-            self._influences[shift] = found
-        return found
+        A step is as long as the error, the waves in the turning fluid and convection allow:
+        length (2 w + |u_r|/dr + |u_z|/dz) <= 1/2.
+
+        Parameters
+        ----------
+        speed
+            Of the walls.
+        end
+            s.
+        tolerance
+            Local error of the angular velocity, root mean square over the points, relative to the greatest speed.
+        stops
+            Times at which ``at_stop`` is called; the fields are then those of this time.
+        progress
+            Called now and then with time and end.
+        fixed
+            A step that is kept whatever happens, s; 0 for steps by error.
+
+        Raises
+        ------
+        QuestionError
+            If the grid does not resolve the flow.
+        """
+        clock, first = self._clock, speed.at(0.0)[0]
+        goal = tolerance * max(speed.fastest(end), 1e-300)
+        self._begin(first, speed.before)
+        narrow = min(float(np.diff(self.radius).min()), float(np.diff(self.height).min()))
+        step = min(fixed or FIRST * narrow**2 / self.annulus.viscosity, end)
+        clock[kernel.FIRST] = clock[kernel.LENGTH] = step
+        clock[kernel.LEAST] = LEAST * min(step, 1.0 / max(speed.fastest(end), 1e-300))
+        track = Track()
+        track.note(0.0, first, self.orbit_speed())
+        if 0.0 in stops:
+            at_stop(0.0)
+        record, corners = np.empty((CHUNK, 3)), set(speed.corners(end))
+        for mark in sorted({*(t for t in stops if 0.0 < t < end), *corners, end}):
+            piece = speed.piece(float(clock[kernel.TIME]))
+            numbers = np.array(piece.numbers, np.float64)
+            while clock[kernel.TIME] < mark:
+                done = kernel.march(
+                    self._plan, self._state, clock, piece.start, float(piece.kind), numbers, mark, fixed, goal, self.order, record
+                )  # fmt: skip
+                for time, w, lag in record[:done].tolist():
+                    track.note(time, w, lag)
+                if clock[kernel.LOST]:
+                    raise QuestionError(
+                        f"the flow solver cannot pass {clock[kernel.TIME]:.4g} s with steps of {clock[kernel.LENGTH]:.2g} s: "
+                        "the flow is not resolved; take more 'points'"
+                    )
+                if progress is not None:
+                    progress(float(clock[kernel.TIME]), end)
+            if mark in stops:
+                at_stop(mark)
+            if mark in corners:  # the rate of the speed jumps, so the past is of no use
+                clock[kernel.KNOWN], clock[kernel.LENGTH] = 1.0, step
+        track.steps, track.rejected = int(clock[kernel.ACCEPTED]), int(clock[kernel.REJECTED])
+        return track
+
+    def _begin(self, speed: float, fluid_speed: float) -> None:
+        """Fluid turning as a solid with ``fluid_speed`` between walls that turn with ``speed``."""
+        self.swirl[:] = self.walls
+        self.swirl[1:-1, 1:-1] = self.radius[1:-1, None] ** 2 * (fluid_speed - speed)
+        self.vorticity[:], self.stream[:] = 0.0, 0.0
+        self._clock[:] = 0.0
+        self._clock[kernel.KNOWN] = 1.0
+        kernel.remember(self._plan, self._state, self._clock, speed)
 
 
-def orbit_velocity(flow: SpectralFlow, speed: float) -> Floats:
+def _plan(annulus: Annulus, grid: Grid, lift: Matrix) -> kernel.Plan:
+    r, z = grid.r, grid.z
+    c, d = r.forward @ r.walls, z.forward @ z.walls
+    p, s = r.derivative[[0, -1], 1:-1] @ r.backward, z.derivative[[0, -1], 1:-1] @ z.backward
+    right, left = _corners(c, d, p, s)
+    arrays = dict(
+        radius=r.points[1:-1],
+        space_r=np.gradient(r.points)[1:-1],
+        space_z=np.gradient(z.points)[1:-1],
+        orbit_r=r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2,
+        orbit_z=z.values_at(0.5 * annulus.height),
+        along_r=r.derivative[1:-1],
+        along_z=z.derivative[1:-1].T,
+        r_forward=r.forward,
+        r_backward=r.backward,
+        z_forward=z.forward.T,
+        z_backward=z.backward.T,
+        laplacian=grid.laplacian,
+        c=c,
+        d=d,
+        p=p,
+        s=s,
+        right=right,
+        left=left,
+        lift=lift,
+    )
+    return kernel.Plan(
+        **{key: np.ascontiguousarray(value, np.float64) for key, value in arrays.items()}, viscosity=annulus.viscosity
+    )
+
+
+def _corners(c: Matrix, d: Matrix, p: Matrix, s: Matrix) -> tuple[Matrix, Matrix]:
+    """Patterns of wall vorticity that act on no inner point, and combinations of slopes that always vanish."""
+    m, n = c.shape[0], d.shape[0]
+    right, left = np.zeros((2 * (m + n), 4)), np.zeros((2 * (m + n), 4))
+    for corner, (i, j) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
+        right[i * n : (i + 1) * n, corner] = d[:, j]
+        right[2 * n + j * m : 2 * n + (j + 1) * m, corner] = -c[:, i]
+        left[i * n : (i + 1) * n, corner] = s[j]
+        left[2 * n + j * m : 2 * n + (j + 1) * m, corner] = -p[i]
+    return right, left
+
+
+def _state(m: int, n: int) -> kernel.State:
+    size = 2 * (m + n)
+    return kernel.State(
+        *(np.zeros((m + 2, n + 2)) for _ in range(3)),
+        *(np.zeros((5, m, n)) for _ in range(4)),
+        np.zeros((8, m, n)),
+        *(np.zeros((m, n)) for _ in range(4)),
+        np.zeros((size, size)),
+        *(np.zeros(size) for _ in range(4)),
+        np.zeros((3, 5)),
+    )
+
+
+def mid_height(flow: SpectralFlow, speed: float) -> Floats:
     """Angular velocity of the fluid over the gap at mid-height, rad/s; (radius,)."""
-    return np.asarray(speed + flow.swirl @ flow._orbit[1] / flow.radius**2, np.float64)
+    return np.asarray(speed + flow.swirl @ flow._plan.orbit_z / flow.radius**2, np.float64)

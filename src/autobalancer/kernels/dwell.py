@@ -48,6 +48,7 @@ from autobalancer.kernels.system import (
 # relative change between its halves that counts as settled (negative: never look), longest time at the speed, steps
 TARGET, RATE, DWELL, WINDOW, SETTLED, LIMIT, BUDGET, PLAN = range(8)
 LOOK = 5_000  # steps between two looks at the budget
+FIRST = 0.1  # rad of rotor angle in the first step at a speed
 
 
 class Window(NamedTuple):
@@ -205,7 +206,8 @@ def hold(
     n, count, radii = m.state.size, p.balls.shape[0], w.weights.size + 1
     for i in range(COUNTS):
         m.counts[i] = 0
-    m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, 0.0, 1.0
+    # a small part of a turn: at a motion that hardly changes in the rotor a guess from rates would be far too long
+    m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, FIRST / abs(plan[TARGET]), 1.0
     change = plan[TARGET] - m.state[SPEED]
     ramp, status = 0.0, FINISHED
     if change != 0.0 and math.isinf(plan[RATE]):

@@ -46,11 +46,14 @@ def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
     """
     re = np.clip(np.abs(np.asarray(reynolds, dtype=float)), *REYNOLDS)
     apart = np.asarray(distance, dtype=float)
-    factor = np.polynomial.polynomial.polyval2d(*np.broadcast_arrays(re, np.clip(apart, *DISTANCE)), _FIT)
-    return np.where(apart >= DISTANCE[1], 1.0, np.minimum(factor, 1.0))
+    powers = np.stack([np.ones_like(re), re, re**2], axis=-1) @ _FIT
+    ratio = np.clip(apart, *DISTANCE)[..., None] ** np.arange(_FIT.shape[1])
+    return np.where(apart >= DISTANCE[1], 1.0, np.minimum((powers * ratio).sum(axis=-1), 1.0))
 
 
-def race_factors(angles: ArrayLike, velocities: ArrayLike, orbit_radius: float, diameter: float, viscosity: float) -> Floats:
+def race_factors(
+    angles: ArrayLike, velocities: ArrayLike, orbit_radius: float, diameter: float, viscosity: float
+) -> Floats:
     """Slipstream factor of every ball of a race: the next ball ahead shields it, in the direction in which it moves.
 
     Parameters
@@ -67,7 +70,9 @@ def race_factors(angles: ArrayLike, velocities: ArrayLike, orbit_radius: float, 
     """
     phi, u = np.asarray(angles, dtype=float), np.asarray(velocities, dtype=float)
     if phi.shape != u.shape or phi.ndim != 1:
-        raise QuestionError(f"slipstream: given {phi.size} angles and {u.size} velocities; give one of each for each ball")
+        raise QuestionError(
+            f"slipstream: given {phi.size} angles and {u.size} velocities; give one of each for each ball"
+        )
     if phi.size < 2:
         return np.ones_like(phi)
     ahead = np.sign(u)[:, None] * (phi[None, :] - phi[:, None]) % (2.0 * math.pi)

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Receptance = Callable[[Floats], NDArray[np.complex128]]
 Torque = Callable[[Floats], Floats]
 
-POINTS = 1500  # on each side of a resonance
+POINTS = 600  # on each side of a resonance
 LOW, HIGH = 0.5, 9.0  # farthest points, in resonance speeds below and above it
 BISECTIONS = 60
 
@@ -118,6 +118,8 @@ def stall_ranges(ball: StalledBall, receptance: Receptance, resonances: Sequence
         return stall_balance(ball, receptance, v).speed
 
     speed = curve(whirl)
+    if np.isinf(speed).all():
+        return (StallRange(math.inf, float(max(resonances)), math.nan, math.nan),)
     inner = speed[1:-1]
     tops = 1 + np.flatnonzero((inner > speed[:-2]) & (inner >= speed[2:]))
     ends = 1 + np.flatnonzero((inner < speed[:-2]) & (inner <= speed[2:]))
@@ -136,9 +138,7 @@ def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequenc
     return found[-1].release if found else math.nan
 
 
-def holding_speed(
-    unbalance: float, receptance: Receptance, resonances: Sequence[float], arm: float
-) -> float:
+def holding_speed(unbalance: float, receptance: Receptance, resonances: Sequence[float], arm: float) -> float:
     """The highest speed at which the whirl of a residual ``unbalance`` (kg m) tears balls out of their places, rad/s.
 
     Balls at rest feel a force m W^2 z across the race and are pressed to it by m eps W^2; so they stay where the
@@ -150,7 +150,7 @@ def holding_speed(
 
     def excess(v: Any) -> Floats:
         v = np.atleast_1d(v)
-        return unbalance * v**2 * np.abs(receptance(v)) - arm
+        return np.asarray(unbalance * v**2 * np.abs(receptance(v)) - arm)
 
     torn = np.flatnonzero(excess(speed) > 0.0)
     if not torn.size:

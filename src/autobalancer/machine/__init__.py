@@ -19,6 +19,7 @@ from autobalancer.machine.balancer import (
     TableDrag,
 )
 from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
 from autobalancer.machine.rotors import Rotor
@@ -39,6 +40,7 @@ __all__ = [
     "Balancer",
     "BallBearing",
     "Balls",
+    "BaseMotion",
     "Body",
     "Bushing",
     "CoefficientDrag",
@@ -50,10 +52,12 @@ __all__ = [
     "Disk",
     "DragTorque",
     "Dwell",
+    "Excitation",
     "Fluid",
     "FreeSphereDrag",
     "Friction",
     "Harmonic",
+    "HarmonicForce",
     "Hill",
     "Lock",
     "Machine",
@@ -64,6 +68,8 @@ __all__ = [
     "PrescribedSpeed",
     "Race",
     "Ramp",
+    "RecordedBaseMotion",
+    "RecordedForce",
     "Reduction",
     "RigidRotor",
     "Rotor",

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed
+from autobalancer.machine.excitation import Excitation
 from autobalancer.machine.part import (
     Angle,
     Duration,
@@ -61,6 +62,7 @@ class Machine(Part):
     unbalances: tuple[Unbalance, ...] = ()
     balancers: tuple[Balancer, ...] = ()
     tilting_races: Literal["deflection", "full"] = "deflection"
+    excitations: Annotated[tuple[Excitation, ...], Listed] = ()
     drive: Drive
     start: Start = Field(default_factory=Start)
     run: RunPlan | None = None
@@ -81,8 +83,10 @@ class Machine(Part):
             (("stations", i, "name"), f"{name!r} is given twice") for i, name in enumerate(names) if name in names[:i]
         ]
         planar = isinstance(self.rotor, PlanarRotor)
-        for kind in ("balancers", "unbalances"):
+        for kind in ("balancers", "unbalances", "excitations"):
             for i, part in enumerate(getattr(self, kind)):
+                if not hasattr(part, "station"):
+                    continue
                 if isinstance(part.station, str) and part.station not in names:
                     known = ", ".join(map(repr, names)) or "none"
                     problems.append(((kind, i, "station"), f"no station is named {part.station!r}; there is {known}"))

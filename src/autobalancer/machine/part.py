@@ -45,7 +45,7 @@ class Part(BaseModel):
 
 
 _TAGGED = {"rotor", "drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
-_TAGGED_LISTS = {"joints"}  # ... and those in which it follows the number of an entry
+_TAGGED_LISTS = {"joints", "excitations"}  # ... and those in which it follows the number of an entry
 
 
 def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:

@@ -116,7 +116,7 @@ def simulate(
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     if not (interrupted or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly.system.now[0] = 0
+        assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)

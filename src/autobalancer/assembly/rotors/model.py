@@ -82,6 +82,11 @@ class LateralModel:
         """Up to where the tables reach, rad/s; infinite without tables."""
         return float(self.speeds[-1]) if self.speeds.size > 1 else np.inf
 
+    @property
+    def translation(self) -> Floats:
+        """q_x of the whole machine moved by one along x, (pairs,): coordinates are deflections unless named a slope."""
+        return np.array([0.0 if "slope" in name else 1.0 for name in self.coordinates[: self.pairs]])
+
     def damping_at(self, speed: float) -> Matrix:
         """C at a speed, (N, N)."""
         return self._at(self.damping, speed)

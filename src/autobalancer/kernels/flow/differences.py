@@ -13,8 +13,10 @@ from numba import njit, types
 from numba.core.types import NamedTuple as NamedTupleType
 from numba.core.types import NamedUniTuple
 
-from autobalancer.kernels.flags import COMPILED, INLINE
-from autobalancer.kernels.system import HILL, Floats, Matrix, matrix_type, vector_type
+from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flow.dense import product
+from autobalancer.kernels.flow.speed import wall_speed
+from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 
 class Cross(NamedTuple):
@@ -55,31 +57,6 @@ cross_type = NamedTupleType([vector_type] * 3 + [matrix_type] * 9 + [vector_type
 fields_type = NamedUniTuple(matrix_type, 7, Fields)
 
 
-@njit(**INLINE)
-def _speed(time: float, start: float, kind: float, numbers: Floats) -> tuple[float, float]:
-    """Speed of the walls and its rate."""
-    if kind == HILL:
-        if time <= 0.0:
-            return numbers[3], 0.0
-        ratio = (time / numbers[1]) ** numbers[2]
-        rise = ratio / (1.0 + ratio)
-        span = numbers[0] - numbers[3]
-        return numbers[3] + span * rise, span * rise * numbers[2] / (time * (1.0 + ratio))
-    return numbers[0] + numbers[1] * (time - start), numbers[1]
-
-
-@njit(types.void(matrix_type, matrix_type, matrix_type), **COMPILED)
-def _product(a: Matrix, b: Matrix, out: Matrix) -> None:
-    """out = a b."""
-    for i in range(a.shape[0]):
-        for j in range(b.shape[1]):
-            out[i, j] = 0.0
-        for k in range(a.shape[1]):
-            x = a[i, k]
-            for j in range(b.shape[1]):
-                out[i, j] += x * b[k, j]
-
-
 @njit(types.void(cross_type, matrix_type, fields_type), **COMPILED)
 def poisson(p: Cross, q: Matrix, f: Fields) -> None:
     """psi from D2 psi = -q: eigenvectors along the axis, elimination along the radius."""
@@ -87,7 +64,7 @@ def poisson(p: Cross, q: Matrix, f: Fields) -> None:
     for i in range(m):
         for j in range(n):
             f.work[i, j] = -q[i + 1, j + 1]
-    _product(f.work, p.forward, f.turned)
+    product(f.work, p.forward, f.turned)
     for j in range(n):
         f.turned[0, j] *= p.pivot[0, j]
     for i in range(1, m):
@@ -97,7 +74,7 @@ def poisson(p: Cross, q: Matrix, f: Fields) -> None:
     for i in range(m - 2, -1, -1):
         for j in range(n):
             f.turned[i, j] -= p.upper[i, j] * f.turned[i + 1, j]
-    _product(f.turned, p.backward, f.work)
+    product(f.turned, p.backward, f.work)
     for i in range(m):
         for j in range(n):
             f.psi[i + 1, j + 1] = f.work[i, j]
@@ -204,7 +181,7 @@ def march(
         time = clock[0]
         if time >= end:
             return count
-        speed, rate = _speed(time, start, kind, numbers)
+        speed, rate = wall_speed(time, start, kind, numbers)
         rates = convection(p, f.psi) + 2.0 * abs(speed)
         if not rates < 1e15:
             return -1 - count
@@ -216,7 +193,7 @@ def march(
         advance(p, f.g, f.q, f.psi, f.g, f.q, 0.5 * step, speed, rate, f.g_half, f.q_half)
         poisson(p, f.q_half, f)
         wall_vorticity(p, f.psi, f.q_half)
-        speed, rate = _speed(time + 0.5 * step, start, kind, numbers)
+        speed, rate = wall_speed(time + 0.5 * step, start, kind, numbers)
         advance(p, f.g_half, f.q_half, f.psi, f.g, f.q, step, speed, rate, f.g, f.q)
         poisson(p, f.q, f)
         wall_vorticity(p, f.psi, f.q)
@@ -227,6 +204,6 @@ def march(
                 for j in range(p.orbit_z.shape[0]):
                     total += p.orbit_r[i] * p.orbit_z[j] * f.g[i, j]
         record[count, 0] = clock[0]
-        record[count, 1] = _speed(clock[0], start, kind, numbers)[0]
+        record[count, 1] = wall_speed(clock[0], start, kind, numbers)[0]
         record[count, 2] = total
     return record.shape[0]

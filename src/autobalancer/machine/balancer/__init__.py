@@ -20,8 +20,8 @@ __all__ = [
     "Balancer",
     "Balls",
     "CoefficientDrag",
-    "DiscoidalDrag",
     "Contact",
+    "DiscoidalDrag",
     "Drag",
     "DragTorque",
     "Fluid",
@@ -31,6 +31,6 @@ __all__ = [
     "Partitions",
     "PlaneDrag",
     "Race",
-    "TableDrag",
     "Roundness",
+    "TableDrag",
 ]

@@ -61,7 +61,9 @@ class CoefficientDrag(Part):
         if self.range == "linear" and self.plateau is not None:
             raise ValueError("plateau: has no effect on a linear law; leave it out, or set range = 'whole'")
         if self.range == "whole" and self.plateau is None:
-            raise ValueError("plateau: missing; over the whole range give the drag coefficient at high Reynolds numbers")
+            raise ValueError(
+                "plateau: missing; over the whole range give the drag coefficient at high Reynolds numbers"
+            )
         return self
 
 

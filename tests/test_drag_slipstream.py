@@ -1,0 +1,52 @@
+"""Slipstream of balls in line: the published polynomial inside its range, tame outside."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from autobalancer.errors import QuestionError
+from autobalancer.laws.slipstream import race_factors, slipstream_factor
+
+
+@pytest.mark.parametrize("re", [0.0, 40.0, 300.0])
+def test_the_factor_at_contact_is_the_sum_of_the_published_coefficients(re: float) -> None:
+    constant = 452100 + 164000 - 29690 + 2731 - 116.9 + 1.876
+    first = -2937 + 321.9 - 55.15 + 4.918 - 0.1302
+    second = 4.95 + 0.8646 - 0.1306 + 0.003754
+    expected = (constant + re * first + re**2 * second) * 1e-6
+    assert float(slipstream_factor(re, 1.0)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_factor_stays_between_its_extremes_and_one_everywhere() -> None:
+    re, distance = np.meshgrid(np.linspace(0.0, 5000.0, 200), np.linspace(0.0, 60.0, 301))
+    factor = slipstream_factor(re, distance)
+    assert factor.min() == pytest.approx(0.277, abs=0.003)
+    assert factor.max() == 1.0
+
+
+def test_outside_of_its_range_the_fit_is_clamped_not_extrapolated() -> None:
+    np.testing.assert_array_equal(slipstream_factor([1e3, 1e5], 5.0), slipstream_factor(300.0, [5.0, 5.0]))
+    np.testing.assert_array_equal(slipstream_factor(100.0, [0.0, 0.5, 1.0]), [slipstream_factor(100.0, 1.0)] * 3)
+    np.testing.assert_array_equal(slipstream_factor([0.0, 150.0, 300.0], [25.0, 30.0, 20.0]), 1.0)
+    assert float(slipstream_factor(300.0, 20.0 - 1e-9)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_ball_behind_is_shielded_and_the_direction_of_motion_says_which_that_is() -> None:
+    angles, orbit, d, nu = [0.0, 0.5], 0.077, 0.0123, 1e-4
+    forward = race_factors(angles, [1.0, 1.0], orbit, d, nu)
+    back = race_factors(angles, [-1.0, -1.0], orbit, d, nu)
+    chord = 2.0 * orbit * math.sin(0.25) / d
+    assert forward[0] == float(slipstream_factor(d / nu, chord)) < 0.9
+    assert back[1] == forward[0]
+    # the long way round the chord is the same, but the ball there is farther ahead along the race, so it is the leader's
+    assert forward[1] == pytest.approx(float(slipstream_factor(d / nu, 2.0 * orbit / d)))
+    np.testing.assert_array_equal(race_factors(angles, [0.0, 0.0], orbit, d, nu), 1.0)
+    np.testing.assert_array_equal(race_factors([0.3], [2.0], orbit, d, nu), 1.0)
+
+
+def test_each_ball_needs_a_velocity() -> None:
+    with pytest.raises(QuestionError, match="2 angles and 1"):
+        race_factors([0.0, 1.0], [1.0], 0.077, 0.0123, 1e-6)
