@@ -52,7 +52,9 @@ end = slice(9.5, 10.0)
 left = max(float(at(run, s).sel(time=end).max()) for s in run.station.values)
 before = max(float(at(bare, s).sel(time=end).max()) for s in run.station.values)
 print(f"critical speeds {first:.1f} and {second:.1f} rad/s")
-print(f"greatest deflection at {run.speed.values[-1]:.0f} rad/s: {before:.1f} um without balls, {left:.3f} um with them")
+print(
+    f"greatest deflection at {run.speed.values[-1]:.0f} rad/s: {before:.1f} um without balls, {left:.3f} um with them"
+)
 assert abs(first - 210.14) < 0.01
 assert abs(second - 402.63) < 0.01
 assert left < 1e-2 * before

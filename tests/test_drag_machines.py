@@ -30,7 +30,7 @@ def machine(drag: dict[str, Any], fluid: dict[str, Any] | None = None) -> Machin
     ("drag", "cd_re"),
     [
         ({"law": "sphere_on_plane"}, 322.0),
-        ({"law": "race_geometry", "clear_width": 0.009225}, 387.05),
+        ({"law": "race_geometry", "clear_width": 0.009225}, 386.949),
         ({"law": "cd_re", "cd_re": 387.0}, 387.0),
         ({"law": "discoidal", "range": "linear"}, 387.0),
         ({"law": "free_sphere", "range": "linear"}, 24.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,8 +12,7 @@ import pytest
 from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.modes import mode_table
-from autobalancer.flow.question import all_modes
-from autobalancer.flow.relaxation import diffusive_swirl, relaxation_modes
+from autobalancer.flow.relaxation import all_modes, diffusive_swirl, relaxation_modes
 from autobalancer.flow.spectral import SpectralFlow
 from autobalancer.flow.speed import wall_speed
 from autobalancer.machine import Hill, Ramp
@@ -96,9 +96,11 @@ def test_impulsive_spin_up_of_a_viscous_fluid_follows_the_exact_series(name: str
 
 
 def test_the_diffusive_lag_behind_a_ramp_solves_poissons_equation() -> None:
-    """Lag over rate = -g/(r^2 nu) with D2 g = r^2 nu^-1 w': a sum of 1/cosh over radial modes, by another route the spectral solve."""
+    """Lag over rate is -g/r^2 with nu D2 g = r^2: the sum over all modes against one spectral solution."""
     flow = SpectralFlow(RIG, 24, 24)
-    shares = flow.grid.forward(np.broadcast_to(flow.radius[1:-1, None] ** 2, (23, 23)).copy()) / (RIG.viscosity * flow.grid.laplacian)
+    shares = flow.grid.forward(np.broadcast_to(flow.radius[1:-1, None] ** 2, (23, 23)).copy()) / (
+        RIG.viscosity * flow.grid.laplacian
+    )
     flow.swirl[1:-1, 1:-1] = flow.grid.backward(shares)
     assert all_modes(RIG).ramp_lag == pytest.approx(-flow.orbit_speed(), rel=1e-4)
 
@@ -144,12 +146,10 @@ def test_the_spectral_solver_gains_digits_with_every_few_points() -> None:
 
 def test_differences_have_order_two_in_space_and_time() -> None:
     annulus, speed = oil(100e-6), wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0))
-    found = [
-        DifferenceFlow(annulus, n, n).march(speed, 0.2, fixed=0.2 / (4 * n * n)).orbit[-1] for n in (16, 24, 36)
-    ]
+    found = [DifferenceFlow(annulus, n, n).march(speed, 0.2, fixed=0.2 / (4 * n * n)).orbit[-1] for n in (16, 24, 36)]
     exact = hill_run(20, 3, 1600)
     errors = [abs(value - exact) for value in found]
-    for one, two in zip(errors, errors[1:], strict=False):
+    for one, two in pairwise(errors):
         assert math.log(one / two) / math.log(1.5) == pytest.approx(2.0, abs=0.3)
     coarse = [DifferenceFlow(annulus, 12, 12).march(speed, 0.2, fixed=0.2 / n).orbit[-1] for n in (250, 500, 4000)]
     rate = math.log2(abs(coarse[0] - coarse[2]) / abs(coarse[1] - coarse[2]))

@@ -139,7 +139,7 @@ REFUSED: dict[str, tuple[tuple[str | int, ...], Any, tuple[str, ...]]] = {
     "no mass": (("rotor", "mass"), 0.0, ("rotor.mass: given 0.0", "greater than zero")),
     "negative damping": (("rotor", "damping"), -1.0, ("rotor.damping: given -1.0", "not be negative")),
     "three directions": (("rotor", "stiffness"), [1.0, 1.0, 1.0], ("rotor.stiffness: given 3 values",)),
-    "unknown rotor": (("rotor", "kind"), "shaft", ("rotor.kind: given 'shaft'", "'planar'")),
+    "unknown rotor": (("rotor", "kind"), "ghost", ("rotor.kind: given 'ghost'", "'planar'")),
     "unknown axis": (("axis",), "oblique", ("axis: given 'oblique'", "'vertical' or 'horizontal'")),
     "ball larger than race": ((*BALLS, "diameter"), "200 mm", ("balls[1]: a ball of 200 mm", "76.95 mm")),
     "ball larger than chamber": ((*BALLS, "diameter"), "15 mm", ("a ball of 15 mm", "width 13.8 mm")),

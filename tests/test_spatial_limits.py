@@ -93,7 +93,7 @@ def test_a_rigid_rotor_with_its_race_at_the_mass_center_moves_like_a_planar_one(
 
 
 def test_a_rigid_rotor_that_cannot_tilt_moves_like_a_planar_one_wherever_its_race_is() -> None:
-    """The difference falls in inverse proportion to the stiffness against tilting."""
+    """The difference falls with the stiffness against tilting, and at least in inverse proportion."""
     start = {"speed": 150.0, "deflection": [1e-4, -2e-4]}
     planar, _ = planar_and_rigid(start=start)
     one, left = states_of(planar, TIMES), []
@@ -101,8 +101,8 @@ def test_a_rigid_rotor_that_cannot_tilt_moves_like_a_planar_one_wherever_its_rac
         _, rigid = planar_and_rigid(race_at=0.06, tilt=tilt, start=start)
         other = states_of(rigid, TIMES, tolerance=1e-11)
         left.append(np.abs(other[:, :2] - one[:, :2]).max() / np.abs(one[:, :2]).max())
-    assert left[0] < 1e-2
-    assert left[1] == pytest.approx(0.25 * left[0], rel=0.1)
+    assert left[0] < 1e-3
+    assert left[1] < 0.3 * left[0]
 
 
 @pytest.mark.parametrize("races", ["deflection", "full"])

@@ -4,6 +4,7 @@ from rig_meanings import RIG_MEANINGS
 from shaft_meanings import SHAFT_MEANINGS
 
 BALL = "with two of diameter, mass and density (or material) the third follows"
+RANGE = "`linear` at any speed, or `whole`: over all Reynolds numbers"
 CORNERS = "as many as times, straight in between, constant outside"
 
 MEANINGS = {
@@ -45,8 +46,18 @@ MEANINGS = {
     "Fluid.viscosity": "kinematic",
     "Fluid.virtual_mass": "fluid mass that a ball carries along, over the mass it displaces",
     "DragTorque.beta": "drag torque on one ball over its speed in the rotor",
+    "PlaneDrag.range": RANGE,
     "AnnulusDrag.clear_width": r"$W_1$ of {cite:t}`spannan2021`, figure 5.7",
+    "AnnulusDrag.range": RANGE,
+    "AnnulusDrag.plateau": "drag coefficient from Re = 20 000 on; without it 0.74",
     "CoefficientDrag.cd_re": "drag coefficient times Reynolds number",
+    "CoefficientDrag.range": RANGE,
+    "CoefficientDrag.plateau": "drag coefficient from Re = 20 000 on; required by `whole`",
+    "DiscoidalDrag.plateau": "drag coefficient from Re = 20 000 on: 0.60 as stated, 0.74 as in the printed fit",
+    "DiscoidalDrag.range": RANGE,
+    "FreeSphereDrag.range": RANGE,
+    "TableDrag.reynolds": "must increase; drag is linear below the first, its coefficient kept beyond the last",
+    "TableDrag.coefficient": "as many as Reynolds numbers; times these they must not fall",
     "Balls.count": "balls of this group",
     "Balls.diameter": BALL,
     "Balls.mass": "of one ball, in air; " + BALL,

@@ -66,7 +66,13 @@ def distribution() -> tuple[float, float, float]:
     def miss(unknown: Any) -> list[float]:
         disk, housing, arm = unknown
         length = FIRST + SECOND + arm
-        parts = [(disk, DISK), (housing, 0.0), (housing, FIRST + SECOND), (MOTOR, -arm), (line * length, 0.5 * length - arm)]
+        parts = [
+            (disk, DISK),
+            (housing, 0.0),
+            (housing, FIRST + SECOND),
+            (MOTOR, -arm),
+            (line * length, 0.5 * length - arm),
+        ]
         about = sum(m * (z - FIRST) ** 2 for m, z in parts) + line * length**3 / 12.0 + own + 0.5 * _polar(length)
         return [
             sum(m for m, _ in parts) / MASS - 1.0,
@@ -91,7 +97,12 @@ def shaft_model(hub: float = 0.0) -> Machine:
     pieces = [(before, 12, steel), *([(hub, 2, rigid)] if hub else []), (after, 10, steel)]
     segments = ", ".join(f"{{ length = {x}, diameter = {DIAMETER}, elements = {n}, {m} }}" for x, n, m in pieces)
     own = (MOTOR * MOTOR_SIZE**2 * (1.0 / 16.0 + 1.0 / 12.0), MOTOR * MOTOR_SIZE**2 / 8.0)
-    disks = [(0.0, MOTOR, *own), (arm + DISK, disk, 0.5 * polar, polar), (arm, housing, 0.0, 0.0), (length, housing, 0.0, 0.0)]
+    disks = [
+        (0.0, MOTOR, *own),
+        (arm + DISK, disk, 0.5 * polar, polar),
+        (arm, housing, 0.0, 0.0),
+        (length, housing, 0.0, 0.0),
+    ]
     text = f'name = "Rig as a shaft"\naxis = "horizontal"\n[rotor]\nkind = "shaft"\nsegments = [{segments}]\n'
     for z, mass, transverse, round_axis in disks:
         text += f"[[rotor.disks]]\nposition = {z}\nmass = {mass}\n"

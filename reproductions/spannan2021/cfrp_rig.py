@@ -91,9 +91,14 @@ def rows_at(
         quantity = f"{name if speed else f'mode {name[-1]}'} at {speed:g} rad/s, {what}"
         rows.append(
             compared(
-                source="Spannan 2021", figure="Table 6.5", quantity=quantity, unit="Hz", target=target,
-                obtained=float(found[number]), tolerance=share * target,
-            )  # fmt: skip
+                source="Spannan 2021",
+                figure="Table 6.5",
+                quantity=quantity,
+                unit="Hz",
+                target=target,
+                obtained=float(found[number]),
+                tolerance=share * target,
+            )
         )
     return rows
 

@@ -80,13 +80,49 @@ _HOME = {
     "plot_branches": "plots.branches",
     "border_curve": "stability.borders_over",
     "plot_bifurcation_curves": "plots.bifurcation_curves",
+    "rig": "files.rigs",
+    "rig_text": "files.rigs",
+    "rigs": "files.rigs",
+    "eigenfrequencies": "rotordynamics.modes",
+    "campbell": "rotordynamics.campbell",
+    "critical_speeds": "rotordynamics.critical",
+    "unbalance_response": "rotordynamics.response",
+    "response_peaks": "rotordynamics.peaks",
+    "whirl_orbits": "rotordynamics.orbits",
+    "identify": "rotordynamics.identification.identify",
+    "FreeParameter": "rotordynamics.identification.free",
+    "MeasuredMode": "rotordynamics.identification.measurements",
+    "MeasuredCriticalSpeed": "rotordynamics.identification.measurements",
+    "MeasuredResponse": "rotordynamics.identification.measurements",
+    "MeasuredStiffness": "rotordynamics.identification.measurements",
+    "KnownValue": "rotordynamics.identification.measurements",
+    "load_measurements": "rotordynamics.identification.measurement_file",
+    "equivalent_planar": "rotordynamics.equivalent_planar",
+    "decay_rate": "measurement.decay",
+    "from_ross": "rotordynamics.from_ross",
+    "frequency_response": "studies.frequency_response",
+    "plot_campbell": "plots.campbell",
+    "plot_modes": "plots.modes",
+    "plot_unbalance_response": "plots.unbalance_response",
+    "plot_polar_response": "plots.unbalance_response",
+    "plot_whirl_orbits": "plots.whirl",
+    "plot_whirl_along_axis": "plots.whirl",
+    "plot_identification": "plots.identification",
+    "plot_equivalent_planar": "plots.equivalent_planar",
+    "plot_frequency_response": "plots.frequency_response",
 }
 _MODULES = {"machine", "errors", "units"}
 
 __all__ = [
     "Envelope",
     "Event",
+    "FreeParameter",
+    "KnownValue",
     "LastRevolutions",
+    "MeasuredCriticalSpeed",
+    "MeasuredMode",
+    "MeasuredResponse",
+    "MeasuredStiffness",
     "SampleTimes",
     "Samples",
     "animate",
@@ -98,16 +134,25 @@ __all__ = [
     "border_curve",
     "border_speeds",
     "branches",
+    "campbell",
     "capability",
+    "critical_speeds",
+    "decay_rate",
     "deflection_envelope",
+    "eigenfrequencies",
     "eigenvalues",
     "equilibria",
+    "equivalent_planar",
     "errors",
     "fit_receptance",
     "fluid",
     "fluids",
+    "frequency_response",
+    "from_ross",
+    "identify",
     "largest_useful_count",
     "load_machine",
+    "load_measurements",
     "load_receptance",
     "load_run",
     "machine",
@@ -121,18 +166,31 @@ __all__ = [
     "plot_bifurcation_curves",
     "plot_border_curve",
     "plot_branches",
+    "plot_campbell",
+    "plot_equivalent_planar",
+    "plot_frequency_response",
+    "plot_identification",
     "plot_map",
+    "plot_modes",
     "plot_nyquist",
     "plot_orbit",
+    "plot_polar_response",
     "plot_race",
     "plot_receptance",
     "plot_run_up",
     "plot_stability",
+    "plot_unbalance_response",
+    "plot_whirl_along_axis",
+    "plot_whirl_orbits",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
     "release_speed",
     "residual_vibration",
+    "response_peaks",
+    "rig",
+    "rig_text",
+    "rigs",
     "save_machine",
     "save_run",
     "settling_time",
@@ -143,7 +201,9 @@ __all__ = [
     "suitable_bearings",
     "summary",
     "sweep",
+    "unbalance_response",
     "units",
+    "whirl_orbits",
     "with_parameter",
 ]
 
@@ -170,7 +230,9 @@ if TYPE_CHECKING:
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.materials import materials
     from autobalancer.files.machine_file import load_machine, machine_text, save_machine
+    from autobalancer.files.rigs import rig, rig_text, rigs
     from autobalancer.laws.capability import capability, largest_useful_count
+    from autobalancer.measurement.decay import decay_rate
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
     from autobalancer.measurement.receptance_border import receptance_border
@@ -181,12 +243,19 @@ if TYPE_CHECKING:
     from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
     from autobalancer.plots.border_curve import plot_border_curve
     from autobalancer.plots.branches import plot_branches
+    from autobalancer.plots.campbell import plot_campbell
+    from autobalancer.plots.equivalent_planar import plot_equivalent_planar
+    from autobalancer.plots.frequency_response import plot_frequency_response
+    from autobalancer.plots.identification import plot_identification
+    from autobalancer.plots.modes import plot_modes
     from autobalancer.plots.orbit import plot_orbit
     from autobalancer.plots.race import plot_race
     from autobalancer.plots.receptance import plot_nyquist, plot_receptance
     from autobalancer.plots.run_up import plot_run_up
     from autobalancer.plots.stability import plot_stability
     from autobalancer.plots.stability_map import plot_map
+    from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
+    from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
     from autobalancer.results.measures import (
         ball_angle_to_unbalance,
         deflection_envelope,
@@ -197,6 +266,24 @@ if TYPE_CHECKING:
         settling_time,
     )
     from autobalancer.results.store import load_run, save_run
+    from autobalancer.rotordynamics.campbell import campbell
+    from autobalancer.rotordynamics.critical import critical_speeds
+    from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
+    from autobalancer.rotordynamics.from_ross import from_ross
+    from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.rotordynamics.identification.identify import identify
+    from autobalancer.rotordynamics.identification.measurement_file import load_measurements
+    from autobalancer.rotordynamics.identification.measurements import (
+        KnownValue,
+        MeasuredCriticalSpeed,
+        MeasuredMode,
+        MeasuredResponse,
+        MeasuredStiffness,
+    )
+    from autobalancer.rotordynamics.modes import eigenfrequencies
+    from autobalancer.rotordynamics.orbits import whirl_orbits
+    from autobalancer.rotordynamics.peaks import response_peaks
+    from autobalancer.rotordynamics.response import unbalance_response
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
@@ -211,4 +298,5 @@ if TYPE_CHECKING:
     from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
     from autobalancer.stability.windows import stable_windows
+    from autobalancer.studies.frequency_response import frequency_response
     from autobalancer.studies.sweep import sweep

@@ -115,7 +115,7 @@ def race_numbers(
         if ball.drag_curve is not None:
             if ball.drag_curve not in curves:
                 curves[ball.drag_curve] = len(numbers)
-                numbers += _curve(ball)
+                numbers += curve_numbers(ball)
             put(at.DRAG_CURVE, curves[ball.drag_curve])
         lag = lags.get(key)
         if lag is not None and lag.rates.size:
@@ -129,7 +129,7 @@ def race_numbers(
         if lag is not None and lag.times.size:
             if key not in tables:
                 tables[key] = len(numbers)
-                numbers += _table(lag.times, lag.values)
+                numbers += table_numbers(lag.times, lag.values)
             put(at.LAG_TABLE, tables[key])
     numbers[BALL_ROWS], numbers[RUBBING] = rows, float(rubbing)
     if machine.excitations:
@@ -146,7 +146,7 @@ def _put(numbers: list[float], row: int, column: int, value: float) -> None:
     numbers[row + column] = float(value)
 
 
-def _curve(ball: Ball) -> list[float]:
+def curve_numbers(ball: Ball) -> list[float]:
     assert ball.drag_curve is not None
     velocities, forces, slopes = ball.drag_curve.points()
     step = (velocities[-1] - velocities[0]) / (velocities.size - 1)
@@ -158,7 +158,7 @@ def _curve(ball: Ball) -> list[float]:
     ]
 
 
-def _table(times: Floats, values: Floats) -> list[float]:
+def table_numbers(times: Floats, values: Floats) -> list[float]:
     """A uniform table through these points, monotone between them; zero slope where it ends."""
     step = float(np.diff(times).min())
     count = round((times[-1] - times[0]) / step) + 1
@@ -211,7 +211,7 @@ def _add_excitations(machine: Machine, parts: Parts, numbers: list[float]) -> in
         values = shake.acceleration if isinstance(shake, RecordedBaseMotion) else shake.force
         times, record = _with_silence(np.array(shake.time, np.float64), np.array(values, np.float64))
         for column, share in ((at.TABLE_X, direction[0]), (at.TABLE_Y, direction[1])):
-            tables.append((len(blocks), column, _table(times, share * record)))
+            tables.append((len(blocks), column, table_numbers(times, share * record)))
         blocks.append(block)
     for which, column, table in tables:
         blocks[which][column] = len(numbers)

@@ -12,10 +12,12 @@ import numpy as np
 from autobalancer.assembly.contacts import set_contacts
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
 from autobalancer.assembly.race_numbers import Lags, is_real, mode_count, race_numbers
+from autobalancer.assembly.resolved import is_resolved, resolved_numbers, resolved_scales, resolved_size, start_states
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import MachineError
+from autobalancer.kernels.resolved_layout import BALL_STATES
 from autobalancer.kernels.system import (
     BALL_COLUMNS,
     BALLS,
@@ -63,9 +65,11 @@ class Assembly:
     balls: tuple[Ball, ...]
     critical_speeds: tuple[float, ...] = ()  # undamped, with the balls on the rotor, ascending
     general: bool = False  # whether the equations are those of kernels/stations.py
+    resolved: bool = False  # whether they are those of kernels/resolved_balls.py
     reference: str = ""  # the place whose deflection is X, Y
     stations: dict[str, Matrix] = field(default_factory=dict)  # rows (2, R) of the named stations
     reduction: Reduction | None = None
+    places: Matrix = field(default_factory=lambda: np.zeros((0, 2, 0)))  # rows (P, 2, R) of the balancers
 
 
 def assemble(
@@ -101,7 +105,8 @@ def assemble(
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
     balls = resolve(machine)
-    if general or not isinstance(machine.rotor, PlanarRotor) or is_real(machine, balls, lags):
+    beyond = is_resolved(machine) or is_real(machine, balls, lags)
+    if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     isotropic = machine.rotor.isotropic
@@ -146,7 +151,8 @@ def assemble_general(
     """Numbers of a machine for the equations of kernels/stations.py and kernels/guided_race.py."""
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     parts = spatial_parts(machine, balls)
-    real = is_real(machine, balls, lags)
+    resolved = is_resolved(machine)
+    real = not resolved and is_real(machine, balls, lags)
     if real and machine.tilting_races == "full":
         raise MachineError(
             "tilting_races: the full motion on a tilting race knows linear drag on smooth circular races only; "
@@ -163,6 +169,10 @@ def assemble_general(
     if real:
         rotor = race_numbers(machine, parts, balls, rotor, lags, state.size)
         state = np.zeros(state.size + mode_count(lags))
+    own = slice(state.size, state.size + BALL_STATES * n)
+    if resolved:
+        rotor = resolved_numbers(machine, balls, rotor, lags, state.size)
+        state = np.zeros(state.size + resolved_size(balls, lags))
     system = System(
         rotating=1.0 if turns else 0.0,
         mass=parts.model.total_mass + sum(ball.effective_mass for ball in balls),
@@ -172,7 +182,8 @@ def assemble_general(
         damping_y=0.0,
         gravity_x=0.0,
         gravity_y=-pull,
-        polar_inertia=float(machine.rotor.inertia or 0.0) + (0.0 if real else sum(_polar(ball) for ball in balls)),
+        polar_inertia=float(machine.rotor.inertia or 0.0)
+        + (0.0 if real or resolved else sum(_polar(ball) for ball in balls)),
         balls=ball_matrix(balls),
         rotor=rotor,
         **numbers,
@@ -186,8 +197,8 @@ def assemble_general(
     state[where] = turned(place, -angle) if turns else place
     state[fast] = turned(velocity, -angle) if turns else velocity
     state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
-    if contact and balls:
-        fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
+    fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
+    if contact and balls and not resolved:
         state[BALLS : BALLS + n] = set_contacts(machine, balls, _angles(state, balls), system.balls, fastest)
     state[BALLS + n : rest] = [ball.start_speed for ball in balls]
     length, frequency = parts.length(balls), parts.frequency
@@ -196,9 +207,12 @@ def assemble_general(
     scale[where], scale[fast] = length, length * frequency
     growing[where] = growing[fast] = 1.0
     scale[SPEED] = scale[BALLS + n : rest] = scale[2 + 2 * size + 2 * n :] = frequency
+    if resolved:
+        state[own] = start_states(machine, balls, _angles(state, balls)).ravel()
+        scale[own] = resolved_scales(balls, rotor, fastest).ravel()
     return Assembly(
-        system, state, scale, growing, balls, parts.critical_speeds, True, parts.reference, parts.stations,
-        parts.reduction,
+        system, state, scale, growing, balls, parts.critical_speeds, True, resolved, parts.reference, parts.stations,
+        parts.reduction, parts.places,
     )  # fmt: skip
 
 

@@ -79,7 +79,7 @@ def _minima(machine: Any, viscosity_at: str, drag_at: str, unbalance: float | No
 def _asked(machine: Any) -> list[str]:
     from autobalancer.stability.borders import border_speeds
 
-    kinds = ("exact border", "exact border, worst case", "averaged border", "release speed")
+    kinds = ("exact border", "exact border, worst case", "averaged border", "release speed", "capture speed")
     there = {border.name for border in border_speeds(machine) if not math.isnan(border.speed)}
     return [name for name in kinds if name in there]
 

@@ -201,6 +201,69 @@ def rig(name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig".')]) -
 
 
 @app.command()
+def drag(
+    reynolds: Annotated[list[float] | None, typer.Option(help="Reynolds numbers to show; may be given again.")] = None,
+    clear_width: Annotated[str, typer.Option(help='Of a race, such as "9.2 mm"; with ball and orbit.')] = "",
+    ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')] = "",
+    orbit_radius: Annotated[str, typer.Option(help='Such as "77 mm".')] = "",
+    plot: Annotated[str, typer.Option(help="Picture of the laws, .png, .svg or .pdf.")] = "",
+    as_json: Json = False,
+) -> None:
+    """List the drag laws with their coefficients at some Reynolds numbers.
+
+    [dim]Example:[/dim] autobalancer catalog drag --reynolds 100 --reynolds 24000 --plot drag.png
+    """
+    from autobalancer.errors import QuestionError
+    from autobalancer.laws.drag import annulus_cd_re
+    from autobalancer.laws.drag_coefficient import DragLaw, drag_laws, race_geometry
+
+    laws: tuple[DragLaw, ...] = drag_laws()
+    given = (clear_width, ball_diameter, orbit_radius)
+    if any(given):
+        if not all(given):
+            raise QuestionError("give --clear-width, --ball-diameter and --orbit-radius together")
+        width, diameter, orbit = (_si(text, "m") for text in given)
+        laws = (*laws, race_geometry(annulus_cd_re(2.0 * width / diameter, 0.5 * diameter / orbit)))
+    at = reynolds or [1.0, 10.0, 100.0, 1000.0, 20000.0]
+    if min(at) <= 0.0:
+        raise QuestionError(f"--reynolds: given {min(at):g}; must be greater than zero")
+    rows = [
+        {
+            "name": law.name,
+            "cd_re": law.cd_re,
+            "stokes_end": law.stokes_end,
+            "highest": law.highest,
+            "source": law.source,
+            "reynolds": at,
+            "coefficient": (law.product(at) / at).tolist(),
+        }
+        for law in laws
+    ]
+    if plot:
+        from autobalancer.plots.drag import plot_drag_laws
+        from autobalancer.plots.save import save_picture
+
+        save_picture(plot_drag_laws(laws), plot)
+    if as_json:
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    columns = ["law", "c_d Re", "linear\nto Re", *(f"c_d at\n{re:g}" for re in at), "holds\nto Re", "source"]
+    table = [
+        [
+            law.name,
+            f"{law.cd_re:.4g}",
+            f"{law.stokes_end:g}",
+            *(f"{cd:.4g}" for cd in row["coefficient"]),
+            f"{law.highest:.3g}",
+            law.source,
+        ]
+        for law, row in zip(laws, rows, strict=True)
+    ]
+    _table("Drag laws", columns, table)
+    typer.echo("Also: cd_re with a plateau, and table. Reynolds numbers are those of the ball diameter.")
+
+
+@app.command()
 def capability(
     orbit_radius: Annotated[str, typer.Option(help='Radius of the circle of ball centers, such as "77 mm".')],
     ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')],

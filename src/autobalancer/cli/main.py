@@ -39,6 +39,7 @@ from autobalancer.cli import (  # noqa: E402
     catalog,
     check,
     flow,
+    identify,
     modes,
     plot,
     receptance,
@@ -63,4 +64,5 @@ app.command()(stepped.stepped)
 app.command()(modes.modes)
 app.command()(response.response)
 app.command()(flow.flow)
+app.command()(identify.identify)
 app.add_typer(catalog.app, name="catalog")

@@ -41,7 +41,7 @@ def stepped(
     """Hold a speed, let transients die, measure, go to the next. Ctrl-C keeps what was measured; the same call goes on.
 
     Example: autobalancer stepped rig.toml --speed 600rpm:5500rpm:200 --dwell 5s --window 1s --direction both --plot s.png
-    """  # noqa: E501
+    """
     from rich.console import Console
     from rich.progress import Progress
 

@@ -130,10 +130,9 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
             raise QuestionError(f"{name}: given {number}; there are {size}, counted from 1")
     part = machine.balancers[balancer - 1].races[race - 1]
     where = f"balancers[{balancer}].races[{race}]"
-    for key in ("width", "height", "fluid"):
-        if getattr(part, key) is None:
-            raise MachineError(f"{where}.{key}: missing; the flow in the race needs it")
-    assert part.width is not None and part.height is not None and part.fluid is not None
+    if part.width is None or part.height is None or part.fluid is None:
+        lacking = next(key for key in ("width", "height", "fluid") if getattr(part, key) is None)
+        raise MachineError(f"{where}.{lacking}: missing; the flow in the race needs it")
     balls = [ball for ball in resolve(machine) if (ball.balancer, ball.race) == (balancer - 1, race - 1)]
     largest = max(balls, key=lambda ball: ball.diameter)
     if largest.diameter == 0.0:

@@ -33,7 +33,7 @@ class Line:
         side[[0, -1]] *= 0.5
         away = place - self.points
         if not away.all():
-            return (away == 0.0).astype(np.float64)
+            return np.asarray(away == 0.0, np.float64)
         share = side / away
         return np.asarray(share / share.sum(), np.float64)
 
@@ -51,9 +51,7 @@ def line(begin: float, end: float, count: int, *, radial: bool) -> Line:
     order = np.argsort(-rates.real)
     rates, vectors = rates.real[order], np.ascontiguousarray(vectors.real[:, order])
     forward = np.linalg.inv(vectors)
-    return Line(
-        points, first, weights * half, rates, forward, vectors, np.ascontiguousarray(second[1:-1][:, [0, -1]])
-    )
+    return Line(points, first, weights * half, rates, forward, vectors, np.ascontiguousarray(second[1:-1][:, [0, -1]]))
 
 
 @dataclass(frozen=True)

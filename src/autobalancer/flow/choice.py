@@ -14,7 +14,6 @@ from autobalancer.flow.speed import WallSpeed
 
 SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
 LOOKS = 400  # instants at which the lag is looked at
-FEWEST = {"chebyshev": 12, "differences": 32}
 MOST = {"chebyshev": 160, "differences": 400}
 
 
@@ -52,8 +51,8 @@ def layer(annulus: Annulus, fastest: float) -> float:
     return min(math.sqrt(annulus.viscosity / max(fastest, 1e-300)), annulus.width, annulus.height)
 
 
-def points_for(annulus: Annulus, model: str, seen: Expected) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Intervals (radial, axial): what is needed at least, and what gives the orbit within about a thousandth.
+def points_for(annulus: Annulus, model: str, seen: Expected, error: float) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Intervals (radial, axial): what is needed at least, and what gives the orbit within about ``error``.
 
     Chebyshev points crowd at the walls, so their number grows with the root of length over layer; a stretched grid needs a few
     cells in the layer itself.
@@ -66,14 +65,18 @@ def points_for(annulus: Annulus, model: str, seen: Expected) -> tuple[tuple[int,
             low, good = 2.2 * base, (3.0 + 2.5 * seen.lag) * base
         else:
             low, good = 0.5 * length / thin, (1.5 + 1.5 * seen.lag) * length / thin
-        floor = FEWEST[model]
+        finer = max(0.0, math.log10(1e-3 / error))
+        if model == "chebyshev":
+            few, good = 12.0 + 6.0 * seen.lag + 4.0 * finer, good * (1.0 + 0.25 * finer)
+        else:
+            few, good = (32.0 + 16.0 * seen.lag) * 10.0 ** (0.5 * finer), good * 10.0 ** (0.5 * finer)
         needed.append(max(6, math.ceil(low)))
-        wanted.append(max(floor, 2 * math.ceil(0.5 * good)))
+        wanted.append(2 * math.ceil(0.5 * max(few, good)))
     return (needed[0], needed[1]), (wanted[0], wanted[1])
 
 
 def chosen_points(
-    annulus: Annulus, model: str, seen: Expected, points: tuple[int, int] | None
+    annulus: Annulus, model: str, seen: Expected, points: tuple[int, int] | None, error: float
 ) -> tuple[int, int]:
     """The intervals to be used.
 
@@ -82,7 +85,7 @@ def chosen_points(
     QuestionError
         If ``points`` cannot resolve the layers at the walls, or if this takes more than can be afforded.
     """
-    needed, wanted = points_for(annulus, model, seen)
+    needed, wanted = points_for(annulus, model, seen, error)
     for name, count, least, length in zip(
         ("radial", "axial"), points or wanted, needed, (annulus.width, annulus.height), strict=True
     ):
@@ -90,7 +93,7 @@ def chosen_points(
             raise QuestionError(
                 f"points: given {count} in {name} direction, but the layers at the walls are "
                 f"{1e3 * layer(annulus, seen.fastest):.3g} mm thin on {1e3 * length:.3g} mm at {seen.fastest:.4g} rad/s; "
-                f"take at least {least} ({wanted[0]} by {wanted[1]} are recommended)"
+                f"take at least {least} ({wanted[0]} by {wanted[1]} are recommended for an error of {error:g})"
             )
         if count > MOST[model]:
             raise QuestionError(

@@ -9,8 +9,8 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
-from autobalancer.flow.track import Progress, Track
 from autobalancer.flow.speed import WallSpeed
+from autobalancer.flow.track import Progress, Track
 from autobalancer.kernels.flow.differences import Cross, Fields, advance, poisson, wall_vorticity
 from autobalancer.kernels.flow.differences import march as march_steps
 
@@ -75,9 +75,7 @@ class DifferenceFlow:
     def torque(self) -> float:
         """Torque of the walls on the fluid, N m; second order."""
         g, r, z = self.swirl, self.radius, self.height
-        around = [
-            np.trapezoid(r[i] * _slope(r, g, i) - 2.0 * g[i], z) for i in (0, -1)
-        ]
+        around = [np.trapezoid(r[i] * _slope(r, g, i) - 2.0 * g[i], z) for i in (0, -1)]
         lids = [np.trapezoid(r * _slope(z, g.T, j), r) for j in (0, -1)]
         turning = around[1] - around[0] + lids[1] - lids[0]
         return float(2.0 * np.pi * self.annulus.density * self.annulus.viscosity * turning)
@@ -105,7 +103,7 @@ class DifferenceFlow:
         f.q[:], f.psi[:] = 0.0, 0.0
         f.g_half[:], f.q_half[:] = f.g, 0.0
         track = Track()
-        track.note(0.0, first, self.orbit_speed())
+        track.note(0.0, first, speed.before - first)
         if 0.0 in stops:
             at_stop(0.0)
         clock, record = np.zeros(1), np.empty((CHUNK, 3))
@@ -113,9 +111,7 @@ class DifferenceFlow:
             piece = speed.piece(float(clock[0]))
             numbers = np.array(piece.numbers, np.float64)
             while clock[0] < mark:
-                done = march_steps(
-                    self._cross, f, clock, piece.start, float(piece.kind), numbers, mark, fixed, record
-                )
+                done = march_steps(self._cross, f, clock, piece.start, float(piece.kind), numbers, mark, fixed, record)
                 if done < 0:
                     raise QuestionError(
                         f"the flow solver by differences blew up at {clock[0]:.4g} s: the flow is not resolved; take more "

@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicSpline
 
 from autobalancer.assembly.profile import SpeedProfile
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.flow.annulus import Annulus, Floats, annulus_of
 from autobalancer.flow.choice import Expected, chosen_points, expected
-from autobalancer.flow.modes import mode_table
-from autobalancer.flow.relaxation import MANY, RelaxationModes, diffusive_swirl, relaxation_modes
+from autobalancer.flow.relaxation import all_modes, diffusive_swirl
 from autobalancer.flow.result import Solved, flow_dataset
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
@@ -23,7 +23,7 @@ from autobalancer.machine import Machine
 Model = Literal["auto", "modes", "chebyshev", "differences"]
 Progress = Callable[[float, float], None]
 
-SHARE = 0.1  # of the error asked for that a single step may make
+SHARE = 0.02  # of the error asked for that a single step may make
 FIELD = 33  # points of a field of the modes in each direction
 
 
@@ -74,10 +74,11 @@ def annulus_flow(
     Returns
     -------
     xarray.Dataset
-        Over ``time``: ``speed`` of the rotor, ``fluid_speed`` at the orbit at mid-height, ``relative_velocity`` (azimuthal, to solid
-        rotation) and ``diffusion_speed``, what diffusion alone would give. Over ``(moment, radius, height)``:
+        Over ``time``: ``speed`` of the rotor, ``fluid_speed`` at the orbit at mid-height, ``relative_velocity`` (azimuthal, to
+        solid rotation) and ``diffusion_speed``, what diffusion alone would give. Over ``(moment, radius, height)``:
         ``fluid_angular_velocity``, ``stream_function``, ``vorticity``; over ``moment``: ``wall_torque`` and ``angular_momentum``.
-        Attributes say which model was used and why, and give ``spin_up_time``.
+        Attributes say which model was used and why, and give ``spin_up_time``: from the moment at which the rotor keeps its
+        speed until the lag has fallen to 1/e of what it was then.
 
     Raises
     ------
@@ -95,11 +96,14 @@ def annulus_flow(
     if moments[0] < 0.0 or moments[-1] > end:
         raise QuestionError(f"times: given {moments[0]:g} to {moments[-1]:g} s; must lie within 0 and {end:g} s")
     walls = wall_speed(profile, initial_speed)
-    seen = expected(annulus, relaxation_modes(annulus, error), walls, end)
+    if not 1e-6 <= error <= 0.5:
+        raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")
+    modes = all_modes(annulus)
+    seen = expected(annulus, modes, walls, end)
     solver = model if model != "auto" else "modes" if seen.error <= error else "chebyshev"
     grid = np.linspace(0.0, end, samples)
-    diffusion = all_modes(annulus).response(walls, _with_corners(grid, walls, end))
-    diffusion = np.interp(grid, _with_corners(grid, walls, end), diffusion)
+    cornered = _with_corners(grid, walls, end)
+    diffusion = modes.response(walls, cornered)[np.searchsorted(cornered, grid)]
     if solver == "modes":
         solved = _by_modes(annulus, walls, grid, diffusion, moments)
     else:
@@ -109,13 +113,9 @@ def annulus_flow(
         if seen.error <= error
         else f"the secondary flow changes the fluid's speed by up to {min(seen.error, 1.0):.1e} of the greatest speed"
     )
-    return flow_dataset(annulus, solved, diffusion, name, "asked for" if model != "auto" else reason, seen)
-
-
-def all_modes(annulus: Annulus) -> RelaxationModes:
-    """As many modes at the orbit as the exact series is worked out with."""
-    rates, gains = mode_table(annulus, MANY, MANY)
-    return RelaxationModes(rates.ravel(), gains.ravel())
+    return flow_dataset(
+        annulus, solved, diffusion, name, "asked for" if model != "auto" else reason, seen, walls.settled
+    )
 
 
 def _chamber(
@@ -151,11 +151,22 @@ def _by_modes(annulus: Annulus, walls: WallSpeed, grid: Floats, orbit: Floats, m
     height = np.linspace(0.0, annulus.height, FIELD)
     times = _with_corners(np.concatenate([grid, moments]), walls, float(grid[-1]))
     swirl = diffusive_swirl(annulus, walls, times, radius, height)[np.searchsorted(times, moments)]
-    nothing = np.zeros_like(swirl)
     return Solved(
-        "modes", grid, walls.over(grid), orbit, radius, height, np.array(moments), swirl, nothing, nothing,
-        np.full(len(moments), np.nan), np.full(len(moments), np.nan), walls.over(np.array(moments)), 0,
-    )  # fmt: skip
+        model="modes",
+        times=grid,
+        speed=walls.over(grid),
+        orbit=orbit,
+        radius=radius,
+        height=height,
+        moments=np.array(moments),
+        swirl=swirl,
+        stream=np.zeros_like(swirl),
+        vorticity=np.zeros_like(swirl),
+        torque=np.full(len(moments), np.nan),
+        momentum=np.full(len(moments), np.nan),
+        moment_speed=walls.over(np.array(moments)),
+        steps=0,
+    )
 
 
 def _by_solver(
@@ -173,25 +184,34 @@ def _by_solver(
     from autobalancer.flow.differences import DifferenceFlow
     from autobalancer.flow.spectral import SpectralFlow
 
-    radial, axial = chosen_points(annulus, solver, seen, points)
+    radial, axial = chosen_points(annulus, solver, seen, points, error)
     flow = (SpectralFlow if solver == "chebyshev" else DifferenceFlow)(annulus, radial, axial)
     r = flow.radius[:, None]
     kept: list[tuple[Floats, Floats, Floats, float, float]] = []
 
     def keep(time: float) -> None:
         speed = walls.at(time)[0]
-        kept.append(
-            (flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed))
-        )
+        kept.append((flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed)))
 
     if isinstance(flow, SpectralFlow):
         track = flow.march(walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
     else:
         track = flow.march(walls, end, stops=moments, at_stop=keep, progress=progress)
-    times, speeds, orbit = track.arrays()
-    speed = walls.over(grid)
+    times, _, orbit = track.arrays()
     swirl, stream, vorticity, torque, momentum = (np.array(part) for part in zip(*kept, strict=True))
     return Solved(
-        solver, grid, speed, speed + np.interp(grid, times, orbit - speeds), flow.radius, flow.height, np.array(moments), swirl,
-        stream, vorticity, torque, momentum, walls.over(np.array(moments)), track.steps,
-    )  # fmt: skip
+        model=solver,
+        times=grid,
+        speed=walls.over(grid),
+        orbit=CubicSpline(times, orbit)(grid),
+        radius=flow.radius,
+        height=flow.height,
+        moments=np.array(moments),
+        swirl=swirl,
+        stream=stream,
+        vorticity=vorticity,
+        torque=torque,
+        momentum=momentum,
+        moment_speed=walls.over(np.array(moments)),
+        steps=track.steps,
+    )

@@ -57,6 +57,12 @@ class RelaxationModes:
         return np.asarray(speed.over(times) - self.lags(speed, times).sum(axis=1), np.float64)
 
 
+def all_modes(annulus: Annulus) -> RelaxationModes:
+    """As many modes at the orbit as the exact series is worked out with."""
+    rates, gains = mode_table(annulus, MANY, MANY)
+    return RelaxationModes(rates.ravel(), gains.ravel())
+
+
 def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
     """The fewest modes that give the lag after a long ramp within the share ``error``.
 
@@ -70,7 +76,8 @@ def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
     """
     if not 1e-6 <= error <= 0.5:
         raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")
-    rates, gains = (table.ravel() for table in mode_table(annulus, MANY, MANY))
+    exact = all_modes(annulus)
+    rates, gains = exact.rates, exact.gains
     weight = np.abs(gains) / rates
     order = np.argsort(-weight, kind="stable")
     lag = (gains / rates)[order]

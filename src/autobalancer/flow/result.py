@@ -51,9 +51,9 @@ class Solved:
 
 
 def flow_dataset(
-    annulus: Annulus, solved: Solved, diffusion: Floats, name: str, reason: str, seen: Expected
+    annulus: Annulus, solved: Solved, diffusion: Floats, name: str, reason: str, seen: Expected, settled: float
 ) -> xr.Dataset:
-    """Label what was solved."""
+    """Label what was solved; ``settled`` is the time from which the rotor keeps its speed, s."""
     field = ("moment", "radius", "height")
     lag = solved.orbit - solved.speed
     data = {
@@ -81,7 +81,7 @@ def flow_dataset(
         "model_reason": reason,
         "error_of_diffusion": seen.error,
         "ekman_number": annulus.ekman_number(seen.fastest),
-        "spin_up_time": decay_time(solved.times, lag),
+        "spin_up_time": decay_time(solved.times, lag, settled),
         "greatest_lag": float(np.abs(lag).max()),
         "points": [solved.radius.size - 1, solved.height.size - 1],
         "steps": solved.steps,

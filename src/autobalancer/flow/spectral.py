@@ -81,7 +81,7 @@ class SpectralFlow:
         """Run from time zero, fluid turning as before, to ``end``.
 
         A step is as long as the error, the waves in the turning fluid and convection allow:
-        length (2 w + |u_r|/dr + |u_z|/dz) <= 1/2.
+        length (2 w + |u_r|/dr + |u_z|/dz) <= 0.7.
 
         Parameters
         ----------
@@ -108,10 +108,10 @@ class SpectralFlow:
         self._begin(first, speed.before)
         narrow = min(float(np.diff(self.radius).min()), float(np.diff(self.height).min()))
         step = min(fixed or FIRST * narrow**2 / self.annulus.viscosity, end)
-        clock[kernel.FIRST] = clock[kernel.LENGTH] = step
+        clock[kernel.LENGTH] = step
         clock[kernel.LEAST] = LEAST * min(step, 1.0 / max(speed.fastest(end), 1e-300))
         track = Track()
-        track.note(0.0, first, self.orbit_speed())
+        track.note(0.0, first, speed.before - first)
         if 0.0 in stops:
             at_stop(0.0)
         record, corners = np.empty((CHUNK, 3)), set(speed.corners(end))
@@ -153,27 +153,27 @@ def _plan(annulus: Annulus, grid: Grid, lift: Matrix) -> kernel.Plan:
     c, d = r.forward @ r.walls, z.forward @ z.walls
     p, s = r.derivative[[0, -1], 1:-1] @ r.backward, z.derivative[[0, -1], 1:-1] @ z.backward
     right, left = _corners(c, d, p, s)
-    arrays = dict(
-        radius=r.points[1:-1],
-        space_r=np.gradient(r.points)[1:-1],
-        space_z=np.gradient(z.points)[1:-1],
-        orbit_r=r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2,
-        orbit_z=z.values_at(0.5 * annulus.height),
-        along_r=r.derivative[1:-1],
-        along_z=z.derivative[1:-1].T,
-        r_forward=r.forward,
-        r_backward=r.backward,
-        z_forward=z.forward.T,
-        z_backward=z.backward.T,
-        laplacian=grid.laplacian,
-        c=c,
-        d=d,
-        p=p,
-        s=s,
-        right=right,
-        left=left,
-        lift=lift,
-    )
+    arrays = {
+        "radius": r.points[1:-1],
+        "space_r": np.gradient(r.points)[1:-1],
+        "space_z": np.gradient(z.points)[1:-1],
+        "orbit_r": r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2,
+        "orbit_z": z.values_at(0.5 * annulus.height),
+        "along_r": r.derivative[1:-1],
+        "along_z": z.derivative[1:-1].T,
+        "r_forward": r.forward,
+        "r_backward": r.backward,
+        "z_forward": z.forward.T,
+        "z_backward": z.backward.T,
+        "laplacian": grid.laplacian,
+        "c": c,
+        "d": d,
+        "p": p,
+        "s": s,
+        "right": right,
+        "left": left,
+        "lift": lift,
+    }
     return kernel.Plan(
         **{key: np.ascontiguousarray(value, np.float64) for key, value in arrays.items()}, viscosity=annulus.viscosity
     )
@@ -192,18 +192,27 @@ def _corners(c: Matrix, d: Matrix, p: Matrix, s: Matrix) -> tuple[Matrix, Matrix
 
 
 def _state(m: int, n: int) -> kernel.State:
+    def zeros(*shape: int) -> Floats:
+        return np.zeros(shape)
+
     size = 2 * (m + n)
     return kernel.State(
-        *(np.zeros((m + 2, n + 2)) for _ in range(3)),
-        *(np.zeros((5, m, n)) for _ in range(4)),
-        np.zeros((8, m, n)),
-        *(np.zeros((m, n)) for _ in range(4)),
-        np.zeros((size, size)),
-        *(np.zeros(size) for _ in range(4)),
-        np.zeros((3, 5)),
+        g=zeros(m + 2, n + 2),
+        q=zeros(m + 2, n + 2),
+        psi=zeros(m + 2, n + 2),
+        g_past=zeros(5, m, n),
+        q_past=zeros(5, m, n),
+        g_rate=zeros(5, m, n),
+        q_rate=zeros(5, m, n),
+        work=zeros(6, m, n),
+        a=zeros(m, n),
+        b=zeros(m, n),
+        f=zeros(m, n),
+        scale=zeros(m, n),
+        influence=zeros(size, size),
+        pivots=zeros(size),
+        rows=zeros(size),
+        columns=zeros(size),
+        unknown=zeros(size),
+        weights=zeros(3, 5),
     )
-
-
-def mid_height(flow: SpectralFlow, speed: float) -> Floats:
-    """Angular velocity of the fluid over the gap at mid-height, rad/s; (radius,)."""
-    return np.asarray(speed + flow.swirl @ flow._plan.orbit_z / flow.radius**2, np.float64)

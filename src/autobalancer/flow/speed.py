@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
+from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Floats
 from autobalancer.kernels.system import HILL
 from autobalancer.machine import Constant, Machine
 from autobalancer.machine.drive import PrescribedSpeed
-from autobalancer.errors import QuestionError
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,12 @@ class WallSpeed:
     def corners(self, end: float) -> list[float]:
         """Times inside (0, end) at which the rate may jump."""
         return [piece.start for piece in self.pieces if 0.0 < piece.start < end]
+
+    @property
+    def settled(self) -> float:
+        """Time from which the speed no longer changes, s; infinite if it always does."""
+        last = self.pieces[-1]
+        return last.start if last.kind != HILL and last.numbers[1] == 0.0 else math.inf
 
     def fastest(self, end: float) -> float:
         """Greatest magnitude of the speed up to ``end``, rad/s; every piece is monotonic."""

@@ -39,14 +39,15 @@ def spin_up(flow: xr.Dataset) -> SpinUp:
     return SpinUp(flow["time"].values.copy(), flow["fluid_speed"].values.copy())
 
 
-def decay_time(times: Floats, lag: Floats) -> float:
-    """Time from the greatest lag until it has fallen to 1/e of that for good, s; nan if it has not by the end."""
+def decay_time(times: Floats, lag: Floats, start: float) -> float:
+    """Time from ``start`` until the lag has fallen to 1/e of what it was then for good, s; nan if it has not by the end."""
+    if not start < times[-1]:
+        return float("nan")
     size = np.abs(lag)
-    start = int(size.argmax())
-    goal = size[start] / np.e
-    above = np.flatnonzero(size > goal)
-    if size[start] == 0.0 or above[-1] + 1 == size.size:
+    goal = float(np.interp(start, times, size)) / np.e
+    above = np.flatnonzero((size > goal) & (times >= start))
+    if goal == 0.0 or above.size == 0 or above[-1] + 1 == size.size:
         return float("nan")
     i = int(above[-1])
     part = (size[i] - goal) / (size[i] - size[i + 1])
-    return float(times[i] + part * (times[i + 1] - times[i]) - times[start])
+    return float(times[i] + part * (times[i + 1] - times[i]) - start)

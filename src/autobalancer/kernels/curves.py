@@ -29,7 +29,7 @@ def hermite(r, at: int, x: float, count: int) -> float:  # type: ignore[no-untyp
     a = at + 2 * i
     d = r[a + 2] - r[a]
     m, n = r[a + 1] - d, d - r[a + 3]
-    return r[a] + s * (d + (1.0 - s) * (m * (1.0 - s) - n * s))
+    return r[a] + s * (d + (1.0 - s) * (m * (1.0 - s) + n * s))
 
 
 @njit(**INLINE)

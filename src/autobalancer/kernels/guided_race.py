@@ -75,6 +75,16 @@ from autobalancer.kernels.trigonometry import sine_cosine
 @njit(**EQUATIONS)
 def real_race(time: float, y: Floats, dy: Floats, system: System) -> None:
     """Time derivative ``dy`` of the state ``y``: that of kernels/system.py, then the relaxation modes of each fluid."""
+    if _rates(time, y, dy, system, False):
+        _rates(time, y, dy, system, True)
+
+
+@njit(**EQUATIONS)
+def _rates(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def]
+    """The rates; balls rub where the known part of the normal force, or (``pressed``) that found before, is positive.
+
+    Returns whether that was wrong for any ball.
+    """
     p = behind(system)
     balls, count = p.balls, p.balls.shape[0]
     r = data(p.rotor)
@@ -167,7 +177,7 @@ def real_race(time: float, y: Floats, dy: Floats, system: System) -> None:
         inverse, rub, mode = 0.0, 0.0, r[at + MODE]
         if mode != 0.0:
             inverse = 1.0 / (r[at + STRETCH] * path * path)
-            if normal > 0.0:
+            if (r[at + NORMAL] if pressed else normal) > 0.0:
                 rub = mode * r[at + ROLLING] * path
         felt_x, felt_y = lean_x - rub * mass * out_x, lean_y - rub * mass * out_y
         felt_spin = spin - rub * normal_twist
@@ -190,6 +200,7 @@ def real_race(time: float, y: Floats, dy: Floats, system: System) -> None:
 
     acceleration = together(system, r, 2, acceleration, torque, inertia)
     write_rotor(y, dy, system, r, 2, speed, acceleration)
+    wrong = False
     for b in range(count):
         at = first_row + b * RACE_COLUMNS
         station = k.one + int(r[at + PLACE_]) * 2
@@ -203,6 +214,8 @@ def real_race(time: float, y: Floats, dy: Floats, system: System) -> None:
         normal = (
             r[at + NORMAL_PUSH] - r[at + NORMAL_X] * ax - r[at + NORMAL_Y] * ay - r[at + NORMAL_TWIST] * acceleration
         )
+        if r[at + ROLLING] > 0.0 and r[at + MODE] != 0.0:
+            wrong = wrong or (normal > 0.0) != (r[at + NORMAL_PUSH] > 0.0)
         r[at + NORMAL] = normal
         dy[BALLS + b] = y[BALLS + count + b]
         dy[BALLS + count + b] = rate
@@ -210,3 +223,4 @@ def real_race(time: float, y: Floats, dy: Floats, system: System) -> None:
         for i in range(modes):
             numbers = int(r[at + MODE_NUMBERS])
             dy[state + i] = r[numbers + modes + i] * acceleration - r[numbers + i] * y[state + i]
+    return wrong

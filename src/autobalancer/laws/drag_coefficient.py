@@ -52,7 +52,7 @@ class DragLaw:
         if text := self.outside(float(re.max(initial=0.0))):
             warnings.warn(text, RangeWarning, stacklevel=2)
         with np.errstate(divide="ignore"):
-            return self.product(re) / re
+            return np.asarray(self.product(re) / re)
 
     def log_slope(self, reynolds: ArrayLike) -> Floats:
         """d ln c_d / d ln Re between both ends of the shape, where it is one-sided; -1 below and 0 above."""
@@ -84,11 +84,11 @@ class CubicLaw(DragLaw):
 
     def _log_product(self, log_re: Floats) -> Floats:
         c, x = self.coefficients, log_re / np.log(10.0)
-        return log_re + np.log(10.0) * (c[0] + x * (c[1] + x * (c[2] + x * c[3])))
+        return np.asarray(log_re + np.log(10.0) * (c[0] + x * (c[1] + x * (c[2] + x * c[3]))))
 
     def _product_slope(self, log_re: Floats) -> Floats:
         c, x = self.coefficients, log_re / np.log(10.0)
-        return 1.0 + c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
+        return np.asarray(1.0 + c[1] + x * (2.0 * c[2] + x * 3.0 * c[3]))
 
 
 @dataclass(frozen=True)
@@ -96,14 +96,14 @@ class SphereLaw(DragLaw):
     """A free sphere after Cheng (2009), less what his law has above Stokes' at ``stokes_end``."""
 
     def _log_product(self, log_re: Floats) -> Floats:
-        return np.log(self._value(np.exp(log_re)))
+        return np.asarray(np.log(self._value(np.exp(log_re))))
 
     def _product_slope(self, log_re: Floats) -> Floats:
         re = np.exp(log_re)
         faded = np.exp(-0.04 * re**0.38)
         growth = 24.0 * 0.43 * 0.27 * (1.0 + 0.27 * re) ** -0.57
         growth += 0.47 * (1.0 - faded + 0.04 * 0.38 * re**0.38 * faded)
-        return re * growth / self._value(re)
+        return np.asarray(re * growth / self._value(re))
 
     def _value(self, re: Any) -> Any:
         return self.cd_re + _cheng(re) - _cheng(self.stokes_end)

@@ -30,7 +30,7 @@ class DragCurve:
 
     def reynolds(self, velocity: ArrayLike) -> Floats:
         """|u| d_b / nu; ``velocity`` in m/s, relative to the fluid."""
-        return np.abs(np.asarray(velocity, dtype=float)) * self.diameter / self.viscosity
+        return np.asarray(np.abs(np.asarray(velocity, dtype=float)) * self.diameter / self.viscosity)
 
     def force(self, velocity: ArrayLike) -> Floats:
         """Drag, N, along a velocity of the fluid relative to the ball, m/s; odd, of the shape of ``velocity``."""

@@ -15,6 +15,7 @@ from autobalancer.machine.balancer import (
     Partitions,
     PlaneDrag,
     Race,
+    ResolvedContact,
     Roundness,
     TableDrag,
 )
@@ -71,6 +72,7 @@ __all__ = [
     "RecordedBaseMotion",
     "RecordedForce",
     "Reduction",
+    "ResolvedContact",
     "RigidRotor",
     "Rotor",
     "Roundness",

@@ -124,7 +124,7 @@ def _smooth(flow: xr.Dataset, field: str, moment: int) -> tuple[NDArray[np.float
 
 
 def _profiles(axes: Axes, flow: xr.Dataset) -> None:
-    radius = np.linspace(*flow["radius"].values[[0, -1]], FINE)
+    radius = np.linspace(flow.attrs["inner"], flow.attrs["outer"], FINE)
     colors = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.88, flow.sizes["moment"]))
     speeds = flow["moment_speed"].values
     for i, color in enumerate(colors):
@@ -132,7 +132,10 @@ def _profiles(axes: Axes, flow: xr.Dataset) -> None:
             continue
         swirl = _smooth(flow, "fluid_angular_velocity", i)[2][:, FINE // 2]
         axes.plot(
-            radius * 1e3, swirl * radius / (speeds[i] * radius[-1]), color=color, label=f"{float(flow['moment'][i]):.3g} s"
+            radius * 1e3,
+            swirl * radius / (speeds[i] * radius[-1]),
+            color=color,
+            label=f"{float(flow['moment'][i]):.3g} s",
         )
     axes.plot(radius * 1e3, radius / radius[-1], "--", color=INK, lw=0.9, label="solid")
     axes.axvline(flow.attrs["orbit_radius"] * 1e3, color=UNBALANCE, lw=0.8, ls=":", zorder=0.5)

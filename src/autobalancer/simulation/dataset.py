@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.resolved import ball_states, wall_forces
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
@@ -46,13 +48,13 @@ def run_dataset(
             bins += 1
             edges = np.append(edges, state.clock[TIME])
             states = np.vstack([states, state.state])
-        n = len(balls)
+        angle, rate = _ball_motion(states, assembly)
         coordinates["envelope_time"] = ("bin", 0.5 * (edges[:-1] + edges[1:]))
         data["envelope_low"] = ("bin", record.bin_low[:bins])
         data["envelope_high"] = ("bin", record.bin_high[:bins])
         data["envelope_speed"] = ("bin", states[:, SPEED])
-        data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), states[:, BALLS : BALLS + n])
-        data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), states[:, BALLS + n : BALLS + 2 * n])
+        data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), angle)
+        data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), rate)
     if record.turn_states.shape[0]:
         turns = _ring(record.turn_states, int(state.counts[NEXT_TURN]))
         z = deflection(turns[:, 1:], assembly)
@@ -61,7 +63,7 @@ def run_dataset(
         data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
-        data["turn_ball_angle_in_rotor"] = (("turn", "ball"), turns[:, 1 + BALLS : 1 + BALLS + len(balls)])
+        data["turn_ball_angle_in_rotor"] = (("turn", "ball"), _ball_motion(turns[:, 1:], assembly)[0])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
         coordinates["event_time"] = ("event", log[:, 1])
@@ -79,13 +81,19 @@ def run_dataset(
 
 
 def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
-    n = len(assembly.balls)
     z = deflection(states, assembly)
-    angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
+    angle, speed = _ball_motion(states, assembly)
     unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
     moment = np.array([ball.moment for ball in assembly.balls], np.float64)
     center = sum(ball.effective_mass * ball.eccentricity for ball in assembly.balls)
     residual = unbalance + center + (moment * np.exp(1j * angle)).sum(axis=1)
+    resolved: dict[str, Any] = {}
+    if assembly.resolved:
+        own = _own_states(states, assembly)
+        apart = own[..., BALL_X] + 1j * own[..., BALL_Y]
+        mass = np.array([ball.effective_mass for ball in assembly.balls], np.float64)
+        residual = unbalance + center + (mass * apart).sum(axis=1)
+        resolved = _resolved(states, own, assembly)
     return {
         "speed": ("time", states[:, SPEED]),
         "rotor_angle": ("time", states[:, THETA]),
@@ -98,6 +106,46 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
         "unbalance": ("time", np.abs(unbalance)),
         "unbalance_angle_in_rotor": ("time", np.angle(unbalance)),
         "residual_unbalance": ("time", np.abs(residual)),
+        **resolved,
+    }
+
+
+def _own_states(states: Matrix, assembly: Assembly) -> Any:
+    return ball_states(states, assembly.system, assembly.places.shape[2])
+
+
+def _ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+    """Angles and speeds of the balls in the rotor, (times, n) each."""
+    n = len(assembly.balls)
+    angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
+    if not assembly.resolved:
+        return angle, speed
+    # the carried angle counts the turns; position and velocity are exact even where a ball passed close to the center
+    own = _own_states(states, assembly)
+    place, velocity = own[..., BALL_X] + 1j * own[..., BALL_Y], own[..., BALL_VX] + 1j * own[..., BALL_VY]
+    off = np.angle(place * np.exp(-1j * angle))
+    return angle + off, np.asarray((place.conj() * velocity).imag / np.maximum(np.abs(place) ** 2, 1e-30))
+
+
+def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:
+    """What only balls in resolved contact have: place in space, spin, distance from the race center, normal force."""
+    place = own[..., BALL_X] + 1j * own[..., BALL_Y]
+    centers = np.array([ball.eccentricity for ball in assembly.balls], np.complex128)
+    rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2]
+    coordinates = np.column_stack([states[:, [X, Y]], states[:, rest : rest + size - 2]])
+    rows = assembly.places[:, 0] + 1j * assembly.places[:, 1]
+    hosts = coordinates @ rows[[ball.balancer for ball in assembly.balls]].T
+    turn = np.exp(1j * states[:, THETA, None])
+    if assembly.system.rotating:
+        hosts = hosts * turn
+    z = hosts + turn * (centers + place)
+    wall = np.array([ball.orbit_radius for ball in assembly.balls], np.float64)
+    return {
+        "ball_x": (("time", "ball"), z.real),
+        "ball_y": (("time", "ball"), z.imag),
+        "ball_gap": (("time", "ball"), wall - np.abs(place)),
+        "ball_spin": (("time", "ball"), own[..., BALL_SPIN] + states[:, SPEED, None]),
+        "ball_normal_force": (("time", "ball"), wall_forces(own, assembly.system)),
     }
 
 

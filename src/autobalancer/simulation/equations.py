@@ -10,6 +10,10 @@ from autobalancer.kernels.guided_balls import planar
 
 def equations(assembly: Assembly) -> Any:
     """The right-hand side for :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
+    if assembly.resolved:
+        from autobalancer.kernels.resolved_balls import resolved
+
+        return resolved
     if assembly.general:
         from autobalancer.kernels.rotor_layout import BALL_ROWS, ROWS
 

@@ -26,6 +26,7 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.machine import Machine
 from autobalancer.simulation.dataset import run_dataset
+from autobalancer.simulation.drag_range import drag_range_attributes
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.outcome import outcome
@@ -125,7 +126,7 @@ def simulate(
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
     last = names[int(record.event_states[seen - 1, 0])] if seen else ""
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last)
-    return run_dataset(
+    run = run_dataset(
         assembly,
         record,
         state,
@@ -149,6 +150,8 @@ def simulate(
             "evaluations": int(state.counts[EVALUATIONS]),
         },
     )
+    run.attrs |= drag_range_attributes(assembly, run)
+    return run
 
 
 def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.Tableau) -> Memory:

@@ -20,7 +20,7 @@ from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import SEARCHED, Described, described, highest_searched, lower_critical_speed
-from autobalancer.stability.release import release_border
+from autobalancer.stability.resistance import release_of
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
 from autobalancer.stability.windows import windows_of
@@ -45,9 +45,9 @@ def border_speeds(machine: Machine | str | Path, unbalance: complex | float | No
     tuple of Border
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
-        worst ones; *release speed*. An empty note means that there is nothing to add. An infinite speed is never, and
-        one that is nan has a note that says why. Averaged border and release speed are of planar rotors; others have
-        the exact ones only.
+        worst ones; *release speed*, and where drag is not linear or balls rub *capture speed*. An empty note means that
+        there is nothing to add. An infinite speed is never, and one that is nan has a note that says why. Averaged
+        border and release speed are of planar rotors; others have the exact ones only.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def borders_of(machine: Machine, p: Described) -> tuple[Border, ...]:
         raise QuestionError("border speeds: the machine has no balls")
     if isinstance(p, Stations):
         return (worst_case_of(p), *exact(machine, p))
-    return (averaged(p), worst_case_of(p), *exact(machine, p), release_border(p))
+    return (averaged(p), worst_case_of(p), *exact(machine, p), *release_of(machine, p))
 
 
 def averaged(p: Plane) -> Border:

@@ -28,6 +28,7 @@ VARIABLES = {
     "exact border": "exact_border",
     "exact border, best case": "exact_border_best_case",
     "release speed": "release_speed",
+    "capture speed": "capture_speed",
 }
 
 

@@ -30,10 +30,12 @@ from autobalancer.kernels.flow.speed import wall_speed
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 # clock
-TIME, LENGTH, CONVECTION, SHIFT, KNOWN, ACCEPTED, REJECTED, FIRST, LEAST, LOST, AGO = range(11)  # AGO: lengths of past steps
+TIME, LENGTH, CONVECTION, SHIFT, KNOWN, ACCEPTED, REJECTED, FIRST, LEAST, LOST, AGO = range(
+    11
+)  # AGO: lengths of past steps
 CLOCK = AGO + 4
 
-REACH = 0.5  # step times (2 w + convection): inside the stable range of the explicit terms
+REACH = 0.7  # step times (2 w + convection): inside the stable range of the explicit terms
 MARGIN = 0.8  # of it, when the step is changed
 GROWTH = 1.3  # backward differentiation of order three stays stable up to 1.5
 WORTH = 1.2  # a longer step is taken from this growth on: a new length costs a new influence matrix
@@ -78,7 +80,7 @@ class State(NamedTuple):
     q_past: Floats
     g_rate: Floats
     q_rate: Floats
-    work: Floats  # (8, m, n)
+    work: Floats  # (6, m, n)
     a: Matrix
     b: Matrix
     f: Matrix
@@ -109,9 +111,9 @@ def remember(p: Plan, s: State, clock: Floats, speed: float) -> None:
                 s.g_rate[k, i, j] = s.g_rate[k - 1, i, j]
                 s.q_rate[k, i, j] = s.q_rate[k - 1, i, j]
     for i in range(m):
-        for l in range(6):
+        for k in range(6):
             for j in range(n):
-                s.work[l, i, j] = 0.0
+                s.work[k, i, j] = 0.0
         for k in range(m + 2):
             x = p.along_r[i, k]
             for j in range(n):
@@ -132,7 +134,9 @@ def remember(p: Plan, s: State, clock: Floats, speed: float) -> None:
             u, v = -psi_z / r, s.work[2, i, j] / r
             s.g_past[0, i, j], s.q_past[0, i, j] = g, q
             s.g_rate[0, i, j] = 2.0 * speed * psi_z - u * s.work[0, i, j] - v * g_z
-            s.q_rate[0, i, j] = 2.0 * (u * q / r + g * g_z / (r * r) + speed * g_z) - u * s.work[1, i, j] - v * s.work[4, i, j]
+            s.q_rate[0, i, j] = (
+                2.0 * (u * q / r + g * g_z / (r * r) + speed * g_z) - u * s.work[1, i, j] - v * s.work[4, i, j]
+            )
             rate = abs(u) / p.space_r[i] + abs(v) / p.space_z[j]
             if not rate <= most:
                 most = rate

@@ -64,6 +64,8 @@ def _error(t: Tableau, m: Memory) -> float:
             coarse += (correction[k] * weight) ** 2
     if fine == 0.0:
         return 0.0
+    if not math.isfinite(coarse):  # else a step into nowhere would count as exact
+        return math.inf
     return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
 

@@ -14,6 +14,7 @@ from autobalancer.machine.balancer.drag import (
 )
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.race import Balancer, Race
+from autobalancer.machine.balancer.resolved import ResolvedContact
 
 __all__ = [
     "AnnulusDrag",
@@ -31,6 +32,7 @@ __all__ = [
     "Partitions",
     "PlaneDrag",
     "Race",
+    "ResolvedContact",
     "Roundness",
     "TableDrag",
 ]

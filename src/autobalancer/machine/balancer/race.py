@@ -10,6 +10,7 @@ from autobalancer.machine.balancer.balls import Balls
 from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.balancer.resolved import ResolvedContact
 from autobalancer.machine.part import Angle, Length, Listed, Offset, Part
 from autobalancer.machine.station import Place
 
@@ -23,7 +24,8 @@ class Race(Part):
 
     Balls that meet touch and keep their order: without ``contact`` they do not rebound. ``coincidence`` lets them pass
     through each other, as many models in the literature do; balls of unknown size always do. ``harmonics`` or a measured
-    ``roundness`` are deviations of the orbit from its circle.
+    ``roundness`` are deviations of the orbit from its circle. With ``resolved`` the balls are not guided along the race but
+    free in its plane, between the outer wall and, if ``width`` is given, the inner one.
     """
 
     orbit_radius: Length | None = None
@@ -40,6 +42,7 @@ class Race(Part):
     partitions: Partitions | None = None
     harmonics: Annotated[tuple[Harmonic, ...], Listed] = ()
     roundness: Roundness | None = None
+    resolved: ResolvedContact | None = None
     balls: Annotated[tuple[Balls, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -52,6 +55,20 @@ class Race(Part):
             raise ValueError("coincidence: balls that pass through each other have no 'contact'; leave one out")
         if self.harmonics and self.roundness is not None:
             raise ValueError("roundness: give either 'harmonics' or a measured 'roundness', not both")
+        return self
+
+    @model_validator(mode="after")
+    def _resolvable(self) -> Race:
+        if self.resolved is None:
+            return self
+        for key in ("harmonics", "roundness", "partitions"):
+            if getattr(self, key):
+                raise ValueError(f"{key}: 'resolved' contact knows smooth round walls only; leave one of them out")
+        if any(group.motion == "point" for group in self.balls):
+            raise ValueError("resolved: its balls have a spin; set their motion = 'rolling' and give their size")
+        rests = self.friction is not None and self.friction.holding > 0.0
+        if rests and self.resolved.rest_speed is None:
+            raise ValueError("resolved.rest_speed: missing; rolling resistance and adherence need it")
         return self
 
     @property

@@ -1,0 +1,46 @@
+"""Hertz contact of a ball with a wall that is curved in one direction."""
+
+from __future__ import annotations
+
+import math
+
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipkm1
+
+from autobalancer.errors import QuestionError
+
+
+def hertz_stiffness(reduced_modulus: float, radius: float, wall_radius: float = math.inf) -> float:
+    """k of F = k d^(3/2), N/m^(3/2) (Johnson 1985, section 4.2).
+
+    Parameters
+    ----------
+    reduced_modulus
+        E*, Pa, with 1/E* = sum (1 - nu^2)/E over both bodies.
+    radius
+        Of the ball, m.
+    wall_radius
+        Of the cylindrical wall, m: positive where the ball runs inside, negative where it runs around it, infinite if flat.
+
+    Raises
+    ------
+    QuestionError
+        If the ball does not fit into its wall.
+    """
+    if 0.0 < wall_radius <= radius:
+        raise QuestionError(f"wall_radius: given {wall_radius:g} m; must exceed the radius of the ball, {radius:g} m")
+    across, along = 1.0 / radius, 1.0 / radius - 1.0 / wall_radius
+    sharp, blunt = max(across, along), min(across, along)  # principal relative curvatures
+    mean = 1.0 / math.sqrt(sharp * blunt)
+    if sharp / blunt < 1.0 + 1e-9:
+        return 4.0 / 3.0 * reduced_modulus * math.sqrt(mean)
+
+    def ratio(axes: float) -> float:  # of the curvatures that make an ellipse with these axes, b/a, (4.28)
+        first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
+        return (second / axes**2 - first) / (first - second)
+
+    axes = float(brentq(lambda b: ratio(b) - sharp / blunt, 1e-6, 1.0 - 1e-6, xtol=1e-14))
+    first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
+    size = 4.0 / (math.pi * (1.0 - axes**2)) * axes**1.5 * math.sqrt((second / axes**2 - first) * (first - second))
+    shape = 2.0 / math.pi * math.sqrt(axes) / size ** (1.0 / 3.0) * first  # F2 of (4.26c)
+    return 4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5

@@ -1,0 +1,67 @@
+"""Balls that are followed in the plane of their race, with a spin, in place of being guided along it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import model_validator
+
+from autobalancer.machine.balancer.contact import ContactStiffness
+from autobalancer.machine.part import Offset, Part, Ratio, quantity
+
+Modulus = Annotated[float, quantity("Pa", positive=True)]
+ContactDamping = Annotated[float, quantity("N*s/m", non_negative=True)]
+SlipSpeed = Annotated[float, quantity("m/s", positive=True)]
+
+
+class ResolvedContact(Part):
+    """Contact of a ball with the walls of its race (Spannan 2021, section 5.1).
+
+    ``stiffness``: linear spring (5.3); or ``reduced_modulus``: Hertz, F = k d^(3/2), the modulus of both bodies together,
+    1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce; or ``damping`` of the linear damper.
+
+    ``sliding_friction`` mu, full where the contact slips much faster than ``slip_speed`` (5.6). ``peak_friction`` and
+    ``peak_speed``: more friction at the onset of sliding, which fades over this slip speed (5.7). The race's ``friction``
+    brings rolling resistance and adherence; ``rest_speed`` is the speed below which a ball counts as at rest, and
+    ``adherence_stiffness`` that of the spring that holds it, by default the 1 N/mm of Spannan (2021), section 5.1.3.
+
+    ``floor_friction``: of the floor of the annulus under a ball that the wall does not carry, on a vertical axis.
+    ``ball_friction``: between balls that meet. ``start_gap``: distance from the wall at the start.
+    """
+
+    stiffness: ContactStiffness | None = None
+    reduced_modulus: Modulus | None = None
+    restitution: Ratio | None = None
+    damping: ContactDamping | None = None
+    sliding_friction: Ratio
+    slip_speed: SlipSpeed
+    peak_friction: Ratio | None = None
+    peak_speed: SlipSpeed | None = None
+    rest_speed: SlipSpeed | None = None
+    adherence_stiffness: ContactStiffness = 1000.0
+    floor_friction: Ratio = 0.0
+    ball_friction: Ratio = 0.0
+    start_gap: Offset = 0.0
+
+    @model_validator(mode="after")
+    def _one_law(self) -> ResolvedContact:
+        if (self.stiffness is None) == (self.reduced_modulus is None):
+            raise ValueError("give either 'stiffness' (linear spring) or 'reduced_modulus' (Hertz)")
+        if (self.restitution is None) == (self.damping is None):
+            raise ValueError("give either 'restitution' or 'damping'")
+        if self.damping is not None and self.stiffness is None:
+            raise ValueError("damping: goes with the linear 'stiffness'; give 'restitution' with 'reduced_modulus'")
+        if self.restitution is not None and self.restitution > 1.0:
+            raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
+        return self
+
+    @model_validator(mode="after")
+    def _one_friction(self) -> ResolvedContact:
+        if (self.peak_friction is None) != (self.peak_speed is None):
+            raise ValueError("give 'peak_friction' and 'peak_speed' together, or neither")
+        if self.peak_friction is not None and self.peak_friction < self.sliding_friction:
+            raise ValueError(
+                f"peak_friction: given {self.peak_friction:g}; must not be less than the sliding friction, "
+                f"{self.sliding_friction:g}"
+            )
+        return self
