@@ -39,8 +39,8 @@ plot_secondary_flow(start, time=0.1, speed_unit="rad/s")
 # In the slow run-up of the machine itself the oil hangs back by little, and less the faster the rotor turns:
 
 run_up = annulus_flow(machine)
-lag = run_up.speed - run_up.fluid_speed
+early, late = (run_up.speed - run_up.fluid_speed).interp(time=[20.0, 120.0]).values
 print(f"spun up within {start.spin_up_time:.2f} s after the sudden start")
-print(f"slow run-up: lag {float(lag.sel(time=20.0)):.2f} rad/s after 20 s, {float(lag.sel(time=120.0)):.2f} after 120 s")
+print(f"slow run-up: lag {early:.2f} rad/s after 20 s, {late:.2f} rad/s after 120 s")
 assert start.spin_up_time < 0.25
-assert float(lag.sel(time=120.0)) < 0.7 * float(lag.sel(time=20.0))
+assert 0.0 < late < 0.7 * early

@@ -227,3 +227,41 @@ def test_thin_oil_spins_up_by_ekman_layers_ten_times_faster_than_by_diffusion() 
     grid = np.linspace(0.0, 40.0, 4001)
     alone = 1.0 - all_modes(annulus).response(wall_speed(1.0, 0.0), grid)
     assert grid[np.argmax(alone < math.exp(-1.0))] > 10.0 * fold
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_flow_is_the_same_in_axes_at_rest_and_in_axes_that_turn(name: str) -> None:
+    """Walls that turn, seen as a rotor, or as walls with their own speed on a rotor that stands still."""
+    annulus, speed = oil(100e-6), 40.0
+    turning = solver(name, annulus, 20)
+    resting = solver(name, annulus, 20, walls=Walls(inner=speed, outer=speed))
+    run(turning, wall_speed(speed, 0.0), 0.1, fixed=5e-5)
+    run(resting, wall_speed(0.0), 0.1, fixed=5e-5)
+    r2 = turning.radius[:, None] ** 2
+    error = 1e-6 if name == "chebyshev" else 1e-3  # the square of r^2 w is not exact for differences
+    assert np.abs(turning.swirl + r2 * speed - resting.swirl).max() < error * speed * annulus.outer**2
+    assert np.abs(turning.stream).max() > 1e-6
+    assert np.abs(turning.stream - resting.stream).max() < 3.0 * error * np.abs(turning.stream).max()
+
+
+def test_energy_of_the_relative_flow_falls_by_what_viscosity_takes() -> None:
+    """Between walls at a steady speed: half of |v|^2 falls by nu times the square of its vorticity; nothing else works."""
+    annulus, speed = oil(50e-6), 40.0
+    flow, seen = SpectralFlow(annulus, 28, 28), []
+    d_r, d_z = flow.grid.r.derivative, flow.grid.z.derivative.T
+    weight = np.outer(flow.grid.r.weights / flow.radius, flow.grid.z.weights)
+
+    def look(_: float) -> None:
+        g, q, psi = flow.swirl, flow.vorticity, flow.stream
+        energy = ((d_r @ psi) ** 2 + (psi @ d_z) ** 2 + g**2) * weight
+        loss = (q**2 + (d_r @ g) ** 2 + (g @ d_z) ** 2) * weight
+        share = (((d_r @ psi) ** 2 + (psi @ d_z) ** 2) * weight).sum() / energy.sum()
+        seen.append((0.5 * energy.sum(), annulus.viscosity * loss.sum(), share))
+
+    times = np.linspace(0.02, 0.12, 401)
+    flow.march(wall_speed(speed, 0.0), 0.12, tolerance=1e-7, stops=times, at_stop=look)
+    energy, loss, secondary = np.array(seen).T
+    step = times[1] - times[0]
+    lost = step / 3.0 * (loss[0] + loss[-1] + 4.0 * loss[1:-1:2].sum() + 2.0 * loss[2:-1:2].sum())  # Simpson
+    assert secondary.max() > 0.004
+    assert energy[0] - energy[-1] == pytest.approx(lost, rel=1e-5)

@@ -112,7 +112,7 @@ def test_nothing_dissipative_keeps_the_energy(seed: int) -> None:
     energies = np.array([reference.energy(*reference.split(state)) for state in found])
     kinetic = 0.5 * machine.rotor.inertia * found[0][5] ** 2
     np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=1e-8 * kinetic)
-    assert np.ptp(found[:, 6 + len(reference.numbers)]) > 0.3  # the balls do move
+    assert np.ptp(found[:, 6]) > 0.02  # the balls do move
 
 
 @pytest.mark.parametrize("seed", range(4))

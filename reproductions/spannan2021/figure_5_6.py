@@ -1,4 +1,4 @@
-"""Figure 5.6 in kind: velocity of the fluid over the gap in the plane of the orbit, at constant speed and while the rotor speeds up.
+"""Figure 5.6 in kind: velocity of the fluid over the gap in the plane of the orbit, at constant speed and during acceleration.
 
 The source draws these profiles without numbers. Checked is what it says of them: a straight line at constant speed, and fluid
 that hangs back in the middle during acceleration; how much, against the closed form of a fluid that only diffuses, in the
@@ -34,13 +34,22 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     annulus = replace(annulus_of(load_machine(MACHINE)), viscosity=715e-6)
     hard = annulus_flow(annulus, Ramp(end=120.0, duration=120.0 / HARD), duration=0.5, times=[0.03, 0.06, 0.1, 0.5])
     save_picture(plot_velocity_profiles(hard), out / "figure_5_6.png")
-    slow = annulus_flow(annulus, Ramp(end=3.0 * ACCELERATION, duration=3.0), duration=3.0, model="chebyshev", error=1e-4)
+    slow = annulus_flow(
+        annulus, Ramp(end=3.0 * ACCELERATION, duration=3.0), duration=3.0, model="chebyshev", error=1e-4
+    )
     modes = all_modes(annulus)
     thin = replace(annulus, viscosity=0.65e-6)
     theory = thin.height / (2.0 * math.sqrt(thin.viscosity * 60.0))
     spin_up = annulus_flow(thin, 60.0, initial_speed=59.4, duration=2.0 * theory, samples=1001)
     rows = [
-        ("5.6a", "greatest departure from a straight profile at constant speed, over the wall's", "1", 0.0, bend(hard), 1e-3),
+        (
+            "5.6a",
+            "greatest departure from a straight profile at constant speed, over the wall's",
+            "1",
+            0.0,
+            bend(hard),
+            1e-3,
+        ),
         (
             "5.6b in kind",
             "lag at the orbit at 0.87 rad/s^2 in 715 mm^2/s, against diffusion",
@@ -73,7 +82,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 
 def bend(flow: xr.Dataset) -> float:
-    """Greatest distance of the last velocity profile at mid-height from the chord between its walls, over that of the outer wall."""
+    """Greatest distance of the last velocity profile at mid-height from its chord, over the velocity of the outer wall."""
     radius = flow["radius"].values
     middle = float(flow["height"][-1]) / 2.0
     velocity = radius * flow["fluid_angular_velocity"].isel(moment=-1).interp(height=middle).values

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from scipy.integrate import solve_ivp
 from tests.references.lagrange import profile_value
 
 from autobalancer.assembly.system import assemble
-from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, RigidRotor, TargetTorque
 
 NUMBERS = {"rotor": "M J_t J_p Ux Uy Cx Cy gx gy", "ball": "m eps Ex Ey z J r gx gy gz"}
@@ -83,9 +83,13 @@ class Spatial:
 
     machine: Machine
 
+    @cached_property
+    def balls(self) -> tuple[Ball, ...]:
+        return resolve(self.machine)
+
     def parts(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
         """Mass matrix, forces of inertia, weight and drag, T and V without supports."""
-        machine, balls = self.machine, resolve(self.machine)
+        machine, balls = self.machine, self.balls
         rotor = machine.rotor
         assert isinstance(rotor, RigidRotor)
         static, couple = unbalances(machine, time)
@@ -151,15 +155,16 @@ class Spatial:
             return np.concatenate([speed, self.accelerations(time, place, speed)])
 
         now, state, found = 0.0, np.concatenate([q, v]), {0.0: np.concatenate([q, v])}
-        for end in sorted({*times, *corners} - {0.0}):
+        for end in sorted({times[-1], *corners}):
             # a speed with a corner jumps in its rate: both sides of a piece see the rate inside it
+            inside = [time for time in times if now < time < end] + [end]
             answer = solve_ivp(
                 lambda t, s, low=now, high=end: rates(min(max(t, low + 1e-12), high - 1e-12), s),
-                (now, end), state, "DOP853", rtol=1e-11, atol=1e-11 * scale,
+                (now, end), state, "DOP853", t_eval=inside, rtol=1e-11, atol=1e-11 * scale,
             )  # fmt: skip
             assert answer.success
             now, state = end, answer.y[:, -1]
-            found[end] = state
+            found |= dict(zip(inside, answer.y.T, strict=True))
         states = np.array([found[time] for time in times])
         if isinstance(self.machine.drive, PrescribedSpeed):
             states[:, n + 4] = [profile_value(self.machine.drive.profile, time)[0] for time in times]

@@ -9,7 +9,7 @@ from typing import Literal
 
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -30,6 +30,7 @@ from autobalancer.simulation.drag_range import drag_range_attributes
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, Samples, Sampling
 from autobalancer.units import to_si
@@ -103,7 +104,7 @@ def simulate(
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
-    assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+    assembly = prepare(machine, end, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
@@ -117,7 +118,7 @@ def simulate(
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     if not (interrupted or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly = assemble(machine, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+        assembly = prepare(machine, end, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)

@@ -13,12 +13,13 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.prepare import prepare
 from autobalancer.studies.step_dataset import step_dataset
 from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
 from autobalancer.studies.step_store import StepStore
@@ -114,7 +115,7 @@ def frequency_response(
         )
     if start == "fixed" and (direction != "up" or acceleration is not None):
         raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
-    assembly = assemble(at_constant_speed(machine, float(chosen[-1])), seed=seed)
+    assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed)
     names, rows, weights = averaged_stations(assembly, stations)
     legs = ["up", "down"] if direction == "both" else [direction]
     question = {

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.system import Assembly, assemble, unbalance_at
+from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -26,6 +26,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.series import released_at, settled_from, wrapped
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import Envelope
@@ -97,7 +98,7 @@ def sweep(
     end = float(duration) if duration is not None else float(machine.run.duration)  # type: ignore[union-attr]
     shape, points = _points(variations, grid)
     assemblies = [
-        assemble(_with(machine, variations, point), seed=seed + number * vary_seed)
+        prepare(_with(machine, variations, point), end, seed=seed + number * vary_seed)
         for number, point in enumerate(points)
     ]
     done = 0

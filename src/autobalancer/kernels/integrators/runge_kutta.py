@@ -29,7 +29,7 @@ from autobalancer.kernels.integrators.memory import (
     memory_type,
 )
 from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
-from autobalancer.kernels.integrators.switches import first_switch, switch, switch_due
+from autobalancer.kernels.integrators.switches import first_switch, switch, switch_due, take_modes
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import address, data
@@ -107,6 +107,7 @@ def advance(
         if p.now[0] + 1 < segments:
             stop = min(stop, p.segments[p.now[0] + 1, START])
         if m.counts[FRESH] == 0:
+            take_modes(p, m)
             rhs(time, data(m.state), data(m.stages), parameters)
             m.counts[EVALUATIONS] += 1
             m.counts[FRESH] = 1

@@ -43,6 +43,18 @@ def _rubs(r, at: int) -> bool:  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def take_modes(p, m) -> None:  # type: ignore[no-untyped-def]
+    """Before an integration goes on from a state: every ball that moves rolls the way it moves."""
+    if p.rotor.size > 0:
+        r, count = data(p.rotor), p.balls.shape[0]
+        if r[RUBBING] != 0.0:
+            for b in range(count):
+                at, speed = int(r[BALL_ROWS]) + b * RACE_COLUMNS, m.state[BALLS + count + b]
+                if _rubs(r, at) and (r[at + MODE] * speed < 0.0 or (r[at + MODE] == 0.0 and speed != 0.0)):
+                    r[at + MODE] = math.copysign(1.0, speed)
+
+
+@njit(**INLINE)
 def switch_due(p, m) -> bool:  # type: ignore[no-untyped-def]
     """Whether a ball stopped or broke loose in the step just taken, whose end was evaluated last."""
     if p.rotor.size == 0:

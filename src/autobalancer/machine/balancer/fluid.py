@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import model_validator
 
 from autobalancer.machine.part import Density, Part, Ratio, Temperature, Viscosity
@@ -12,6 +14,9 @@ class Fluid(Part):
 
     The balls lose the mass of the fluid they displace as balancing mass and gain ``virtual_mass`` times it as
     inertia (2 near a wall: Jan and Chen 1997; Spannan 2021, section 5.2.3).
+
+    ``lag`` says how the fluid follows its chamber when the speed changes: at once (``none``), by diffusion (``modes``), by the
+    ``full`` equations of the flow, which need a prescribed speed, or whichever of both is needed (``auto``).
     """
 
     name: str | None = None
@@ -19,6 +24,7 @@ class Fluid(Part):
     density: Density | None = None
     viscosity: Viscosity | None = None
     virtual_mass: Ratio = 2.0
+    lag: Literal["none", "modes", "full", "auto"] = "none"
 
     @model_validator(mode="after")
     def _one_way(self) -> Fluid:
