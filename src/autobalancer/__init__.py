@@ -110,10 +110,36 @@ _HOME = {
     "plot_identification": "plots.identification",
     "plot_equivalent_planar": "plots.equivalent_planar",
     "plot_frequency_response": "plots.frequency_response",
+    "annulus_flow": "flow.question",
+    "Annulus": "flow.annulus",
+    "Walls": "flow.annulus",
+    "annulus_of": "flow.annulus",
+    "relaxation_modes": "flow.relaxation",
+    "RelaxationModes": "flow.relaxation",
+    "spin_up": "flow.spin_up",
+    "SpinUp": "flow.spin_up",
+    "plot_flow": "plots.flow",
+    "plot_spin_up": "plots.flow",
+    "plot_velocity_profiles": "plots.flow",
+    "plot_secondary_flow": "plots.flow",
+    "drag_laws": "laws.drag_coefficient",
+    "sphere_on_plane": "laws.drag_coefficient",
+    "race_geometry": "laws.drag_coefficient",
+    "discoidal": "laws.drag_coefficient",
+    "free_sphere": "laws.drag_coefficient",
+    "DragCurve": "laws.drag_curve",
+    "slipstream_factor": "laws.slipstream",
+    "stall_ranges": "laws.stall",
+    "stall_balance": "laws.stall",
+    "StalledBall": "laws.stall",
+    "planar_receptance": "laws.stall",
+    "plot_drag_laws": "plots.drag",
 }
 _MODULES = {"machine", "errors", "units"}
 
 __all__ = [
+    "Annulus",
+    "DragCurve",
     "Envelope",
     "Event",
     "FreeParameter",
@@ -123,9 +149,15 @@ __all__ = [
     "MeasuredMode",
     "MeasuredResponse",
     "MeasuredStiffness",
+    "RelaxationModes",
     "SampleTimes",
     "Samples",
+    "SpinUp",
+    "StalledBall",
+    "Walls",
     "animate",
+    "annulus_flow",
+    "annulus_of",
     "ball_angle_to_unbalance",
     "basin",
     "bearings",
@@ -139,6 +171,8 @@ __all__ = [
     "critical_speeds",
     "decay_rate",
     "deflection_envelope",
+    "discoidal",
+    "drag_laws",
     "eigenfrequencies",
     "eigenvalues",
     "equilibria",
@@ -147,6 +181,7 @@ __all__ = [
     "fit_receptance",
     "fluid",
     "fluids",
+    "free_sphere",
     "frequency_response",
     "from_ross",
     "identify",
@@ -162,12 +197,15 @@ __all__ = [
     "minimum_drag",
     "minimum_viscosity",
     "peak_deflection",
+    "planar_receptance",
     "plot_basin",
     "plot_bifurcation_curves",
     "plot_border_curve",
     "plot_branches",
     "plot_campbell",
+    "plot_drag_laws",
     "plot_equivalent_planar",
+    "plot_flow",
     "plot_frequency_response",
     "plot_identification",
     "plot_map",
@@ -178,13 +216,18 @@ __all__ = [
     "plot_race",
     "plot_receptance",
     "plot_run_up",
+    "plot_secondary_flow",
+    "plot_spin_up",
     "plot_stability",
     "plot_unbalance_response",
+    "plot_velocity_profiles",
     "plot_whirl_along_axis",
     "plot_whirl_orbits",
+    "race_geometry",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
+    "relaxation_modes",
     "release_speed",
     "residual_vibration",
     "response_peaks",
@@ -195,9 +238,14 @@ __all__ = [
     "save_run",
     "settling_time",
     "simulate",
+    "slipstream_factor",
     "speed_windows",
+    "sphere_on_plane",
+    "spin_up",
     "stability_map",
     "stable_windows",
+    "stall_balance",
+    "stall_ranges",
     "suitable_bearings",
     "summary",
     "sweep",
@@ -231,7 +279,15 @@ if TYPE_CHECKING:
     from autobalancer.catalog.materials import materials
     from autobalancer.files.machine_file import load_machine, machine_text, save_machine
     from autobalancer.files.rigs import rig, rig_text, rigs
+    from autobalancer.flow.annulus import Annulus, Walls, annulus_of
+    from autobalancer.flow.question import annulus_flow
+    from autobalancer.flow.relaxation import RelaxationModes, relaxation_modes
+    from autobalancer.flow.spin_up import SpinUp, spin_up
     from autobalancer.laws.capability import capability, largest_useful_count
+    from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
+    from autobalancer.laws.drag_curve import DragCurve
+    from autobalancer.laws.slipstream import slipstream_factor
+    from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
     from autobalancer.measurement.decay import decay_rate
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
@@ -244,7 +300,9 @@ if TYPE_CHECKING:
     from autobalancer.plots.border_curve import plot_border_curve
     from autobalancer.plots.branches import plot_branches
     from autobalancer.plots.campbell import plot_campbell
+    from autobalancer.plots.drag import plot_drag_laws
     from autobalancer.plots.equivalent_planar import plot_equivalent_planar
+    from autobalancer.plots.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
     from autobalancer.plots.frequency_response import plot_frequency_response
     from autobalancer.plots.identification import plot_identification
     from autobalancer.plots.modes import plot_modes

@@ -81,7 +81,13 @@ def free(*, axis: str = "vertical", race: dict[str, Any] | None = None, **resolv
                         "resolved": contact(stiffness=2e4, **resolved),
                         "balls": [
                             {"count": 1, "mass": 0.02, "diameter": 0.02, "start_angles": [0.3], "start_speeds": [9.0]},
-                            {"count": 1, "mass": 0.01, "diameter": 0.014, "start_angles": [2.0], "start_speeds": [-7.0]},
+                            {
+                                "count": 1,
+                                "mass": 0.01,
+                                "diameter": 0.014,
+                                "start_angles": [2.0],
+                                "start_speeds": [-7.0],
+                            },
                         ],
                         **(race or {}),
                     }

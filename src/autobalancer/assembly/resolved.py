@@ -180,10 +180,10 @@ def _stiffnesses(contact: ResolvedContact, ball: Ball, inner: float) -> tuple[fl
     return outer, within, 4.0 / 3.0 * modulus
 
 
-def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats) -> Matrix:
-    """Balls that roll at their start angles and speeds, (n, BALL_STATES)."""
+def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rotor: Floats, speed: float) -> Matrix:
+    """Balls that roll at their start angles and speeds, pressed on their wall by the ``speed`` of the rotor (rad/s)."""
     states = np.zeros((len(balls), at.BALL_STATES))
-    for row, ball, angle in zip(states, balls, angles, strict=True):
+    for row, numbers, ball, angle in zip(states, rows_of(rotor, len(balls)), balls, angles, strict=True):
         contact = machine.balancers[ball.balancer].races[ball.race].resolved
         assert contact is not None
         radius = ball.orbit_radius - float(contact.start_gap)
@@ -191,7 +191,12 @@ def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats) -> M
         row[[at.BALL_X, at.BALL_Y]] = radius * c, radius * s
         row[[at.BALL_VX, at.BALL_VY]] = -radius * s * ball.start_speed, radius * c * ball.start_speed
         if contact.start_gap == 0.0:
-            row[at.BALL_SPIN] = -ball.orbit_radius * ball.start_speed / ball.radius
+            in_space, rest = speed + ball.start_speed, relative_mass(ball) - ball.effective_mass
+            force = ball.orbit_radius * (ball.effective_mass * in_space**2 + rest * ball.start_speed**2)
+            pressed = 1.0 + _depth(numbers, force) / ball.orbit_radius
+            row[[at.BALL_X, at.BALL_Y]] *= pressed
+            row[[at.BALL_VX, at.BALL_VY]] *= pressed
+            row[at.BALL_SPIN] = -pressed * ball.orbit_radius * ball.start_speed / ball.radius
     return states
 
 
@@ -202,12 +207,17 @@ def resolved_scales(balls: tuple[Ball, ...], rotor: Floats, fastest: float) -> M
     for scale, row, ball in zip(scales, rows, balls, strict=True):
         force = max(ball.moment * fastest**2, 10.0 * ball.effective_mass)
         power = 1.5 if row[at.HERTZ] else 1.0
-        depth = (force / row[at.WALL_STIFFNESS]) ** (1.0 / power)
+        depth = _depth(row, force)
         frequency = math.sqrt(power * force / depth / relative_mass(ball))
         scale[[at.BALL_X, at.BALL_Y, at.HOLD]] = depth
         scale[[at.BALL_VX, at.BALL_VY]] = depth * frequency
         scale[at.BALL_SPIN] = depth * frequency / ball.radius
     return scales
+
+
+def _depth(row: Floats, force: float) -> float:
+    """How deep the outer wall is pressed by a force, m."""
+    return float((force / row[at.WALL_STIFFNESS]) ** (2.0 / 3.0 if row[at.HERTZ] else 1.0))
 
 
 def rows_of(rotor: Floats, count: int) -> Matrix:

@@ -208,7 +208,7 @@ def assemble_general(
     growing[where] = growing[fast] = 1.0
     scale[SPEED] = scale[BALLS + n : rest] = scale[2 + 2 * size + 2 * n :] = frequency
     if resolved:
-        state[own] = start_states(machine, balls, _angles(state, balls)).ravel()
+        state[own] = start_states(machine, balls, _angles(state, balls), rotor, state[SPEED]).ravel()
         scale[own] = resolved_scales(balls, rotor, fastest).ravel()
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, True, resolved, parts.reference, parts.stations,

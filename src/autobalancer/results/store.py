@@ -12,7 +12,7 @@ from autobalancer.errors import ResultError
 from autobalancer.results.provenance import MAKER
 
 # netCDF turns a list of one into a scalar; these come back as lists
-LISTS = {"critical_speeds", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
+LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
 
 def save_run(run: xr.Dataset, path: str | Path) -> Path:

@@ -1,0 +1,262 @@
+"""Balls resolved in contact: where they fall onto the guided ball, and what a guided ball cannot do."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.references.resolved import BALL, chamber, contact, run
+
+import autobalancer as ab
+from autobalancer.assembly.race_numbers import Lag
+from autobalancer.assembly.resolved import wall_forces
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import MachineError
+from autobalancer.kernels import resolved_layout as at
+from autobalancer.kernels.system import BALLS, X, Y
+from autobalancer.machine import Machine
+
+ORBIT, GRAVITY = 0.1, 9.80665
+RIGID = {
+    "kind": "rigid", "mass": 10.0, "transverse_inertia": 0.05, "inertia": 0.06,
+    "supports": [
+        {"position": -0.1, "stiffness": [4e5, 5e5], "damping": [60.0, 50.0]},
+        {"position": 0.15, "stiffness": [3e5, 3.5e5], "damping": [40.0, 50.0]},
+    ],
+}  # fmt: skip
+PLANAR = {"mass": 10.0, "stiffness": 6.25e5, "damping": 100.0, "inertia": 0.05}
+OIL = {"density": 900.0, "viscosity": 2e-5}
+
+
+def run_up(
+    resolved: dict[str, Any] | None = None, *, rotor: dict[str, Any] = PLANAR, torque: bool = False, **race: Any
+) -> Machine:
+    """Two rolling balls through the critical speed."""
+    where = {"station": 0.05} if rotor is RIGID else {}
+    profile = {"kind": "ramp", "start": 150.0, "end": 400.0, "duration": 0.6}
+    drive: dict[str, Any] = {"kind": "torque", "torque": 20.0} if torque else {"kind": "speed", "profile": profile}
+    return Machine(
+        name="run-up",
+        axis="vertical",
+        rotor=rotor,
+        unbalances=[{"mass": 5e-3, "radius": 0.1, **where}],
+        balancers=[
+            {
+                "races": [
+                    {
+                        "orbit_radius": ORBIT,
+                        "drag": {"law": "beta", "beta": 3e-4},
+                        "balls": [{"count": 2, "mass": 2.5e-3, "diameter": 8e-3, "start_angles": [1.0, -1.9]}],
+                        **race,
+                        **({"resolved": resolved} if resolved else {}),
+                    }
+                ],
+                **where,
+            }
+        ],
+        drive=drive,
+        **({"start": {"speed": 150.0}} if torque else {}),
+    )
+
+
+def apart(one: Machine, other: Machine, **options: Any) -> float:
+    """The greatest difference of ball angles, rad, and of deflections over the greatest deflection."""
+    times, n = np.linspace(0.0, 0.6, 301), 2
+    (a, _, _), (b, _, _) = (
+        run(m, times, tolerance=1e-9, **options) if m.balancers[0].races[0].resolved else _guided(m, times, options)
+        for m in (one, other)
+    )
+    deflections = [np.hypot(s[:, X], s[:, Y]) for s in (a, b)]
+    angle = np.abs(a[:, BALLS : BALLS + n] - b[:, BALLS : BALLS + n]).max()
+    return float(max(angle, np.abs(deflections[0] - deflections[1]).max() / deflections[0].max()))
+
+
+def _guided(machine: Machine, times: Any, options: dict[str, Any]) -> tuple[Any, None, None]:
+    from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
+    from autobalancer.kernels.integrators.tableau import dormand_prince_8
+    from autobalancer.simulation.equations import equations
+    from autobalancer.simulation.record import record_for
+    from autobalancer.simulation.run import memory_for
+
+    assembly = assemble(machine, **options)
+    record = record_for([ab.SampleTimes(list(times))], (), assembly, float(times[-1]))
+    memory = memory_for(assembly, float(times[-1]), 1e-10, dormand_prince_8())
+    assert advance(equations(assembly), assembly.system, dormand_prince_8(), record, memory, 10**8) == FINISHED
+    return record.samples, None, None
+
+
+GRIP = {"restitution": 0.3, "sliding_friction": 0.5}
+
+
+@pytest.mark.parametrize("rotor", [PLANAR, RIGID], ids=["planar", "rigid"])
+@pytest.mark.parametrize("torque", [False, True], ids=["speed", "torque"])
+def test_stiff_balls_that_do_not_slip_run_up_like_guided_ones(rotor: dict[str, Any], torque: bool) -> None:
+    """The difference falls with the compliance of the wall, and with the creep by which friction acts."""
+    guided = run_up(rotor=rotor, torque=torque)
+    soft = apart(guided, run_up(contact(stiffness=1e5, slip_speed=0.1, **GRIP), rotor=rotor, torque=torque))
+    stiff = apart(guided, run_up(contact(stiffness=1e6, slip_speed=0.01, **GRIP), rotor=rotor, torque=torque))
+    assert stiff < 0.2 * soft
+    assert stiff < 5e-3
+
+
+def test_virtual_mass_nonlinear_drag_and_lag_act_as_on_guided_balls() -> None:
+    race: dict[str, Any] = {"fluid": OIL, "drag": {"law": "sphere_on_plane", "range": "whole"}}
+    lags = {(0, 0): Lag(rates=np.array([3.0]), gains=np.array([0.6]))}
+    found = [
+        apart(run_up(**race), run_up(contact(stiffness=k, slip_speed=s, **GRIP), **race), lags=lags)
+        for k, s in ((1e5, 0.1), (1e6, 0.01))
+    ]
+    assert found[1] < 0.2 * found[0]
+    assert found[1] < 5e-3
+
+
+def test_rolling_resistance_acts_as_on_guided_balls() -> None:
+    race: dict[str, Any] = {"friction": {"rolling_resistance": 2e-3}}
+    found = apart(run_up(**race), run_up(contact(stiffness=1e6, slip_speed=0.01, rest_speed=1e-3, **GRIP), **race))
+    assert found < 1e-2
+    without = apart(run_up(**race), run_up(contact(stiffness=1e6, slip_speed=0.01, **GRIP)))
+    assert without > 10.0 * found
+
+
+def test_both_frames_give_the_same_motion() -> None:
+    machine = run_up(contact(stiffness=1e5, slip_speed=0.1, **GRIP), torque=True)
+    runs = [ab.simulate(machine, duration=0.3, frame=f, tolerance=1e-9) for f in ("rotor", "space")]
+    for name in ("x", "y", "ball_angle_in_rotor", "ball_x", "ball_y", "ball_spin", "speed"):
+        size = np.abs(runs[0][name]).max()
+        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-5 * float(size))
+
+
+def test_a_result_knows_where_the_ball_is_how_it_spins_and_how_it_is_pressed() -> None:
+    machine = run_up(contact(stiffness=1e5, slip_speed=0.01, **GRIP))
+    result = ab.simulate(machine, duration=0.6, save=[ab.Samples(201), ab.Envelope(20), ab.LastRevolutions(2)])
+    place = (result.ball_x + 1j * result.ball_y) - (result.x + 1j * result.y)
+    np.testing.assert_allclose(np.abs(place), ORBIT - result.ball_gap, rtol=1e-12)
+    angle = result.ball_angle_in_rotor + result.rotor_angle
+    np.testing.assert_allclose(np.angle(place * np.exp(-1j * angle)), 0.0, atol=1e-9)
+    late = result.isel(time=slice(100, None))
+    rolls = late.speed - ORBIT / 4e-3 * late.ball_speed_in_rotor
+    np.testing.assert_allclose(late.ball_spin, rolls, atol=1e-3 * float(late.speed.max()))
+    np.testing.assert_allclose(late.ball_normal_force / -late.ball_gap, 1e5, rtol=5e-2)
+    assert np.isfinite(result.envelope_ball_angle_in_rotor).all()
+    assert np.isfinite(result.turn_ball_angle_in_rotor).all()
+
+
+def test_a_ball_that_loops_leaves_the_wall_where_its_weight_wins() -> None:
+    """At rest, no friction, v at the lowest point: cos = (2 g eps - v^2)/(3 g eps), counted from the lowest point."""
+    for factor in (3.0, 4.5):
+        v = math.sqrt(factor * GRAVITY * ORBIT)
+        machine = chamber(axis="horizontal", balls={"start_angles": [-0.5 * math.pi]}, stiffness=1e6, restitution=0.2)
+        load = 5e-3 * (GRAVITY + v**2 / ORBIT)
+        start = {(0, at.BALL_VX): v, (0, at.BALL_Y): -(ORBIT + load / 1e6)}
+        _, own, assembly = run(machine, np.linspace(0.0, 0.3, 30001), start)
+        pressed = wall_forces(own, assembly.system)[:, 0] > 0.0
+        leaves = int(np.argmin(pressed))
+        place = own[leaves, 0, at.BALL_X] + 1j * own[leaves, 0, at.BALL_Y]
+        assert pressed[:leaves].all()
+        assert -place.imag / abs(place) == pytest.approx((2.0 - factor) / 3.0, abs=2e-3)
+
+
+def test_a_ball_with_enough_speed_loops_without_leaving_the_wall() -> None:
+    v = math.sqrt(5.1 * GRAVITY * ORBIT)
+    machine = chamber(axis="horizontal", balls={"start_angles": [-0.5 * math.pi]}, restitution=0.2)
+    load = 5e-3 * (GRAVITY + v**2 / ORBIT)
+    start = {(0, at.BALL_VX): v, (0, at.BALL_Y): -(ORBIT + load / 1e6)}
+    _, own, assembly = run(machine, np.linspace(0.0, 1.0, 5001), start)
+    force = wall_forces(own, assembly.system)[:, 0]
+    assert force.min() == pytest.approx(5e-3 * GRAVITY * 0.1, rel=2e-2)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_on_a_horizontal_axis_a_carried_ball_rides_round_above_the_square_root_of_g_over_eps(share: float) -> None:
+    w = share * math.sqrt(GRAVITY / ORBIT)
+    machine = chamber(
+        axis="horizontal", speed=w, race={"drag": {"law": "beta", "beta": 0.02}},
+        restitution=0.2, sliding_friction=0.3, slip_speed=0.01, balls={"start_angles": [-0.5 * math.pi]},
+    )  # fmt: skip
+    load = 5e-3 * (GRAVITY + w**2 * ORBIT)
+    _, own, assembly = run(
+        machine, np.linspace(0.0, 1.4, 2001), {(0, at.BALL_Y): -(ORBIT + load / 1e6)}, tolerance=1e-8
+    )
+    force = wall_forces(own, assembly.system)[:, 0]
+    if share > 1.0:
+        assert force.min() == pytest.approx(5e-3 * GRAVITY * (share**2 - 1.0), rel=0.06)
+    else:
+        assert force.min() == 0.0
+        assert (ORBIT - np.hypot(own[:, 0, at.BALL_X], own[:, 0, at.BALL_Y])).max() > 1e-3
+
+
+def test_on_a_vertical_axis_a_ball_lies_on_the_floor_until_the_race_takes_over() -> None:
+    """The floor carries it round up to w^2 R = mu g."""
+    mu, gap = 0.3, 0.02
+    limit = math.sqrt(mu * GRAVITY / (ORBIT - gap))
+    machine = chamber(restitution=0.3, sliding_friction=0.2, slip_speed=1e-4, floor_friction=mu, start_gap=gap)
+    slow = Machine(**{**{k: getattr(machine, k) for k in machine.model_fields_set}, "drive": {
+        "kind": "speed", "profile": {"kind": "ramp", "start": 0.0, "end": 1.2 * limit, "duration": 1.2}}})  # fmt: skip
+    times = np.array([0.0, 0.9, 0.99, 1.2, 1.6])
+    _, own, assembly = run(slow, times, tolerance=1e-8)
+    left = ORBIT - np.hypot(own[:, 0, at.BALL_X], own[:, 0, at.BALL_Y])
+    assert left[1] == pytest.approx(gap, abs=3e-4)
+    assert left[2] > 0.9 * gap
+    assert left[4] < 0.0
+    w = 1.2 * limit
+    assert wall_forces(own, assembly.system)[4, 0] == pytest.approx(5e-3 * w**2 * ORBIT, rel=1e-2)
+
+
+def test_two_balls_rebound_from_each_other_and_keep_their_order() -> None:
+    for restitution in (0.4, 1.0):
+        machine = chamber(
+            balls={"count": 2, "start_angles": [0.0, 1.0], "start_speeds": [5.0, -5.0]},
+            race={"contact": {"restitution": restitution}}, restitution=0.2,
+        )  # fmt: skip
+        states, own, _ = run(machine, np.linspace(0.0, 0.15, 301), tolerance=1e-9)
+        assert (states[:, BALLS + 1] - states[:, BALLS]).min() > 0.099
+        np.testing.assert_allclose(states[-1, BALLS + 2 :][:2], [-5.0 * restitution, 5.0 * restitution], rtol=1e-2)
+
+
+def test_balls_pass_through_each_other_where_coincidence_is_allowed() -> None:
+    balls = {"count": 2, "start_angles": [0.0, 1.0], "start_speeds": [5.0, -5.0]}
+    states, _, _ = run(chamber(balls=balls, race={"coincidence": True}), [0.0, 0.15], tolerance=1e-9)
+    assert states[-1, BALLS] > states[-1, BALLS + 1]
+
+
+def test_the_inner_wall_throws_a_ball_back() -> None:
+    machine = chamber(race={"width": 0.02}, start_gap=0.005)
+    _, own, _ = run(machine, np.linspace(0.0, 0.05, 2001), {(0, at.BALL_VX): -1.0})
+    away = own[:, 0, at.BALL_X]
+    assert away.min() == pytest.approx(ORBIT - 0.01, abs=2e-4)  # 20 mm less the diameter
+    assert np.abs(own[:, 0, at.BALL_VX]).max() == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"race": {"width": 0.008}}, "does not fit into a chamber of width 8 mm"),
+        ({"race": {"width": -0.01}}, "width: given -0.01; must be greater than zero"),
+        ({"race": {"width": 0.2}}, "must be less than the radius of the wall, 105 mm"),
+        ({"race": {"width": 0.02}, "start_gap": 0.015}, "start_gap: given 15 mm; a ball has 10 mm at most"),
+        ({"balls": {"diameter": 0.3}}, "larger than an orbit"),
+        ({"balls": {"motion": "point"}}, "motion = 'rolling'"),
+        ({"restitution": 1.2}, "restitution: given 1.2; must be between 0 and 1"),
+        ({"damping": 3.0}, "give either 'restitution' or 'damping'"),
+        ({"stiffness": None}, "give either 'stiffness' (linear spring) or 'reduced_modulus' (Hertz)"),
+        ({"peak_friction": 0.5}, "'peak_friction' and 'peak_speed' together"),
+        ({"peak_friction": 0.1, "peak_speed": 1.0, "sliding_friction": 0.2}, "must not be less than the sliding"),
+        ({"slip_speed": 0.0}, "slip_speed: given 0.0; must be greater than zero"),
+        ({"race": {"friction": {"rolling_resistance": 0.01}}}, "resolved.rest_speed: missing"),
+        ({"race": {"harmonics": [{"order": 2, "amplitude": 1e-4}]}}, "smooth round walls only"),
+    ],
+)  # fmt: skip
+def test_an_impossible_contact_is_refused_with_the_reason(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(MachineError) as error:
+        assemble(chamber(**changes))
+    assert words in str(error.value)
+
+
+def test_guided_and_resolved_races_do_not_mix() -> None:
+    machine = chamber()
+    guided = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 0.0}, "balls": [BALL]}
+    mixed = [*machine.balancers, {"races": [guided]}]
+    with pytest.raises(MachineError, match=r"balancers\[2\].races\[1\].resolved: missing here"):
+        assemble(Machine(**{**{k: getattr(machine, k) for k in machine.model_fields_set}, "balancers": mixed}))
