@@ -112,11 +112,17 @@ def run(
     own = ball_states(assembly.state[None], assembly.system, assembly.places.shape[2])[0]
     for (ball, state), value in (change or {}).items():
         own[ball, state] = value
+    states = states_at(assembly, times, tolerance)
+    return states, ball_states(states, assembly.system, assembly.places.shape[2]), assembly
+
+
+def states_at(assembly: Assembly, times: Any, tolerance: float = 1e-10) -> Any:
+    """States of any assembled machine at the times."""
     record = record_for([SampleTimes(list(times))], (), assembly, float(times[-1]))
     memory = memory_for(assembly, float(times[-1]), tolerance, dormand_prince_8())
     status = advance(equations(assembly), assembly.system, dormand_prince_8(), record, memory, 10**8)
     assert status == FINISHED
-    return record.samples, ball_states(record.samples, assembly.system, assembly.places.shape[2]), assembly
+    return record.samples
 
 
 class Bodies:

@@ -80,6 +80,7 @@ def assemble(
     general: bool | None = None,
     contact: bool = True,
     lags: Lags | None = None,
+    real: bool = True,
 ) -> Assembly:
     """Numbers of a machine.
 
@@ -98,6 +99,8 @@ def assemble(
         Whether balls of one race touch, where the machine says so; else they pass through each other.
     lags
         How the fluid of a race, by the numbers of its balancer and race from 0, lags behind the rotor.
+    real
+        Whether friction, drag curves, waves of the race and excitations of a planar rotor count, else drag is linear.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def assemble(
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
     balls = resolve(machine)
-    beyond = is_resolved(machine) or is_real(machine, balls, lags)
+    beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0

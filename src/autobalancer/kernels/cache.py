@@ -11,10 +11,10 @@ HERE = Path(__file__).resolve().parent
 
 def _indexes() -> Iterator[Path]:
     """The index files of compiled kernels of this package."""
-    stems = {path.stem for path in HERE.rglob("*.py")}
+    sources = list(HERE.rglob("*.py"))
+    stems = {path.stem for path in sources}
     named = os.environ.get("NUMBA_CACHE_DIR")
-    places = (HERE, HERE / "integrators", HERE / "flow")
-    folders = [Path(named)] if named else [place / "__pycache__" for place in places]
+    folders = [Path(named)] if named else [place / "__pycache__" for place in {path.parent for path in sources}]
     for folder in folders:
         if folder.is_dir():
             yield from (path for path in folder.rglob("*.nbi") if path.name.split(".")[0] in stems)

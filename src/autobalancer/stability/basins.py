@@ -18,7 +18,6 @@ import xarray as xr
 from autobalancer.assembly.system import assemble, start_angles
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
 from autobalancer.kernels.settle import settle
@@ -42,6 +41,7 @@ from autobalancer.kernels.system import (
 )
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.equations import equations
 from autobalancer.simulation.record import record_for
 from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
@@ -171,7 +171,9 @@ def _system(question: Question, ramp: bool) -> System:
     rows[:, UNBALANCE], rows[:, UNBALANCE + 1] = question.p.unbalance.real, question.p.unbalance.imag
     rows[-1, START] = 1.0 if ramp else 0.0
     system = question.assembly.system
-    return system._replace(drive=PRESCRIBED, segments=rows, now=np.zeros(1, np.int64), balls=system.balls.copy())
+    return system._replace(
+        drive=PRESCRIBED, segments=rows, now=np.zeros(1, np.int64), balls=system.balls.copy(), rotor=system.rotor.copy()
+    )
 
 
 def _settle(
@@ -203,7 +205,18 @@ def _settle(
         system = _system(question, bool(rates.any()))
         record = record_for((), (), a, 1.0)
         rest = REST * question.speed
-        settle(planar, system, pair, record, m, starts[rows], rates[rows], question.hold, rest, ends[rows])
+        settle(
+            equations(question.assembly),
+            system,
+            pair,
+            record,
+            m,
+            starts[rows],
+            rates[rows],
+            question.hold,
+            rest,
+            ends[rows],
+        )
         done += rows.stop - rows.start
         if progress is not None:
             progress(done, starts.shape[0])

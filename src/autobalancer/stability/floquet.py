@@ -47,7 +47,7 @@ class Turn:
     """The map over one revolution of a machine at constant speed, in axes at rest."""
 
     def __init__(self, machine: Machine, p: Plane, speed: float) -> None:
-        self.assembly: Assembly = assemble(machine, rotating=False, contact=False)
+        self.assembly: Assembly = assemble(machine, rotating=False, contact=False, real=False)
         segments = np.zeros((1, SEGMENT_COLUMNS))
         segments[0, 1], segments[0, 2] = LINEAR, speed
         segments[0, UNBALANCE : UNBALANCE + 2] = p.unbalance.real, p.unbalance.imag
