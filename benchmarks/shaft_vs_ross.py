@@ -13,6 +13,7 @@ import contextlib
 import io
 import math
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import find_spec
 from time import process_time
 from typing import Any
@@ -92,7 +93,7 @@ def ours(shaft: dict[str, Any], tolerance: float = 1e-6) -> np.ndarray:
         }],
         "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": SPEED}},
     })  # fmt: skip
-    run = ab.simulate(machine, duration=END, save=ab.SampleTimes(AT), tolerance=tolerance)
+    run = ab.simulate(machine, duration=END, save=ab.SampleTimes(AT.tolist()), tolerance=tolerance)
     return np.asarray(run["x"].values + 1j * run["y"].values)
 
 
@@ -101,8 +102,7 @@ def ours(shaft: dict[str, Any], tolerance: float = 1e-6) -> np.ndarray:
 
 def ross_shaft(balls: bool = False) -> Any:
     """The same rotor of ROSS; ``balls`` puts their mass on the disk."""
-    import ross
-
+    ross = import_module("ross")
     steel = ross.Material(name="steel", rho=7810.0, E=211e9, Poisson=0.3)
     shaft = [ross.ShaftElement(LENGTH / ELEMENTS, 0.0, DIAMETER, material=steel) for _ in range(ELEMENTS)]
     disk = DISK | {"m": DISK["m"] + (2.0 * MASS if balls else 0.0)}
@@ -137,7 +137,7 @@ def theirs(rotor: Any, step: float, options: dict[str, Any]) -> np.ndarray:
     _, found = rotor.integrate_system(
         SPEED, force, t, add_to_RHS=balls.force, **{k: dict(v) for k, v in options.items()}
     )
-    return np.interp(AT, t, found[:, row]) + 1j * np.interp(AT, t, found[:, row + 1])
+    return np.asarray(np.interp(AT, t, found[:, row]) + 1j * np.interp(AT, t, found[:, row + 1]))
 
 
 class Balls:

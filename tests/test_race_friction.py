@@ -36,9 +36,7 @@ def test_without_weight_rolling_resistance_slows_a_ball_by_the_logarithm() -> No
     times = np.linspace(0.0, 2.0, 21)
     found = states_of(machine, times)
     share = mu / ROLLING
-    np.testing.assert_allclose(
-        found[:, 6] - found[0, 6], np.log1p(share * rate * times) / share, rtol=1e-7, atol=1e-9
-    )
+    np.testing.assert_allclose(found[:, 6] - found[0, 6], np.log1p(share * rate * times) / share, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(found[:, 7], rate / (1.0 + share * rate * times), rtol=1e-7)
 
 

@@ -147,7 +147,7 @@ def test_adherence_holds_a_ball_on_a_slope_up_to_its_coefficient(share: float) -
         (0, at.BALL_X): (ORBIT + load / 1e6) * math.cos(angle),
         (0, at.BALL_Y): (ORBIT + load / 1e6) * math.sin(angle),
     }
-    states, own, _ = run(machine, [0.0, 0.5, 1.0], start, tolerance=1e-9)
+    _, own, _ = run(machine, [0.0, 0.5, 1.0], start, tolerance=1e-9)
     moved = np.unwrap(np.angle(own[:, 0, at.BALL_X] + 1j * own[:, 0, at.BALL_Y])) - angle
     if share < 0.9:  # the spring never yielded
         assert moved[1:] * ORBIT == pytest.approx(-load * math.sin(angle + 0.5 * math.pi) / 1e3, rel=1e-3)

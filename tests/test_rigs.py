@@ -74,8 +74,8 @@ def test_the_discoidal_rig_follows_its_test_to_nominal_speed() -> None:
     speed = np.interp([70.0, 140.0], run["time"].values, run["speed"].values)
     assert speed[0] / HERTZ == pytest.approx(10.7, abs=0.05)
     assert speed[1] == pytest.approx(1200.0 * math.pi / 30.0)
-    # 594 g mm over the mass that follows, and the resonance is passed below 10.7 Hz
-    passed = float(run["time"][int(run["deflection"].argmax())])
+    # the critical speed of the rig is 9.6 Hz, reached 57 s after the jump; the source passed at 70 s
+    passed = float(run["time"][int(np.argmax(run["deflection"].values))])
     assert 57.0 < passed < 70.0
 
 
@@ -92,7 +92,7 @@ def test_rigs_are_listed_and_their_files_are_complete_machines(tmp_path: Path) -
 
 
 def test_a_rig_that_is_not_there_is_refused_with_those_that_are() -> None:
-    with pytest.raises(CatalogError, match="'green' *; there are cfrp_rig, discoidal_rig"):
+    with pytest.raises(CatalogError, match=r"called 'green'; there are cfrp_rig, discoidal_rig"):
         rig("green")
     refused = RUNNER.invoke(app, ["catalog", "rig", "green"])
     assert refused.exit_code != 0

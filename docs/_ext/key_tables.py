@@ -19,6 +19,8 @@ from autobalancer.machine.part import Part
 TAGS = ("kind", "law")  # keys whose value says which class it is
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 
+_GROUPS = {1: "", 2: "pair of ", 3: "three of "}
+
 Variants = tuple[type[Part], ...]
 
 
@@ -97,8 +99,7 @@ def _value(field: FieldInfo) -> str:
         return "list of tables" if several else "table"
     lowest = [extra.ge for extra in field.metadata if hasattr(extra, "ge")]
     text = " or ".join(dict.fromkeys(_leaf(leaf) for leaf in leaves)) + "".join(f", ≥ {bound}" for bound in lowest)
-    pair = "pair of " if len(leaves) == 2 and get_origin(field.annotation) is tuple else ""
-    return f"{'list of ' if several else pair}{text}"
+    return f"{'list of ' if several else _GROUPS[_count(field.annotation)]}{text}"
 
 
 def _leaf(leaf: Any) -> str:
@@ -142,6 +143,14 @@ def _is_list(annotation: Any) -> bool:
     return (get_origin(annotation) is tuple and Ellipsis in get_args(annotation)) or any(
         _is_list(entry) for entry in get_args(annotation)
     )
+
+
+def _count(annotation: Any) -> int:
+    """How many entries a tuple of fixed length has that goes there; 1 where anything else may stand."""
+    ways = [entry for entry in get_args(annotation) if entry is not NoneType]
+    if get_origin(annotation) is tuple:
+        return len(ways)
+    return _count(ways[0]) if get_origin(annotation) in (Union, UnionType) and len(ways) == 1 else 1
 
 
 def _prose(part: type[Part]) -> str:

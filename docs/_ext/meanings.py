@@ -1,6 +1,8 @@
 """What the keys of a machine file mean; their units, bounds and defaults come from the classes."""
 
+from race_meanings import RACE_MEANINGS
 from rig_meanings import RIG_MEANINGS
+from rotor_meanings import ROTOR_MEANINGS
 from shaft_meanings import SHAFT_MEANINGS
 
 BALL = "with two of diameter, mass and density (or material) the third follows"
@@ -11,10 +13,13 @@ MEANINGS = {
     "Machine.name": "name of the machine, in titles of pictures and results",
     "Machine.description": "where it comes from, what it is for",
     "Machine.axis": "`horizontal`: gravity pulls along $-y$; `vertical`: it has no part in the plane",
-    "Machine.gravity": "acts only if the axis is horizontal",
+    "Machine.gravity": "across a horizontal axis; along a vertical one on shafts and rigs with `up`, and on some balls",
     "Machine.rotor": "what carries the balancers",
+    "Machine.stations": "named planes across the rotor",
     "Machine.unbalances": "their sum is what is to be balanced",
     "Machine.balancers": "may be left out: a rotor without balls",
+    "Machine.tilting_races": "`deflection`: a ball knows the deflection of its race only; `full`: its motion along the axis too",
+    "Machine.excitations": "what shakes the machine from outside",
     "Machine.drive": "what turns the rotor",
     "Machine.start": "state at time zero",
     "Machine.run": "how long a run lasts unless the caller says otherwise",
@@ -23,20 +28,25 @@ MEANINGS = {
     "PlanarRotor.damping": "of all supports together",
     "PlanarRotor.inertia": "polar, about the shaft, without balls; required where a torque drives",
     "Unbalance.moment": "mass times radius; instead of both",
+    "Unbalance.couple": "product of inertia in place of a point unbalance, at the angle of its part at greater $z$; not on a "
+    "planar rotor",
+    "Unbalance.misalignment": "angle $\\chi$ of the principal axis, a couple $(J_t - J_p) \\chi$; on a rigid rotor only",
     "Unbalance.mass": "a part of the mass of the rotor, not in addition to it",
     "Unbalance.radius": "distance of this mass from the shaft",
     "Unbalance.angle": "in the rotor, from the zero mark",
+    "Unbalance.station": "where on the axis: a position, or the name of a station; needless on a planar rotor",
     "Unbalance.schedule": "how it changes in time; without one it stays",
     "Schedule.time": "must not decrease; the same time twice is a jump",
     "Schedule.factor": "multiplies the moment; as many as times, straight in between, constant outside",
     "Balancer.name": "for the reader of the file",
+    "Balancer.station": "where on the axis: a position, or the name of a station; needless on a planar rotor",
     "Balancer.races": "all in one plane of the rotor",
     "Race.orbit_radius": "of the ball centers; this or `race_radius`",
     "Race.race_radius": "of the wall on which the balls run, larger by a ball radius; for balls of unequal size",
     "Race.eccentricity": "distance of the center of the race from the shaft",
     "Race.eccentricity_angle": "direction of this center in the rotor",
-    "Race.width": "of the chamber, along the radius; only checks that the balls fit",
-    "Race.height": "of the chamber, along the shaft; only checks that the balls fit",
+    "Race.width": "of the chamber, along the radius; must hold the balls. `resolved` balls and lagging fluid feel it",
+    "Race.height": "of the chamber, along the shaft; must hold the balls. Lagging fluid feels it",
     "Race.fluid": "required by all laws of drag but `beta`",
     "Race.drag": "how the fluid brakes the balls",
     "Race.balls": "groups of equal balls; they stand in the race in this order",
@@ -101,6 +111,8 @@ MEANINGS = {
     "Start.deflection": "along x and y, in space",
     "Start.velocity": "along x and y, in space",
     "RunPlan.duration": "of a run",
+    **RACE_MEANINGS,
     **RIG_MEANINGS,
+    **ROTOR_MEANINGS,
     **SHAFT_MEANINGS,
 }

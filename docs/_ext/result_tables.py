@@ -6,6 +6,7 @@ import xarray as xr
 from sphinx.util import logging
 
 import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
 from autobalancer.results.labels import LABELS
@@ -22,6 +23,30 @@ SMALL = Machine(
     drive={"kind": "speed", "profile": {"kind": "ramp", "end": 400.0, "duration": 0.5}},
     run={"duration": 1.0},
 )
+RUBBER = {"stiffness": "300 kN/m", "damping": "50 N*s/m"}
+TILTING = Machine(
+    name="tilting",
+    axis="vertical",
+    rotor={
+        "kind": "rigid",
+        "mass": "10 kg",
+        "transverse_inertia": "0.1 kg*m^2",
+        "polar_inertia": "0.05 kg*m^2",
+        "supports": [{"position": z, **RUBBER} for z in ("-0.1 m", "0.1 m")],
+    },
+    stations=[{"name": "race", "position": "20 mm"}],
+    balancers=[{"station": "race", "races": [RACE]}],
+    drive={"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}},
+    run={"duration": 0.2},
+)
+CONTACT = {"stiffness": "100 kN/m", "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": "1 mm/s"}
+FREE_BALL = {
+    "orbit_radius": 0.1,
+    "drag": RACE["drag"],
+    "balls": [{"mass": "3 g", "diameter": "10 mm"}],
+    "resolved": CONTACT,
+}
+RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
 def pages() -> dict[str, str]:
@@ -42,6 +67,8 @@ def result_variables() -> str:
         ("`Envelope`", ab.simulate(SMALL, save=Envelope(9))),
         ("`LastRevolutions`", ab.simulate(SMALL, save=LastRevolutions(1, 8))),
         ("events", ab.simulate(SMALL, save=(), events=[passage])),
+        ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
+        ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
     ]
     text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[str]()
     for wish, run in kept:

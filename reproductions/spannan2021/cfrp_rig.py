@@ -10,6 +10,7 @@ above that is the tolerance of their rows.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +82,7 @@ def with_printed_values(machine: Machine) -> tuple[Machine, float]:
 
 
 def rows_at(
-    speed: float, table: dict[float, tuple[float, ...]], found: np.ndarray, share: float, what: str
+    speed: float, table: Mapping[float, tuple[float, ...]], found: np.ndarray, share: float, what: str
 ) -> list[dict[str, Any]]:
     """A row for each frequency that the table has at a speed; at rest one for both whirls."""
     rows = []

@@ -18,22 +18,21 @@ from autobalancer.assembly.race_numbers import race_harmonics
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed
 
-WAVES = 3
-
 
 @cache
 def ball() -> Any:
-    """(q, v, numbers) -> mass matrix (5, 5), forces (5,), T, V of one ball; the coordinates are x, y, theta, phi, n."""
+    """(q, v, numbers, radii) -> mass matrix (5, 5), forces (5,), T, V, path per angle; coordinates x, y, theta, phi, n.
+
+    ``radii`` are the radius of the path and its first two derivatives with respect to phi.
+    """
     q, v = sp.symbols("x y theta phi n"), sp.symbols("u v w rate slide")
-    numbers = m, fluid, own, r, orbit, ex, ey, gx, gy = sp.symbols("m fluid J r eps Ex Ey gx gy")
-    waves = sp.symbols(f"a1:{WAVES + 1} b1:{WAVES + 1}")
+    numbers = m, fluid, own, r, ex, ey, gx, gy = sp.symbols("m fluid J r Ex Ey gx gy")
+    radii = sp.symbols("R0 R1 R2")
     x, y, theta, phi, n = q
-    radius = orbit + sum(
-        waves[k] * sp.cos((k + 1) * phi) + waves[WAVES + k] * sp.sin((k + 1) * phi) for k in range(WAVES)
-    )
+    radius = sp.Function("R")(phi)
     place = sp.Matrix([ex + radius * sp.cos(phi), ey + radius * sp.sin(phi)])
     path = sp.diff(place, phi)
-    length = sp.sqrt(path.dot(path))
+    length = sp.sqrt(radius**2 + sp.diff(radius, phi) ** 2)
     outward = sp.Matrix([path[1], -path[0]]) / length
     turn = sp.Matrix([[sp.cos(theta), -sp.sin(theta)], [sp.sin(theta), sp.cos(theta)]])
     where = sp.Matrix([x, y]) + turn * (place + n * outward)
@@ -47,7 +46,15 @@ def ball() -> Any:
         sp.diff(kinetic - potential, s) - sum(sp.diff(p, q[j]) * v[j] for j in range(5))
         for s, p in zip(q, momenta, strict=True)
     ]
-    return sp.lambdify([q, v, [*numbers, *waves]], [matrix, forces, kinetic, potential, length], cse=True)
+
+    def held(expression: Any) -> Any:
+        on_race = expression.subs({n: 0, v[4]: 0}).doit()
+        for order in (2, 1):
+            on_race = on_race.subs(sp.Derivative(radius, (phi, order)), radii[order])
+        return on_race.subs(radius, radii[0])
+
+    found = [[[held(e) for e in row] for row in matrix], [held(e) for e in forces], held(kinetic), held(potential)]
+    return sp.lambdify([q, v, numbers, radii], [*found, held(length)], cse=True)
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,7 @@ class Races:
 
     machine: Machine
     numbers: list[list[float]]
+    orbits: list[tuple[float, np.ndarray]]  # mean radius, amplitudes of its waves (H, 2)
     drag: np.ndarray  # N s/m along the path
     rolling: np.ndarray
 
@@ -81,7 +89,8 @@ class Races:
         found = []
         for i, numbers in enumerate(self.numbers):
             rows = [0, 1, 2, 3 + i]
-            own, push, kinetic, potential, length = ball()([*q[:3], q[3 + i], 0.0], [*v[:3], v[3 + i], 0.0], numbers)
+            places, speeds = [*q[:3], q[3 + i], 0.0], [*v[:3], v[3 + i], 0.0]
+            own, push, kinetic, potential, length = ball()(places, speeds, numbers, self.radii(i, q[3 + i]))
             own, push = np.array(own, float), np.array(push, float)
             matrix[np.ix_(rows, rows)] += own[:4, :4]
             force[rows] += push[:4]
@@ -89,6 +98,13 @@ class Races:
             energy += kinetic + potential
             found.append((rows, own[4, :4], push[4], length))
         return matrix, force, float(energy), found
+
+    def radii(self, i: int, phi: float) -> tuple[float, float, float]:
+        """Radius of the path of a ball and its derivatives."""
+        mean, waves = self.orbits[i]
+        k = np.arange(1, len(waves) + 1)
+        wave = (waves[:, 0] - 1j * waves[:, 1]) * np.exp(1j * k * phi)
+        return mean + wave.sum().real, (1j * k * wave).sum().real, (-(k**2) * wave).sum().real
 
     def accelerations(
         self, q: np.ndarray, v: np.ndarray, time: float = 0.0, turning: float = 0.0
@@ -139,21 +155,18 @@ class Races:
 
 
 def races(machine: Machine) -> Races:
-    """The reference of a machine of the package; at most three waves to a race."""
+    """The reference of a machine of the package."""
     gravity = -float(machine.gravity) if machine.axis == "horizontal" else 0.0
-    numbers, drag, rolling = [], [], []
+    numbers, orbits, drag, rolling = [], [], [], []
     for one in resolve(machine):
         race = machine.balancers[one.balancer].races[one.race]
-        waves = np.zeros((WAVES, 2))
-        given = race_harmonics(race)
-        waves[: len(given)] = given
         fluid = one.mass - one.effective_mass + one.virtual_mass * one.displaced
         own = one.spin_ratio * one.mass * one.radius**2
         center = one.eccentricity
         numbers.append(
-            [one.effective_mass, fluid, own, max(one.radius, 1e-300), one.orbit_radius, center.real, center.imag, 0.0]
-            + [gravity, *waves[:, 0].tolist(), *waves[:, 1].tolist()]
+            [one.effective_mass, fluid, own, max(one.radius, 1e-300), center.real, center.imag, 0.0, gravity]
         )
+        orbits.append((one.orbit_radius, race_harmonics(race)))
         drag.append(one.drag / one.orbit_radius**2)
         rolling.append(race.friction.rolling_resistance if race.friction is not None else 0.0)
-    return Races(machine, numbers, np.array(drag), np.array(rolling))
+    return Races(machine, numbers, orbits, np.array(drag), np.array(rolling))

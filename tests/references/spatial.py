@@ -29,7 +29,7 @@ NUMBERS = {"rotor": "M J_t J_p Ux Uy Cx Cy gx gy", "ball": "m eps Ex Ey z J r gx
 
 @cache
 def derived(part: str, full: bool = False) -> Callable[..., Any]:
-    """(coordinates, velocities, numbers) -> mass matrix, forces, T, V of the rotor or of one ball."""
+    """(coordinates, velocities, numbers) -> mass matrix by rows, forces, T, V of the rotor or of one ball, 44 numbers."""
     x, a, y, b, theta, phi = q = sp.symbols("X a Y b theta phi")
     v = sp.symbols("Xt at Yt bt w phit")
     order = sp.Symbol("order")
@@ -74,7 +74,7 @@ def derived(part: str, full: bool = False) -> Callable[..., Any]:
     forces = [
         sp.diff(lagrangian, s) - sum(sp.diff(p, q[j]) * v[j] for j in range(6)) for s, p in zip(q, momenta, strict=True)
     ]
-    return sp.lambdify([q, v, numbers], [matrix, forces, kinetic, potential], cse=True)  # type: ignore[no-any-return]
+    return sp.lambdify([q, v, numbers], [*matrix, *forces, kinetic, potential], modules="math", cse=True)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
@@ -99,20 +99,21 @@ class Spatial:
         matrix, force = np.zeros((5 + n, 5 + n)), np.zeros(5 + n)
         numbers = [rotor.mass, rotor.transverse_inertia, rotor.polar_inertia]
         numbers += [static.real, static.imag, couple.real, couple.imag, 0.0, pull]
-        body = derived("rotor")([*q[:5], 0.0], [*v[:5], 0.0], numbers)
-        matrix[:5, :5] = np.reshape(body[0], (6, 6))[:5, :5]
-        force[:5] = body[1][:5]
-        kinetic, potential = body[2], body[3]
+        numbers = [float(number) for number in numbers]
+        body = derived("rotor")([*q[:5].tolist(), 0.0], [*v[:5].tolist(), 0.0], numbers)
+        matrix[:5, :5] = np.reshape(body[:36], (6, 6))[:5, :5]
+        force[:5] = body[36:41]
+        kinetic, potential = body[42:]
         for i, ball in enumerate(balls):
             at = np.array([0, 1, 2, 3, 4, 5 + i])
             z, e = position(machine, machine.balancers[ball.balancer].station), ball.eccentricity
             own = ball.spin_ratio * ball.mass * ball.radius**2
             numbers = [ball.mass, ball.orbit_radius, e.real, e.imag, z, own, ball.radius or 1.0, 0.0, pull, axial]
-            body = derived("ball", machine.tilting_races == "full")(q[at], v[at], numbers)
-            matrix[np.ix_(at, at)] += np.reshape(body[0], (6, 6))
-            force[at] += body[1]
+            body = derived("ball", machine.tilting_races == "full")(q[at].tolist(), v[at].tolist(), numbers)
+            matrix[np.ix_(at, at)] += np.reshape(body[:36], (6, 6))
+            force[at] += body[36:42]
             force[5 + i] -= ball.drag * v[5 + i]
-            kinetic, potential = kinetic + body[2], potential + body[3]
+            kinetic, potential = kinetic + body[42], potential + body[43]
         return matrix, force, kinetic, potential
 
     def accelerations(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ def stability(
         str,
         typer.Option(
             help='"from:to:count", such as "500 rpm:3000 rpm:200", or one speed; by default from half to three times '
-            "the critical speed."
+            "the critical speeds that the machine reaches."
         ),
     ] = "",
     state: Annotated[
@@ -52,10 +52,13 @@ def stability(
     if speeds:
         chosen = speed_range(speeds)
     else:
-        critical = summary(machine).critical_speeds
+        about = summary(machine)
+        critical = about.critical_speeds
         if not critical:
             raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
-        chosen = np.linspace(0.5 * min(critical), 3.0 * max(critical), 401)
+        # bending speeds far above all that the machine runs at say nothing
+        reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
+        chosen = np.linspace(0.5 * min(critical), 3.0 * max(reached), 401)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("speeds")
         found = eigenvalues(

@@ -43,4 +43,4 @@ def hertz_stiffness(reduced_modulus: float, radius: float, wall_radius: float = 
     first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
     size = 4.0 / (math.pi * (1.0 - axes**2)) * axes**1.5 * math.sqrt((second / axes**2 - first) * (first - second))
     shape = 2.0 / math.pi * math.sqrt(axes) / size ** (1.0 / 3.0) * first  # F2 of (4.26c)
-    return 4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5
+    return float(4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5)

@@ -46,6 +46,7 @@ class Part(BaseModel):
 
 _TAGGED = {"rotor", "drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
 _TAGGED_LISTS = {"joints", "excitations"}  # ... and those in which it follows the number of an entry
+_TAGGED_PAIRS = {("contact", "restitution"), ("contact", "history")}  # ... a field that has a tag in some machines only
 
 
 def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
@@ -76,7 +77,7 @@ def _keys(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
 
 def _is_tag(loc: tuple[str | int, ...], number: int) -> bool:
     in_list = number > 1 and isinstance(loc[number - 1], int) and loc[number - 2] in _TAGGED_LISTS
-    return in_list or (number > 0 and loc[number - 1] in _TAGGED)
+    return in_list or (number > 0 and (loc[number - 1] in _TAGGED or loc[number - 1 : number + 1] in _TAGGED_PAIRS))
 
 
 def _plain(entry: Any, part: type[BaseModel]) -> str:

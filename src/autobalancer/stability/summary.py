@@ -180,10 +180,17 @@ def _warnings(
             f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; "
             "take more or heavier balls"
         )
-    if has_balls and highest is not None and highest < max(critical, default=0.0):
+    if has_balls and highest is not None and highest < min(critical, default=0.0):
+        found.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
+    elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
         found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
-    if highest is not None and exact and highest > max(critical, default=0.0) and exact[0] >= highest:
+    if (
+        highest is not None
+        and exact
+        and highest > (max if planar else min)(critical, default=0.0)
+        and exact[0] >= highest
+    ):
         found.append(
             "the highest speed is below the exact border; the balanced state is not stable there; "
             f"{'take a thicker fluid' if planar else 'see the note on this border'}"

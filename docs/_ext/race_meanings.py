@@ -1,0 +1,40 @@
+"""What the keys of friction, contact and the shape of a race mean."""
+
+SPRING = "this or `stiffness`"
+
+RACE_MEANINGS = {
+    "Race.friction": "dry friction between balls and race; without it there is none",
+    "Race.contact": "how balls rebound from each other; without it they touch and hardly do (0.135 of the speed)",
+    "Race.coincidence": "`true`: balls pass through each other, and several may rest in one place",
+    "Race.partitions": "walls across the race",
+    "Race.harmonics": "deviation of the orbit from its circle, wave by wave; this or `roundness`",
+    "Race.roundness": "the same as a measured profile",
+    "Race.resolved": "balls free in the plane of the race, in place of guided ones; for all races of a machine or for none",
+    "Fluid.lag": "how the fluid follows the rotor when the speed changes; needs `width` and `height` of the race",
+    "Friction.rolling_resistance": "$a/r_b$, arm of the wall force over the ball radius",
+    "Friction.adherence": "a ball at rest stays while less than this times the wall force is needed; without it the rolling "
+    "resistance",
+    "Contact.restitution": "speed after over speed before, up to 1; less than 0.135 counts as that",
+    "Contact.stiffness": "along the race; without it a contact lasts about a twentieth of a turn",
+    "Partitions.count": "equal parts",
+    "Partitions.angle": "of the first wall, in the rotor",
+    "Harmonic.order": "waves around the race: 1 shifts it, 2 is an oval; up to 60",
+    "Harmonic.amplitude": "of the orbit radius",
+    "Harmonic.angle": "of a crest, in the rotor",
+    "Roundness.deviations": "of the radius, at least 8 at equal steps over one turn; the first is not repeated",
+    "Roundness.angle": "of the first deviation, in the rotor",
+    "Roundness.harmonics": "so many waves are kept; 1 to 60, and fewer than half the points",
+    "ResolvedContact.stiffness": "linear spring of wall and ball; this or `reduced_modulus`",
+    "ResolvedContact.reduced_modulus": "Hertz: $1/E^* = \\sum (1 - \\nu^2)/E$ of both bodies; " + SPRING,
+    "ResolvedContact.restitution": "speed after over speed before a head-on bounce; this or `damping`",
+    "ResolvedContact.damping": "of a linear damper beside the linear spring; this or `restitution`",
+    "ResolvedContact.sliding_friction": "coefficient of friction of wall and ball",
+    "ResolvedContact.slip_speed": "friction is full where the contact slips much faster",
+    "ResolvedContact.peak_friction": "greater coefficient at the onset of sliding; goes with `peak_speed`",
+    "ResolvedContact.peak_speed": "slip speed over which it fades; goes with `peak_friction`",
+    "ResolvedContact.rest_speed": "slower balls count as at rest; required by rolling resistance and adherence",
+    "ResolvedContact.adherence_stiffness": "of the spring that holds a ball at rest",
+    "ResolvedContact.floor_friction": "under a ball that the wall does not carry, on a vertical axis",
+    "ResolvedContact.ball_friction": "between balls that meet",
+    "ResolvedContact.start_gap": "of each ball from the wall at time zero",
+}

@@ -1,0 +1,45 @@
+"""
+Balls that find their race
+==========================
+
+A guided ball is on its race from the first instant. Here two balls lie on the floor of the annulus, 6 mm from the wall,
+when the rotor starts to turn. The floor and the oil take them along until they slide outward; at the wall they
+bounce, slide, roll, and then do what guided balls do.
+"""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import autobalancer as ab
+
+here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+machine = ab.load_machine(here / "machines" / "resolved_balls.toml")
+run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastRevolutions(10)])
+
+# %%
+# Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
+
+early = run.sel(time=slice(0.0, 8.0))
+fig, (above, below) = plt.subplots(2, 1, sharex=True)
+above.plot(early.time, 1e3 * early.ball_gap)
+above.set_ylabel("distance from the wall, mm")
+below.plot(early.time, early.ball_normal_force)
+below.plot(early.time, float(run.ball_moment[0]) * early.speed**2, "k--", lw=1, label="$m \\varepsilon \\Omega^2$")
+below.set(xlabel="time, s", ylabel="normal force, N")
+below.legend()
+
+# %%
+# From then on it is the run-up of a balancer.
+
+ab.plot_run_up(run, deflection_unit="mm")
+
+# %%
+# At the end the balls stand where they balance, up to what adherence holds back.
+
+ab.plot_race(run)
+print(f"residual unbalance {1e6 * float(run.residual_unbalance[-1]):.1f} g mm")
+assert float(run.ball_gap[0].min()) > 5.9e-3
+assert float(run.ball_gap[-1].max()) < 0.0
+assert np.abs(run.ball_speed_in_rotor[-1]).max() < 1e-3

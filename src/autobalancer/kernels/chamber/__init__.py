@@ -1,0 +1,1 @@
+"""Balls free in three dimensions in chambers that turn: contacts, body, time stepping."""

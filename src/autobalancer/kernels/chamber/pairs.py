@@ -1,0 +1,111 @@
+"""Which balls may touch: a list of near pairs with a margin, rebuilt when a ball may have crossed it.
+
+Up to a hundred balls every pair is looked at; beyond, balls are sorted into cells as wide as the margin reaches, which costs
+time in proportion to their number.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from autobalancer.kernels.chamber.contact import TOUCH
+from autobalancer.kernels.chamber.layout import CHAMBER, OVERFLOW, PAIRS, RADIUS, REBUILDS, SKIN
+
+DIRECT = 100
+
+
+@njit(**TOUCH)
+def _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts):  # type: ignore[no-untyped-def]
+    if balls[i, CHAMBER] != balls[j, CHAMBER]:
+        return
+    if j < i:
+        i, j = j, i
+    dx, dy, dz = balls[j, 0] - balls[i, 0], balls[j, 1] - balls[i, 1], balls[j, 2] - balls[i, 2]
+    square = dx * dx + dy * dy + dz * dz
+    both = balls[i, RADIUS] + balls[j, RADIUS]
+    reach = both + number[SKIN]
+    if square >= reach * reach:
+        return
+    k = counts[PAIRS]
+    if k >= first.shape[0]:
+        counts[OVERFLOW] = 1
+        return
+    first[k], second[k] = i, j
+    touching[k] = 1 if square < both * both else 0
+    springs[k, 0] = springs[k, 1] = springs[k, 2] = 0.0
+    for o in range(old_row[i], old_row[i + 1]):
+        if old_second[o] == j:
+            springs[k, 0], springs[k, 1], springs[k, 2] = old_springs[o, 0], old_springs[o, 1], old_springs[o, 2]
+            break
+    counts[PAIRS] = k + 1
+
+
+@njit(error_model="numpy", _nrt=False)
+def rebuild(balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts):  # type: ignore[no-untyped-def]
+    """List the pairs nearer than the margin, in an order that depends on nothing but the positions.
+
+    Springs of pairs that stay are kept. ``cells`` is scratch for the starts of cells, ``order`` and ``places`` one entry a ball.
+    """
+    n = balls.shape[0]
+    used = counts[PAIRS]
+    for i in range(n + 1):
+        old_row[i] = 0
+    for k in range(used):
+        old_row[first[k] + 1] += 1
+    for i in range(n):
+        old_row[i + 1] += old_row[i]
+        places[i] = old_row[i]
+    for k in range(used):
+        o = places[first[k]]
+        places[first[k]] = o + 1
+        old_second[o] = second[k]
+        old_springs[o, 0], old_springs[o, 1], old_springs[o, 2] = springs[k, 0], springs[k, 1], springs[k, 2]
+    counts[PAIRS] = 0
+    counts[REBUILDS] += 1
+    if n <= DIRECT:
+        for i in range(n):
+            for j in range(i + 1, n):
+                _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts)
+        return
+    low0 = low1 = low2 = 1e300
+    high0 = high1 = high2 = -1e300
+    radius = 0.0
+    for i in range(n):
+        low0, low1, low2 = min(low0, balls[i, 0]), min(low1, balls[i, 1]), min(low2, balls[i, 2])
+        high0, high1, high2 = max(high0, balls[i, 0]), max(high1, balls[i, 1]), max(high2, balls[i, 2])
+        radius = max(radius, balls[i, RADIUS])
+    size = 2.0 * radius + number[SKIN]
+    room = cells.shape[0] - 2
+    while True:
+        c0, c1, c2 = int((high0 - low0) / size) + 1, int((high1 - low1) / size) + 1, int((high2 - low2) / size) + 1
+        if float(c0) * float(c1) * float(c2) <= room:
+            break
+        size *= 1.3
+    total = c0 * c1 * c2
+    for c in range(total + 2):
+        cells[c] = 0
+    for i in range(n):
+        a, b, c = int((balls[i, 0] - low0) / size), int((balls[i, 1] - low1) / size), int((balls[i, 2] - low2) / size)
+        places[i] = (a * c1 + b) * c2 + c
+        cells[places[i] + 2] += 1
+    for c in range(total):
+        cells[c + 2] += cells[c + 1]
+    for i in range(n):
+        o = cells[places[i] + 1]
+        cells[places[i] + 1] = o + 1
+        order[o] = i
+    for i in range(n):
+        place = places[i]
+        a, rest = place // (c1 * c2), place % (c1 * c2)
+        b, c = rest // c2, rest % c2
+        for da in range(max(a - 1, 0), min(a + 2, c0)):
+            for db in range(max(b - 1, 0), min(b + 2, c1)):
+                row = (da * c1 + db) * c2
+                for o in range(cells[row + max(c - 1, 0)], cells[row + min(c + 1, c2 - 1) + 1]):
+                    j = order[o]
+                    if j > i:
+                        _note(
+                            balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs,
+                            counts,
+                        )  # fmt: skip
+

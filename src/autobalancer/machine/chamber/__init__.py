@@ -1,0 +1,20 @@
+"""Machines whose balls move freely in deep chambers."""
+
+from autobalancer.machine.chamber.body import ChamberBody, ChamberRotor, ChamberSupport, ChamberUnbalance
+from autobalancer.machine.chamber.chamber import Chamber, FreeBalls
+from autobalancer.machine.chamber.contact import HistoryContact, RestitutionContact
+from autobalancer.machine.chamber.drive import AsynchronousMotor
+from autobalancer.machine.chamber.machine import ChamberMachine
+
+__all__ = [
+    "AsynchronousMotor",
+    "Chamber",
+    "ChamberBody",
+    "ChamberMachine",
+    "ChamberRotor",
+    "ChamberSupport",
+    "ChamberUnbalance",
+    "FreeBalls",
+    "HistoryContact",
+    "RestitutionContact",
+]

@@ -1,0 +1,98 @@
+"""What carries the chambers: body, supports, rotor, unbalances."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import model_validator
+
+from autobalancer.machine.chamber.triple import Damping3, Inertia3, Place3, Stiffness3
+from autobalancer.machine.part import (
+    Angle,
+    AngularDamping,
+    Inertia,
+    Length,
+    Mass,
+    Offset,
+    Part,
+    Position,
+    Ratio,
+    UnbalanceMoment,
+    quantity,
+)
+
+
+class ChamberSupport(Part):
+    """A spring and a damper between body and ground, at ``position`` from the middle of the rotor at rest."""
+
+    position: Place3
+    stiffness: Stiffness3
+    damping: Damping3 = (0.0, 0.0, 0.0)
+
+
+class ChamberBody(Part):
+    """The body that carries rotor and motor.
+
+    ``freedom``: ``fixed``; ``planar`` with the motion y, z and the rotation about x (Pakuła 2021, section 2); ``free`` with
+    all six coordinates, small rotations. ``mass``, principal ``inertia`` about its own mass center and the ``center`` itself,
+    from the middle of the rotor, are those without the rotor.
+    """
+
+    freedom: Literal["fixed", "planar", "free"]
+    mass: Mass | None = None
+    inertia: Inertia3 | None = None
+    center: Place3 = (0.0, 0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _movable(self) -> ChamberBody:
+        if self.freedom != "fixed" and (self.mass is None or self.inertia is None):
+            raise ValueError(f"give 'mass' and 'inertia'; a body whose freedom is {self.freedom!r} needs both")
+        return self
+
+
+class ChamberRotor(Part):
+    """Shaft and chambers, without balls; its inertias are about its middle, the mass of unbalances included.
+
+    ``bearings`` are their positions along x, the second one guides along the axis. ``bearing_friction`` is the coefficient
+    mu_t of Pakuła (2021), (4), at half the ``neck_diameter``; ``damping`` a torque over the speed relative to the body.
+    """
+
+    mass: Mass
+    polar_inertia: Inertia
+    transverse_inertia: Inertia
+    bearings: tuple[Annotated[float, quantity("m")], Annotated[float, quantity("m")]]
+    neck_diameter: Offset = 0.0
+    bearing_friction: Ratio = 0.0
+    damping: AngularDamping = 0.0
+
+    @model_validator(mode="after")
+    def _apart(self) -> ChamberRotor:
+        if self.bearings[0] == self.bearings[1]:
+            raise ValueError(f"bearings: both at {self.bearings[0]:g} m; give two different positions along x")
+        if self.transverse_inertia < 0.5 * self.polar_inertia:
+            raise ValueError(
+                f"transverse_inertia: given {self.transverse_inertia:g} kg m2; no body has less than half its polar inertia, "
+                f"{0.5 * self.polar_inertia:g} kg m2"
+            )
+        return self
+
+
+class ChamberUnbalance(Part):
+    """A point unbalance at ``position`` along x; its ``angle`` counts from y to z at rotor angle 0."""
+
+    moment: UnbalanceMoment | None = None
+    mass: Mass | None = None
+    radius: Length | None = None
+    angle: Angle = 0.0
+    position: Position = 0.0
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ChamberUnbalance:
+        if (self.moment is None) == (self.mass is None) or (self.mass is None) != (self.radius is None):
+            raise ValueError("give either 'moment', or 'mass' and 'radius'")
+        return self
+
+    @property
+    def size(self) -> float:
+        """kg m."""
+        return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)

@@ -1,0 +1,92 @@
+"""A chamber and what is in it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.chamber.triple import Place3, Triple, triple
+from autobalancer.machine.part import Density, Length, Listed, Mass, Part, Position, quantity
+
+Drag = Annotated[float, quantity("N*s/m", non_negative=True)]
+SquareDrag = Annotated[float, quantity("N*s^2/m^2", non_negative=True)]
+Velocity3 = Annotated[Triple, triple("m/s")]
+Spin3 = Annotated[Triple, triple("rad/s")]
+
+
+class FreeBalls(Part):
+    """Equal balls. Their size comes from ``diameter``, from the ``mass`` of one, or from the ``total_mass`` of all.
+
+    Without ``positions`` (from the middle of the chamber) they are filled in and settle before the run starts.
+    """
+
+    count: Annotated[int, Field(ge=1, strict=True)]
+    density: Density
+    diameter: Length | None = None
+    mass: Mass | None = None
+    total_mass: Mass | None = None
+    positions: tuple[Place3, ...] | None = None
+    velocities: tuple[Velocity3, ...] | None = None
+    spins: tuple[Spin3, ...] | None = None
+
+    @model_validator(mode="after")
+    def _one_size(self) -> FreeBalls:
+        if sum(entry is not None for entry in (self.diameter, self.mass, self.total_mass)) != 1:
+            raise ValueError("give one of 'diameter', 'mass' (of one ball) and 'total_mass' (of all)")
+        for name in ("positions", "velocities", "spins"):
+            given = getattr(self, name)
+            if given is not None and len(given) != self.count:
+                raise ValueError(f"{name}: given {len(given)} for {self.count} balls; give one for each")
+        if self.positions is None and (self.velocities is not None or self.spins is not None):
+            raise ValueError("positions: missing; balls with velocities or spins need them")
+        return self
+
+    @property
+    def ball_mass(self) -> float:
+        """kg."""
+        if self.diameter is not None:
+            return float(self.density) * math.pi / 6.0 * float(self.diameter) ** 3
+        return float(self.mass) if self.mass is not None else float(self.total_mass or 0.0) / self.count
+
+    @property
+    def radius(self) -> float:
+        """m."""
+        return float((0.75 * self.ball_mass / (math.pi * float(self.density))) ** (1.0 / 3.0))
+
+
+class Chamber(Part):
+    """A cylinder on the rotor with flat walls, its middle at ``position`` along x.
+
+    ``drag`` and ``square_drag`` are the force of a fluid that turns with the chamber, over the speed of a ball in it and over
+    the square of that speed. A ``depth`` left out is that of one layer: the largest ball and 1 % more.
+    """
+
+    radius: Length
+    depth: Length | None = None
+    position: Position = 0.0
+    drag: Drag = 0.0
+    square_drag: SquareDrag = 0.0
+    balls: Annotated[tuple[FreeBalls, ...], Listed, Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _fits(self) -> Chamber:
+        for number, balls in enumerate(self.balls, 1):
+            place = f"balls[{number}]"
+            if balls.radius >= self.radius:
+                raise ValueError(
+                    f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; "
+                    f"the chamber is only {2e3 * self.radius:.4g} mm wide"
+                )
+            if 2.0 * balls.radius > self.inner_depth * (1.0 + 1e-12):
+                raise ValueError(
+                    f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; "
+                    f"the chamber is only {1e3 * self.inner_depth:.4g} mm deep"
+                )
+        return self
+
+    @property
+    def inner_depth(self) -> float:
+        """m."""
+        return float(self.depth) if self.depth is not None else 2.02 * max(balls.radius for balls in self.balls)

@@ -1,0 +1,33 @@
+"""The asynchronous motor."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.machine.part import Part, Positive, Speed, Torque
+
+
+class AsynchronousMotor(Part):
+    """Torque over speed by the formula of Kloss, Pakuła (2021), (5).
+
+    ``overload`` is breakdown over rated torque; the breakdown torque acts at ``synchronous_speed`` less
+    ``breakdown_slip`` times it.
+    """
+
+    kind: Literal["asynchronous"] = "asynchronous"
+    rated_torque: Torque
+    overload: Positive
+    synchronous_speed: Speed
+    breakdown_slip: Positive
+
+    @model_validator(mode="after")
+    def _slips(self) -> AsynchronousMotor:
+        if self.breakdown_slip >= 1.0:
+            raise ValueError(f"breakdown_slip: given {self.breakdown_slip:g}; must be less than 1")
+        return self
+
+
+ChamberDrive = Annotated[PrescribedSpeed | AsynchronousMotor, Field(discriminator="kind")]

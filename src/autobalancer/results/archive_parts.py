@@ -1,0 +1,90 @@
+"""Samples of a long run in many files, read as one dataset: only what is asked for comes into memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from autobalancer.errors import ResultError
+
+
+def open_parts(files: Sequence[Path]) -> xr.Dataset:
+    """The parts of a run, one after the other in time, as one dataset whose samples stay on disk until they are used.
+
+    Times, and what does not depend on time, are read at once. A part is read at a time, so memory stays small while one
+    goes through a run in slices.
+
+    Parameters
+    ----------
+    files
+        netCDF files with the dimension ``time`` first; their times ascend.
+
+    Raises
+    ------
+    ResultError
+        If there is no part, or one cannot be read.
+    """
+    if not files:
+        raise ResultError("the run has no samples yet; nothing was written before it ended")
+    times = []
+    for file in files:
+        try:
+            with netCDF4.Dataset(file) as stored:
+                times.append(np.asarray(stored.variables["time"][:]))
+        except (OSError, RuntimeError, KeyError) as reason:
+            raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
+    with xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored_first:
+        first = stored_first.isel(time=slice(0, 0)).load()
+    starts = np.concatenate([[0], np.cumsum([time.size for time in times])])
+    variables: dict[str, Any] = {}
+    for key, variable in first.variables.items():
+        name = str(key)
+        if name == "time":
+            variables[name] = xr.Variable("time", np.concatenate(times), variable.attrs)
+        elif "time" in variable.dims:
+            lazy = indexing.LazilyIndexedArray(_Parts(files, name, starts, variable.shape[1:], variable.dtype))
+            variables[name] = xr.Variable(variable.dims, lazy, variable.attrs)
+        else:
+            variables[name] = variable
+    coords = {name: variables.pop(name) for name in map(str, first.coords)}
+    return xr.Dataset(variables, coords, first.attrs)
+
+
+class _Parts(BackendArray):
+    """One variable, its first axis time, in many files."""
+
+    def __init__(
+        self, files: Sequence[Path], name: str, starts: NDArray[np.int64], rest: tuple[int, ...], dtype: np.dtype[Any]
+    ) -> None:
+        self.files, self.name, self.starts = list(files), name, starts
+        self.shape = (int(starts[-1]), *rest)
+        self.dtype = dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
+        wanted = np.atleast_1d(np.arange(self.shape[0])[key[0]])
+        found = np.empty((wanted.size, *self.shape[1:]), self.dtype)
+        for file, start, end in zip(self.files, self.starts[:-1], self.starts[1:], strict=True):
+            here = np.flatnonzero((wanted >= start) & (wanted < end))
+            if here.size == 0:
+                continue
+            local = wanted[here] - start
+            low, high = int(local.min()), int(local.max()) + 1
+            try:
+                with netCDF4.Dataset(file) as stored:
+                    found[here] = np.asarray(stored.variables[self.name][low:high])[local - low]
+            except (OSError, RuntimeError, KeyError) as reason:
+                raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
+        for axis in range(len(key) - 1, 0, -1):
+            found = found[(slice(None),) * axis + (key[axis],)]
+        return found[0] if isinstance(key[0], (int, np.integer)) else found

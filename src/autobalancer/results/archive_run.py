@@ -1,0 +1,174 @@
+"""One run of an archive on disk: parts as they are computed, a checkpoint, and a note that says what it is.
+
+In the folder of a run are ``machine.toml``, ``run.json`` (parameters, state, measures), ``part-00000.nc`` and so on, and
+``checkpoint.npz``. Each file is written beside its place and moved there when complete, so that a crash, or a disk that is
+full, leaves what was there before. A part counts when the checkpoint after it is there: a run that goes on drops later ones.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import ResultError
+from autobalancer.results.archive_parts import open_parts
+
+Write = Callable[[xr.Dataset, Path], Any]
+Checkpoint = Mapping[str, NDArray[Any]]
+PARTS = "archive_parts"  # entry of a checkpoint: how many parts go before it
+
+
+def write_part(chunk: xr.Dataset, path: Path) -> None:
+    """Write the samples of a chunk as netCDF."""
+    chunk.to_netcdf(path, engine="netcdf4")
+
+
+class RunFolder:
+    """A run of an archive.
+
+    Parameters
+    ----------
+    path
+        Its folder; see :class:`autobalancer.results.archive.Archive`, which makes it.
+    write
+        What puts a chunk into a file.
+    """
+
+    def __init__(self, path: Path, write: Write = write_part) -> None:
+        self.path, self.write = path, write
+        try:
+            self.note: dict[str, Any] = json.loads((path / "run.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ResultError(f"{path}: no run of an archive; there is no run.json in it") from None
+        except (OSError, ValueError) as reason:
+            raise ResultError(f"{path / 'run.json'}: cannot be read: {reason}") from None
+
+    @property
+    def name(self) -> str:
+        """Name of the run, that of its folder."""
+        return self.path.name
+
+    @property
+    def state(self) -> str:
+        """``"running"`` (or killed while it was), ``"finished"``, ``"interrupted"`` or ``"failed"``."""
+        return str(self.note["state"])
+
+    @property
+    def machine(self) -> str:
+        """Text of the machine file."""
+        return (self.path / "machine.toml").read_text(encoding="utf-8")
+
+    def parts(self) -> list[Path]:
+        """Files of the samples in the order of time."""
+        return sorted(self.path.glob("part-*.nc"))
+
+    def samples(self) -> xr.Dataset:
+        """All samples written so far, read when used; the attributes tell what the run is and how it ended.
+
+        Raises
+        ------
+        ResultError
+            If there are none, or a part is damaged.
+        """
+        found = open_parts(self.parts())
+        told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
+        found.attrs.update(machine=self.machine, archive_state=self.state, **told)
+        return found
+
+    def append(self, chunk: xr.Dataset, checkpoint: Checkpoint | None = None) -> None:
+        """Keep a chunk of samples, and the state from which the run goes on after it.
+
+        Raises
+        ------
+        ResultError
+            If the disk is full or cannot be written. What was written before is kept and can be read.
+        """
+        files = self.parts()
+        number = int(files[-1].stem.split("-")[1]) + 1 if files else 0
+        if chunk.sizes.get("time", 0):
+            self._put(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
+            number += 1
+        if checkpoint is not None:
+            held = {PARTS: np.array(number), **checkpoint}
+            self._put(self.path / "checkpoint.npz", lambda file: _savez(file, held))
+
+    def checkpoint(self) -> dict[str, NDArray[Any]] | None:
+        """The last checkpoint, None if the run made none. Parts that came after it are dropped, to be computed again."""
+        try:
+            with np.load(self.path / "checkpoint.npz", allow_pickle=False) as stored:
+                held = {key: stored[key] for key in stored.files}
+            kept = int(held.pop(PARTS))
+        except FileNotFoundError:
+            held, kept = None, 0
+        except (OSError, ValueError, KeyError) as reason:
+            raise ResultError(f"{self.path / 'checkpoint.npz'}: cannot be read: {reason}") from None
+        for file in self.parts():
+            if int(file.stem.split("-")[1]) >= kept:
+                file.unlink()
+        return held
+
+    def end(
+        self, state: str, outcome: Mapping[str, Any] | None = None, measures: Mapping[str, Any] | None = None
+    ) -> None:
+        """Note how the run ended, and its measures for the catalogue.
+
+        Raises
+        ------
+        ResultError
+            If the disk is full.
+        """
+        self.note.update(state=state)
+        if outcome is not None:
+            self.note["outcome"] = {str(key): plain(value) for key, value in outcome.items()}
+        if measures is not None:
+            self.note["measures"] = {str(key): plain(value) for key, value in measures.items()}
+        self.save_note()
+        if state == "finished":
+            (self.path / "checkpoint.npz").unlink(missing_ok=True)
+
+    def save_note(self) -> None:
+        """Write ``run.json``."""
+        text = json.dumps(self.note, indent=1) + "\n"
+        self._put(self.path / "run.json", lambda file: file.write_text(text, encoding="utf-8"))
+
+    def _put(self, path: Path, write: Callable[[Path], Any]) -> None:
+        unfinished = path.with_name(f"unfinished-{path.name}")
+        try:
+            write(unfinished)
+            os.replace(unfinished, path)
+        except (OSError, RuntimeError) as reason:
+            unfinished.unlink(missing_ok=True)
+            full = isinstance(reason, OSError) and reason.errno in (errno.ENOSPC, errno.EDQUOT)
+            what = "the disk is full" if full else f"cannot be written: {reason}"
+            raise ResultError(
+                f"{path}: {what}; the {len(self.parts())} parts written before are kept and can be read. "
+                "Make room, then start the run again: it goes on from its last checkpoint"
+            ) from None
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON says it; nan and infinity become None."""
+    if isinstance(value, (np.ndarray, xr.DataArray)):
+        return plain(np.asarray(value).tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, (bool, int, float, str)) or value is None else str(value)
+
+
+def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **held)  # type: ignore[arg-type]
+        file.flush()
+        os.fsync(file.fileno())

@@ -1,0 +1,200 @@
+"""An archive keeps long runs: in parts, through crashes and full disks, and finds them again."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.references.chamber_runs import MACHINE, chamber_run
+
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.results.archive import Archive
+from autobalancer.results.archive_run import RunFolder, write_part
+from autobalancer.results.store import load_run
+
+QUESTION = {"duration": 4.0, "step": 1e-6, "seed": 0}
+
+
+def chunks(run: xr.Dataset, count: int = 5) -> list[xr.Dataset]:
+    edges = np.linspace(0, run.sizes["time"], count + 1).astype(int)
+    return [run.isel(time=slice(a, b)) for a, b in itertools.pairwise(edges)]
+
+
+def filled(archive: Archive, name: str = "one", parameters: dict[str, Any] | None = None) -> RunFolder:
+    run = archive.start(name, MACHINE, parameters or {"balls": 3, "friction": 0.5}, QUESTION)
+    for number, chunk in enumerate(chunks(chamber_run())):
+        run.append(chunk, {"state": np.array([1.0 + number])})
+    return run
+
+
+def test_a_run_written_in_parts_is_read_as_it_was(tmp_path: Path) -> None:
+    filled(Archive(tmp_path))
+    read = Archive(tmp_path).samples("one")
+    xr.testing.assert_identical(read.drop_attrs(), chamber_run().drop_attrs())
+    assert read.attrs["machine"] == MACHINE
+
+
+def test_any_selection_of_a_stored_run_is_the_selection_of_the_run(tmp_path: Path) -> None:
+    filled(Archive(tmp_path))
+    read, whole = Archive(tmp_path).samples("one"), chamber_run()
+    for choice in (
+        {"time": -1},
+        {"time": slice(700, 2900, 300)},
+        {"time": slice(None, None, -500)},
+        {"time": [3999, 5, 801, 800], "ball": 1, "axis": [2, 0]},
+        {"ball": [2, 0], "axis": slice(1, 3)},
+        {"time": 801, "ball": slice(0, 2), "axis": 0},
+        {"time": slice(0, 0)},
+    ):
+        part = read["ball_position"].isel(choice)
+        np.testing.assert_array_equal(part.values, whole["ball_position"].isel(choice).values, err_msg=str(choice))
+
+
+def test_only_the_parts_that_are_asked_for_are_read(tmp_path: Path) -> None:
+    run = filled(Archive(tmp_path))
+    read = run.samples()
+    for part in run.parts()[1:]:
+        part.write_bytes(b"damaged")
+    assert read["ball_position"].isel(time=slice(0, 500)).values.shape == (500, 3, 3)
+    with pytest.raises(ResultError, match=r"part-00001.nc: not a readable part"):
+        _ = read["ball_position"].isel(time=1000).values
+
+
+def test_a_full_disk_is_told_and_what_was_written_stays_readable(tmp_path: Path) -> None:
+    written = 0
+
+    def full_after_two(chunk: xr.Dataset, path: Path) -> None:
+        nonlocal written
+        if written == 2:
+            path.write_bytes(b"half a part")
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written += 1
+        write_part(chunk, path)
+
+    run = Archive(tmp_path, write=full_after_two).start("one", MACHINE, {}, QUESTION)
+    parts = chunks(chamber_run())
+    run.append(parts[0], {"state": np.array([1.0])})
+    run.append(parts[1], {"state": np.array([2.0])})
+    with pytest.raises(ResultError, match=r"disk is full; the 2 parts written before are kept.*its last checkpoint"):
+        run.append(parts[2], {"state": np.array([3.0])})
+    again = Archive(tmp_path).run("one")
+    assert not list(tmp_path.glob("*/unfinished*"))
+    assert again.samples().sizes["time"] == parts[0].sizes["time"] + parts[1].sizes["time"]
+    held = again.checkpoint()
+    assert held is not None
+    np.testing.assert_array_equal(held["state"], [2.0])
+    for part in parts[2:]:
+        again.append(part, {"state": np.array([3.0])})
+    xr.testing.assert_identical(again.samples().drop_attrs(), chamber_run().drop_attrs())
+
+
+def test_a_part_without_its_checkpoint_is_computed_again(tmp_path: Path) -> None:
+    run = Archive(tmp_path).start("one", MACHINE, {}, QUESTION)
+    parts = chunks(chamber_run())
+    run.append(parts[0], {"state": np.array([1.0])})
+    run.append(parts[1])  # killed before the checkpoint after it was written
+    held = Archive(tmp_path).start("one", MACHINE, {}, QUESTION).checkpoint()
+    assert held is not None
+    assert list(held) == ["state"]
+    assert len(run.parts()) == 1
+    assert run.samples().sizes["time"] == parts[0].sizes["time"]
+
+
+def test_a_run_that_was_killed_before_its_first_checkpoint_begins_anew(tmp_path: Path) -> None:
+    run = Archive(tmp_path).start("one", MACHINE, {}, QUESTION)
+    run.append(chunks(chamber_run())[0])
+    assert run.checkpoint() is None
+    assert run.parts() == []
+    with pytest.raises(ResultError, match="no samples yet"):
+        run.samples()
+
+
+def test_a_name_is_not_given_to_two_questions(tmp_path: Path) -> None:
+    archive = Archive(tmp_path)
+    filled(archive)
+    with pytest.raises(QuestionError, match=r"different: duration \(4.0 there, 5.0 now\)"):
+        archive.start("one", MACHINE, {}, QUESTION | {"duration": 5.0})
+    with pytest.raises(QuestionError, match="different: machine"):
+        archive.start("one", MACHINE + "\n", {}, QUESTION)
+    with pytest.raises(QuestionError, match=r"name: given '../one'"):
+        archive.start("../one", MACHINE, {}, QUESTION)
+    with pytest.raises(QuestionError, match=r"given 'two'; .* has one"):
+        archive.run("two")
+
+
+@pytest.fixture
+def stocked(tmp_path: Path) -> Archive:
+    archive = Archive(tmp_path / "runs")
+    for balls in (3, 8, 20):
+        for friction in (0.3, 0.5):
+            name = f"b{balls}-f{friction:g}"
+            run = archive.start(name, MACHINE, {"balls": balls, "friction": friction, "chamber": "deep"}, QUESTION)
+            if friction > 0.4:
+                run.end("finished", {"outcome": "finished"}, {"amplitude": 1e-6 * balls, "settling_time": np.nan})
+    return archive
+
+
+def test_the_catalogue_finds_runs_by_parameters_and_measures(stocked: Archive) -> None:
+    everything = stocked.runs()
+    assert everything.sizes["run"] == 6
+    assert np.isnan(everything["amplitude"].sel(run="b3-f0.3"))
+    for where, expected in (
+        ("friction >= 0.5 and balls > 3", ["b20-f0.5", "b8-f0.5"]),
+        ("amplitude < 5e-6", ["b3-f0.5"]),
+        ("not state == 'finished' and balls in [3, 20]", ["b20-f0.3", "b3-f0.3"]),
+        ("3 < balls <= 8 or friction * 10 == 3", ["b20-f0.3", "b3-f0.3", "b8-f0.3", "b8-f0.5"]),
+        ("chamber == 'deep' and balls == -(-8)", ["b8-f0.3", "b8-f0.5"]),
+        ("balls == 99", []),
+    ):
+        assert list(stocked.runs(where)["run"].values) == expected, where
+    assert list(stocked.runs({"balls": 8, "friction": np.float64(0.5)})["run"].values) == ["b8-f0.5"]
+
+
+@pytest.mark.parametrize(
+    "where", ["balls =", "__import__('os')", "balls.real", "lambda: 1", "balls ** 2", "f'{balls}'"]
+)
+def test_what_is_no_condition_is_refused(stocked: Archive, where: str) -> None:
+    with pytest.raises(QuestionError, match="where: given"):
+        stocked.runs(where)
+
+
+def test_an_unknown_value_and_unlike_kinds_are_named(stocked: Archive) -> None:
+    with pytest.raises(QuestionError, match=r"given 'speed'; the runs have amplitude, balls, .*friction"):
+        stocked.runs("speed > 1")
+    with pytest.raises(QuestionError, match="speed"):
+        stocked.runs({"speed": 1})
+    with pytest.raises(QuestionError, match="cannot be compared"):
+        stocked.runs("chamber > 3")
+
+
+def test_an_exported_run_is_a_result_file(tmp_path: Path) -> None:
+    archive = Archive(tmp_path / "runs")
+    filled(archive)
+    found = load_run(archive.export("one", tmp_path / "one.nc"))
+    xr.testing.assert_identical(found.drop_attrs(), chamber_run().drop_attrs())
+
+
+def test_a_damaged_note_and_a_file_in_place_of_an_archive_are_told(tmp_path: Path) -> None:
+    run = filled(Archive(tmp_path / "runs"))
+    (run.path / "run.json").write_text("{")
+    with pytest.raises(ResultError, match=r"run.json: cannot be read"):
+        Archive(tmp_path / "runs").run("one")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ResultError, match="is a file; an archive is a folder"):
+        Archive(tmp_path / "file")
+
+
+def test_numbers_that_json_cannot_say_do_not_break_the_note(tmp_path: Path) -> None:
+    run = filled(Archive(tmp_path))
+    run.end("finished", {"outcome": "finished", "steps": np.int64(5)}, {"a": np.nan, "b": xr.DataArray(2.0)})
+    note = json.loads((run.path / "run.json").read_text())
+    assert note["measures"] == {"a": None, "b": 2.0}
+    assert note["outcome"] == {"outcome": "finished", "steps": 5}
+    assert run.samples().attrs["outcome"] == "finished"
+    assert not (run.path / "checkpoint.npz").exists()

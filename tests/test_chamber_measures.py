@@ -1,0 +1,191 @@
+"""Measures of a deep chamber, on runs whose motion is known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.references.chamber_runs import BALL, CHAMBER, chamber_run
+
+from autobalancer.errors import QuestionError
+from autobalancer.results.chamber_balls import (
+    ball_places_in_rotor,
+    ball_settling_time,
+    balls_carried,
+    balls_unbalance,
+    residual_of_balls,
+)
+from autobalancer.results.chamber_measures import (
+    catalogue_measures,
+    chamber_measures,
+    collision_statistics,
+    reaction_measures,
+    steady_vibration,
+    transient_peak,
+)
+from autobalancer.results.chamber_unconstrained import LooseBody, pakula_body, unconstrained_motion
+
+RUN = chamber_run()
+ANGLES, AXIAL = np.array([2.6, 3.0, 3.4]), np.array([-0.02, 0.0, 0.03])
+ARM = CHAMBER - BALL
+
+
+def test_amplitude_is_half_of_the_range_in_steady_state() -> None:
+    found = steady_vibration(RUN)
+    assert float(found["vertical_amplitude"]) == pytest.approx(20e-6, rel=1e-3)
+    assert float(found["horizontal_amplitude"]) == pytest.approx(10e-6, rel=1e-3)
+    assert float(found["rotation_amplitude"]) == pytest.approx(1e-5, rel=1e-3)
+    assert float(found["vertical_synchronous"]) == pytest.approx(20e-6, rel=1e-9)
+    assert float(steady_vibration(RUN, last=3.5)["vertical_amplitude"]) == pytest.approx(1e-3, rel=0.03)
+
+
+def test_vibration_at_another_frequency_is_not_synchronous() -> None:
+    run = RUN.copy()
+    run["body_position"] = run["body_position"].copy()
+    run["body_position"][:, 2] += 5e-6 * np.sin(0.7 * run["rotor_angle"])
+    found = steady_vibration(run, last=2.0)
+    assert float(found["vertical_synchronous"]) == pytest.approx(20e-6, rel=5e-3)
+    assert float(found["vertical_amplitude"]) == pytest.approx(25e-6, rel=5e-3)
+
+
+def test_the_peak_of_the_transient_has_its_size_and_time() -> None:
+    found = transient_peak(RUN)
+    assert float(found["vertical_peak"]) == pytest.approx(2.01e-3, abs=15e-6)
+    assert float(found["vertical_peak_time"]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_balls_that_turn_with_the_rotor_stand_still_in_it() -> None:
+    place = ball_places_in_rotor(RUN).isel(time=slice(2100, None)).values
+    expected = np.stack([AXIAL, ARM * np.cos(ANGLES), ARM * np.sin(ANGLES)], axis=1)
+    np.testing.assert_allclose(place, np.broadcast_to(expected, place.shape), atol=2e-5 * ARM)
+
+
+def test_a_ball_has_settled_when_it_is_within_its_radius_of_its_place() -> None:
+    # it swings along the circle by 2 (1 - t/2) rad and along the axis: solve for one radius
+    early = np.linspace(0.0, 0.2, 200001)
+    away = np.sqrt((2.0 * ARM * np.sin(early)) ** 2 + (np.abs(AXIAL)[:, None] * early) ** 2)
+    expected = 2.0 * (1.0 - np.array([np.interp(BALL, row, early) for row in away]))
+    np.testing.assert_allclose(ball_settling_time(RUN), expected, atol=2e-3)
+    tighter = ball_settling_time(RUN, tolerance=0.1).values
+    assert np.all(tighter > expected)
+    assert np.all(tighter < 2.0)
+
+
+def test_balls_at_the_bottom_neither_settle_nor_go_around() -> None:
+    lazy = chamber_run(carried=False)
+    assert np.isnan(ball_settling_time(lazy)).all()
+    assert not balls_carried(lazy).any()
+    assert balls_carried(RUN).all()
+    found = chamber_measures(lazy)
+    assert float(found["share_carried"]) == 0.0
+    assert np.isnan(float(found["settling_time"]))
+
+
+def test_the_balls_balance_what_is_opposite_to_them() -> None:
+    own = 0.03 * ARM * np.exp(1j * ANGLES).sum()
+    couple = (0.03 * ARM * AXIAL * np.exp(1j * ANGLES)).sum()
+    late = RUN.isel(time=slice(2100, None))
+    found = balls_unbalance(late)
+    expected = np.array([own.real, own.imag])
+    np.testing.assert_allclose(found["static"], np.broadcast_to(expected, found["static"].shape), atol=1e-6)
+    left = residual_of_balls(late, -own, -couple)
+    assert float(left["static"].max()) < 3e-7
+    assert float(left["couple"].max()) < 1e-8
+    assert float(residual_of_balls(late, own)["static"].mean()) == pytest.approx(2.0 * abs(own), rel=1e-4)
+    moved = residual_of_balls(late, -own, -couple, chamber_places=np.array([0.5]))
+    assert float(moved["couple"].mean()) == pytest.approx(0.5 * abs(own), rel=1e-3)
+
+
+def test_reactions_are_told_apart_in_transient_and_steady_state() -> None:
+    found = reaction_measures(RUN, last=1.9)
+    assert float(found["bearing_1_greatest"].sel(stage="steady")) == pytest.approx(np.hypot(500.0, 100.0), rel=1e-3)
+    assert float(found["bearing_1_rms"].sel(stage="steady")) == pytest.approx(np.hypot(500.0, 100.0 / 2**0.5), rel=1e-3)
+    assert float(found["bearing_2_rms"].sel(stage="transient")) == pytest.approx(500.0)
+    assert float(found["constraint_x_greatest"].sel(stage="steady")) == 0.0
+    assert float(found["constraint_x_greatest"].sel(stage="transient")) == pytest.approx(50.0, rel=0.01)
+    assert float(found["constraint_moment_z_greatest"].sel(stage="transient")) == pytest.approx(2.0)
+    assert float(found["constraint_moment_z_mean"].sel(stage="transient")) == pytest.approx(-2.0 / 2.1, rel=1e-3)
+
+
+def test_contacts_are_counted_and_the_hardest_is_found() -> None:
+    found = collision_statistics(RUN, bins=8)
+    assert float(found["contacts_ball"]) == RUN["contacts_ball"].values.sum()
+    assert float(found["contacts_wall"]) == 3.0 * float(found["contacts_ball"])
+    np.testing.assert_allclose(found["contacts_ball_rate"][:4], 2000.0, rtol=0.01)
+    assert float(found["contacts_ball_rate"][5:].max()) == 0.0
+    assert float(found["hardest_contact"]) == 110.0
+    assert float(found["hardest_contact_time"]) == 0.0
+
+
+def test_all_measures_go_into_the_catalogue_as_numbers() -> None:
+    found = chamber_measures(RUN, unbalance=0.008)
+    numbers = catalogue_measures(found)
+    assert numbers["vertical_amplitude"] == pytest.approx(20e-6, rel=1e-3)
+    assert numbers["steady_bearing_1_greatest"] > 500.0
+    assert numbers["residual_unbalance"] == pytest.approx(abs(0.008 + 0.03 * ARM * np.exp(1j * ANGLES).sum()), rel=1e-3)
+    assert numbers["energy_error"] == pytest.approx(4e-6 / RUN["work_motor"].values[-1])
+    assert all("units" in found[name].attrs and found[name].attrs["long_name"] for name in found.data_vars)
+
+
+BODY = LooseBody(120.0, 25.0, 20.0, 32500.0, 41.0, height=0.3, depth=0.2, half_width=1.0)
+
+
+def loaded(force: np.ndarray, moment_y: np.ndarray, moment_z: np.ndarray, step: float) -> xr.Dataset:
+    zero = np.zeros_like(force)
+    return xr.Dataset(
+        {
+            "constraint_force": (("time", "axis"), np.stack([force, zero, zero], axis=1)),
+            "constraint_moment": (("time", "axis"), np.stack([zero, moment_y, moment_z], axis=1)),
+        },
+        coords={"time": step * np.arange(force.size)},
+    )
+
+
+def test_a_released_body_under_constant_loads_goes_to_its_static_deflection() -> None:
+    ones = np.ones(40001)
+    found = unconstrained_motion(loaded(100.0 * ones, 7.0 * ones, -3.0 * ones, 1e-3), BODY).isel(time=-1)
+    assert float(found["x"]) == pytest.approx(100.0 / 65000.0, rel=1e-4)
+    assert float(found["rotation_y"]) == pytest.approx(7.0 / (32500.0 * (4 * 0.09 + 4 * 0.04)), rel=1e-4)
+    assert float(found["rotation_z"]) == pytest.approx(-3.0 / (32500.0 * (4 * 1.0 + 2 * 0.04)), rel=1e-4)
+
+
+def test_a_blow_sets_a_released_body_swinging_with_its_impulse() -> None:
+    force = np.zeros(2001)
+    force[1] = 1000.0  # a triangle of 1 ms on either side: impulse 1 N s
+    free = LooseBody(**{**vars(BODY), "damping": 0.0})
+    found = unconstrained_motion(loaded(force, 0.0 * force, 0.0 * force, 1e-3), free)
+    rate = np.sqrt(65000.0 / 120.0)
+    time = found["time"].values[3:] - 1e-3
+    expected = 1.0 / (120.0 * rate) * np.sin(rate * time) * (2.0 * (1.0 - np.cos(rate * 1e-3)) / (rate * 1e-3) ** 2)
+    np.testing.assert_allclose(found["x"].values[3:], expected, atol=1e-12)
+
+
+def test_the_motion_does_not_depend_on_how_finely_a_straight_load_is_sampled() -> None:
+    coarse, fine = np.linspace(0.0, 50.0, 11), np.linspace(0.0, 50.0, 1001)
+    one = unconstrained_motion(loaded(coarse, coarse, coarse, 0.1), BODY)
+    two = unconstrained_motion(loaded(fine, fine, fine, 1e-3), BODY).isel(time=slice(None, None, 100))
+    for name in ("x", "rotation_y", "rotation_z"):
+        np.testing.assert_allclose(one[name].values, two[name].values, rtol=1e-9)
+
+
+def test_reactions_of_the_steady_state_can_be_left_out() -> None:
+    found = unconstrained_motion(RUN, pakula_body(0.3), until=1.0)
+    assert float(np.abs(found["x_load"].sel(time=slice(1.0005, None))).max()) == 0.0
+    assert float(np.abs(found["x_load"].sel(time=slice(0.0, 1.0))).max()) > 10.0
+
+
+def test_what_cannot_be_measured_is_refused() -> None:
+    with pytest.raises(QuestionError, match="last: given 9 s; must be above zero and within the 4 s"):
+        steady_vibration(RUN, last=9.0)
+    with pytest.raises(QuestionError, match="fewer than two samples"):
+        steady_vibration(RUN, last=1e-5)
+    with pytest.raises(QuestionError, match="has 1 samples"):
+        chamber_measures(RUN.isel(time=slice(0, 1)))
+    with pytest.raises(QuestionError, match="fewer than four in a turn"):
+        balls_carried(RUN.isel(time=slice(None, None, 15)))
+    with pytest.raises(QuestionError, match="tolerance: given 0 ball radii"):
+        ball_settling_time(RUN, tolerance=0.0)
+    with pytest.raises(QuestionError, match="mass: given -1"):
+        unconstrained_motion(RUN, LooseBody(**{**vars(BODY), "mass": -1.0}))
+    with pytest.raises(QuestionError, match="not at equal times"):
+        unconstrained_motion(RUN.isel(time=[0, 1, 3]), BODY)

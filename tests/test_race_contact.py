@@ -1,0 +1,235 @@
+"""Balls that meet, partitions, and races of measured shape."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.references.race_runs import states_of
+from tests.references.races import races
+from tests.references.standing_races import DIAMETER, ORBIT, standing
+
+import autobalancer as ab
+from autobalancer.assembly.contacts import damping_ratio, rebound
+from autobalancer.assembly.race_numbers import race_harmonics
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import MachineError
+from autobalancer.kernels.guided_race import real_race
+from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
+from autobalancer.simulation.sampling import Samples
+
+TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
+
+
+@pytest.mark.parametrize("harmonics", [[], [{"order": 2, "amplitude": 1e-9}]])
+@pytest.mark.parametrize("speeds", [[4.0, -2.0], [0.0, -3.0], [2.0, 0.0]])
+@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
+def test_two_balls_rebound_with_the_ratio_of_restitution(
+    restitution: float, speeds: list[float], harmonics: list[dict[str, float]]
+) -> None:
+    machine = standing(
+        axis="vertical",
+        angles=[0.0, 0.5],
+        speeds=speeds,
+        contact={"restitution": restitution},
+        harmonics=harmonics,
+    )
+    found = states_of(machine, np.array([0.0, 0.6]), tolerance=1e-11)[-1]
+    before, after = speeds[1] - speeds[0], found[9] - found[8]
+    assert after == pytest.approx(
+        -restitution * before, rel=0.01, abs=0.01 * abs(before) if restitution == 0.0 else 0.0
+    )
+    assert found[8] + found[9] == pytest.approx(sum(speeds), rel=1e-9, abs=1e-9)  # momentum along the race
+
+
+def test_the_damping_of_a_contact_gives_its_restitution_and_back() -> None:
+    for restitution in (0.1, 0.5, 0.9, 0.999):
+        assert rebound(damping_ratio(restitution)) == pytest.approx(restitution, rel=1e-12)
+    assert damping_ratio(1.0) == 0.0
+
+
+def test_balls_keep_their_order_however_often_they_meet() -> None:
+    random = np.random.default_rng(4)
+    angles = np.sort(random.uniform(-3.0, 3.0, 5)) + 0.02 * np.arange(5)
+    machine = standing(
+        axis="vertical",
+        angles=angles.tolist(),
+        speeds=random.uniform(-30.0, 30.0, 5).tolist(),
+        contact={"restitution": 0.95},
+    )
+    found = states_of(machine, np.linspace(0.0, 5.0, 5001), tolerance=1e-9)
+    gaps = np.diff(np.column_stack([found[:, 6:11], found[:, 6] + 2.0 * math.pi]), axis=1)
+    assert gaps.min() > 0.9 * TOUCH  # contacts are soft, not open
+    assert np.ptp(found[:, 6]) > 0.5
+
+
+def test_balls_that_may_coincide_pass_through_each_other() -> None:
+    machine = standing(axis="vertical", angles=[0.0, 0.5], speeds=[3.0, -3.0], coincidence=True)
+    found = states_of(machine, np.array([0.0, 0.5]))[-1]
+    np.testing.assert_allclose(found[8:10], [3.0, -3.0], rtol=1e-9)
+    assert found[6] > found[7]
+
+
+@pytest.mark.parametrize("oval", [0.0, 1e-3])
+def test_elastic_balls_on_a_horizontal_race_keep_their_energy(oval: float) -> None:
+    machine = standing(
+        angles=[-1.0, 0.8, 2.0],
+        speeds=[3.0, 0.0, -5.0],
+        contact={"restitution": 1.0},
+        harmonics=[{"order": 2, "amplitude": oval, "angle": 0.7}, {"order": 3, "amplitude": 1e-12}],
+    )
+    reference, found = races(machine), states_of(machine, np.linspace(0.0, 3.0, 3001))
+    gaps = np.diff(np.column_stack([found[:, 6:9], found[:, 6] + 2.0 * math.pi]), axis=1)
+    apart = gaps.min(axis=1) > TOUCH
+    energies = []
+    for state in found[apart]:
+        q, v = reference.split(state)
+        q[:2] = v[:2] = 0.0
+        energies.append(reference.energy(q, v))
+    assert 0 < (~apart).sum() < 1000
+    np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=1e-7 * np.abs(energies[0]))
+    order = np.array([found[0, 9:12], found[-1, 9:12]])
+    assert np.abs(order[1] - order[0]).max() > 0.1
+
+
+def test_three_balls_pressed_together_rest_without_jitter() -> None:
+    machine = standing(angles=[-0.4, 0.1, 0.6], beta=2e-4, contact={"restitution": 0.5})
+    found = states_of(machine, np.linspace(0.0, 40.0, 401), tolerance=1e-10)
+    assert np.abs(found[-50:, 9:12]).max() < 1e-7
+    np.testing.assert_allclose(np.diff(found[-1, 6:9]), TOUCH, rtol=0.05)
+    assert found[-1, 7] == pytest.approx(-0.5 * math.pi, abs=1e-6)  # the heap lies symmetric at the bottom
+
+
+def test_partitions_hold_their_balls() -> None:
+    machine = standing(
+        axis="vertical",
+        angles=[0.5, 2.0],
+        speeds=[40.0, -30.0],
+        partitions={"count": 4, "angle": 0.1},
+        contact={"restitution": 0.9},
+    )
+    found = states_of(machine, np.linspace(0.0, 2.0, 2001), tolerance=1e-9)
+    half = math.asin(0.5 * DIAMETER / ORBIT)
+    for place in (6, 7):
+        part = math.floor((found[0, place] - 0.1) / (0.5 * math.pi))
+        low, high = 0.1 + part * 0.5 * math.pi + half, 0.1 + (part + 1) * 0.5 * math.pi - half
+        assert found[:, place].min() > low - 0.1 * TOUCH
+        assert found[:, place].max() < high + 0.1 * TOUCH
+        assert np.ptp(found[:, place]) > 0.9 * (high - low)
+    # each rebound takes the share of restitution
+    speeds = np.unique(np.round(np.abs(found[:, 8]), 6))
+    steady = [s for s in speeds if np.sum(np.abs(np.abs(found[:, 8]) - s) < 1e-6) > 20]
+    np.testing.assert_allclose(np.array(steady[:-1]) / np.array(steady[1:]), 0.9, rtol=0.01)
+
+
+# the shape of a race -----------------------------------------------------------------------------------------------------
+
+
+def _race(**more: object) -> Race:
+    return Race(
+        orbit_radius=0.1, drag={"law": "beta", "beta": 0.0}, balls=[{"diameter": 0.01, "density": 7800}], **more
+    )
+
+
+def test_a_measured_profile_is_its_fourier_series() -> None:
+    waves = [(1, 2e-5, 0.3), (2, 1e-4, -1.0), (5, 3e-5, 2.0)]
+    first = 0.4
+    angles = first + 2.0 * math.pi * np.arange(72) / 72
+    profile = sum(a * np.cos(k * (angles - at)) for k, a, at in waves) + 4e-5
+    measured = race_harmonics(_race(roundness={"deviations": profile.tolist(), "angle": first, "harmonics": 6}))
+    given = race_harmonics(_race(harmonics=[{"order": k, "amplitude": a, "angle": at} for k, a, at in waves]))
+    np.testing.assert_allclose(measured[:5], given, atol=1e-17)
+    np.testing.assert_allclose(measured[5], 0.0, atol=1e-17)
+
+
+def test_a_first_harmonic_is_an_eccentric_race_to_first_order() -> None:
+    """The same ball at the same place with the same velocity: the rotor's acceleration differs by the square of the offset."""
+
+    def machine(**race: object) -> Machine:
+        return Machine(
+            name="offset",
+            axis="vertical",
+            rotor={"mass": 1.0, "stiffness": 1e4, "damping": 0.0},
+            balancers=[
+                {
+                    "races": [
+                        {
+                            "orbit_radius": 0.1,
+                            "drag": {"law": "beta", "beta": 0.0},
+                            "friction": {},
+                            "balls": [{"mass": 0.1, "diameter": 0.01}],
+                            **race,
+                        }
+                    ]
+                }
+            ],
+            drive={"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}},
+        )
+
+    def pull(one: Machine, angle: float, rate: float) -> np.ndarray:
+        assembly = assemble(one, rotating=False, general=True)
+        if not one.balancers[0].races[0].harmonics:
+            from autobalancer.kernels.stations import spatial as equations
+        else:
+            equations = real_race
+        state, rates = assembly.state, np.empty_like(assembly.state)
+        state[5], state[6], state[7] = 100.0, angle, rate
+        equations(0.0, state, rates, assembly.system)
+        return rates[2:4].copy()
+
+    misses = []
+    for offset in (4e-4, 2e-4):
+        center, phi, rate = offset * np.exp(0.5j), 1.3, 20.0
+        place = center + 0.1 * np.exp(1j * phi)
+        angle = float(np.angle(place))
+        turning = float((np.conj(place) * 0.1j * np.exp(1j * phi) * rate).imag / abs(place) ** 2)
+        eccentric = pull(machine(eccentricity=offset, eccentricity_angle=0.5), phi, rate)
+        wavy = pull(machine(harmonics=[{"order": 1, "amplitude": offset, "angle": 0.5}]), angle, turning)
+        plain = pull(machine(eccentricity=1e-12), angle, turning)
+        misses.append(np.linalg.norm(wavy - eccentric))
+        assert misses[-1] < 0.02 * np.linalg.norm(plain - eccentric)
+    assert misses[0] / misses[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_ball_on_an_oval_race_in_a_fast_rotor_seeks_the_wide_places() -> None:
+    """Potential energy of the centrifugal force: -m w^2 eps(phi)^2/2, whatever ever else."""
+    machine = standing(
+        axis="vertical",
+        angles=[1.0 + 0.5 * math.pi],
+        speed=200.0,
+        beta=1e-3,
+        harmonics=[{"order": 2, "amplitude": 1e-3, "angle": 0.4}],
+    )
+    found = states_of(machine, np.array([0.0, 30.0]), tolerance=1e-9)[-1]
+    assert math.remainder(found[6] - 0.4, math.pi) == pytest.approx(0.0, abs=1e-6)
+
+
+# what makes no sense -----------------------------------------------------------------------------------------------------
+
+
+def test_impossible_friction_contact_and_profiles_are_refused() -> None:
+    with pytest.raises(
+        MachineError, match=r"adherence: given 0\.01; must not be less than the rolling resistance, 0\.02"
+    ):
+        Friction(rolling_resistance=0.02, adherence=0.01)
+    with pytest.raises(MachineError, match=r"restitution: given 1\.2; must be between 0 and 1"):
+        Contact(restitution=1.2)
+    with pytest.raises(MachineError, match="not closed"):
+        Roundness(deviations=[1e-6 * i for i in range(24)])
+    with pytest.raises(MachineError, match="at least 8"):
+        Roundness(deviations=[0.0, 1e-6, 0.0])
+    with pytest.raises(MachineError, match="24 points carry 1 to 11"):
+        Roundness(deviations=[1e-6 * math.sin(i * math.pi / 12) for i in range(24)], harmonics=12)
+    with pytest.raises(MachineError, match="either 'harmonics' or a measured 'roundness'"):
+        _race(harmonics=[{"order": 2, "amplitude": 1e-4}], roundness={"deviations": [0.0] * 24})
+    with pytest.raises(MachineError, match="coincidence"):
+        _race(coincidence=True, contact={"restitution": 0.5})
+    with pytest.raises(MachineError, match="must be between 1 and 60"):
+        _race(harmonics=[{"order": 0, "amplitude": 1e-4}])
+
+
+def test_full_tilt_refuses_a_real_race_in_words() -> None:
+    machine = standing(friction={"rolling_resistance": 0.01})
+    with pytest.raises(MachineError, match="tilting_races"):
+        ab.simulate(machine.model_copy(update={"tilting_races": "full"}), duration=0.1, save=Samples(2))
