@@ -16,6 +16,7 @@ sys.path[:0] = [str(ROOT), str(HERE / "_ext")]
 import border_tables  # noqa: E402
 import console  # noqa: E402
 import key_tables  # noqa: E402
+import picture_tables  # noqa: E402
 import result_tables  # noqa: E402
 from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown  # noqa: E402
 
@@ -117,6 +118,6 @@ TABLES.mkdir(parents=True, exist_ok=True)
 write(GENERATED / "public.rst", public_names())
 write(TABLES / "reproductions.md", table(REPRODUCTIONS, "make reproduce"))
 write(TABLES / "benchmarks.md", table(BENCHMARKS, "make bench"))
-for module in (key_tables, result_tables, border_tables, console):
+for module in (key_tables, result_tables, border_tables, picture_tables, console):
     for name, text in module.pages().items():
         write(TABLES / name, text)

@@ -45,6 +45,9 @@ def test_check_says_the_same_as_the_python_interface(tmp_path: Path) -> None:
 
 def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
     arguments = ["run", str(MACHINES / "stall_and_release.toml"), "--duration", "1000000 s", "--out", "long.nc"]
+    subprocess.run(
+        [*COMMAND, *arguments[:2], "--duration", "1 s", "--out", "short.nc"], cwd=tmp_path, check=True
+    )  # compiled
     process = subprocess.Popen([*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     time.sleep(6.0)
     process.send_signal(signal.SIGINT)

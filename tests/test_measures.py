@@ -27,13 +27,16 @@ def test_stalled_balls_hang_below_the_critical_speed_and_break_away_near_the_for
 
 def test_the_peak_of_the_run_up_is_where_the_balls_break_away(stalled_run: xr.Dataset) -> None:
     peak = ab.peak_deflection(stalled_run)
-    assert float(peak["deflection"]) == pytest.approx(1.3317e-3, rel=1e-3)
+    # 1.3317 mm for balls that pass through each other
+    assert float(peak["deflection"]) == pytest.approx(1.3303e-3, rel=1e-3)
     assert float(peak["speed"]) == pytest.approx(387.0, abs=1.0)
 
 
 def test_balls_end_opposite_to_the_unbalance_and_the_rotor_is_at_rest(stalled_run: xr.Dataset) -> None:
     final = ab.ball_angle_to_unbalance(stalled_run).isel(time=-1)
-    np.testing.assert_allclose(np.abs(final), np.pi, atol=0.05)
+    # both are needed whole: they close in on each other ever more slowly until they touch at 0.042 rad
+    assert np.all(np.pi - np.abs(final) > 0.042)
+    np.testing.assert_allclose(np.abs(final), np.pi, atol=0.08)
     assert ab.residual_vibration(stalled_run, last=0.5) < 1e-6
 
 

@@ -168,7 +168,7 @@ def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None
     assert np.allclose(np.abs(resultant), run.residual_unbalance.values, rtol=1e-9, atol=1e-15)
     labels = [text.get_text() for text in ab.plot_race(run).legends[0].get_texts()]
     assert labels[:2] == ["unbalance 500 g mm", "balls 500 g mm"]
-    assert labels[2].startswith("resultant 0.06")
+    assert labels[2].startswith(f"resultant {1e6 * float(run.residual_unbalance[-1]):.3g}")
 
 
 def test_the_resultant_counts_the_balls_of_an_eccentric_race(tmp_path: Path) -> None:

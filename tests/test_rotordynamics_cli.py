@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from autobalancer.rotordynamics.modes import eigenfrequencies
 from autobalancer.rotordynamics.peaks import response_peaks
 from autobalancer.rotordynamics.response import unbalance_response
 
+RIG_FILE = files("autobalancer") / "catalog" / "data" / "rigs" / "rodrigues_rig.toml"
 RPM = math.pi / 30.0
 
 
@@ -30,29 +32,29 @@ def say(*words: str, code: int = 0) -> str:
 
 
 def test_modes_prints_frequencies_and_critical_speeds() -> None:
-    text = say("modes", str(RIG), "--speed", "1200 rpm")
+    text = say("modes", str(RIG_FILE), "--speed", "1200 rpm")
     assert "natural frequencies at 1200 rpm" in text
     for name in ("cylindrical y", "cylindrical x", "conical y", "conical x"):
         assert name in text
     for speed in critical_speeds(RIG)["critical_speed"].values / RPM:
         assert f"critical speed {speed:.5g} rpm" in text
-    assert "rad/s" in say("modes", str(RIG), "--speed-unit", "rad/s", "--frequency-unit", "rad/s")
+    assert "rad/s" in say("modes", str(RIG_FILE), "--speed-unit", "rad/s", "--frequency-unit", "rad/s")
 
 
 def test_modes_as_json_are_those_of_the_python_interface() -> None:
-    found = json.loads(say("modes", str(RIG), "--speed", "100", "--json"))
+    found = json.loads(say("modes", str(RIG_FILE), "--speed", "100", "--json"))
     expected = eigenfrequencies(RIG, 100.0)
     assert found["speed"] == 100.0
     assert [mode["frequency"] for mode in found["modes"]] == expected["frequency"].values.tolist()
     assert [mode["whirl"] for mode in found["modes"]] == expected["whirl"].values.tolist()
     assert len(found["critical_speeds"]) == 4
-    bare = json.loads(say("modes", str(RIG), "--no-balls", "--json"))
-    assert bare["modes"][0]["frequency"] > json.loads(say("modes", str(RIG), "--json"))["modes"][0]["frequency"]
+    bare = json.loads(say("modes", str(RIG_FILE), "--no-balls", "--json"))
+    assert bare["modes"][0]["frequency"] > json.loads(say("modes", str(RIG_FILE), "--json"))["modes"][0]["frequency"]
 
 
 def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     text = say(
-        "modes", str(RIG), "--campbell", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
+        "modes", str(RIG_FILE), "--campbell", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
         str(tmp_path / "c.nc"),
     )  # fmt: skip
     assert "written" in text
@@ -60,7 +62,7 @@ def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     expected = campbell(RIG, np.linspace(0.0, 6000.0 * RPM, 41))
     kept = load_run(tmp_path / "c.nc")
     assert kept["frequency"].values == pytest.approx(expected["frequency"].values)
-    found = json.loads(say("modes", str(RIG), "--campbell", "0 rpm:6000:41", "--json"))
+    found = json.loads(say("modes", str(RIG_FILE), "--campbell", "0 rpm:6000:41", "--json"))
     assert [e["intersection_speed"] for e in found["intersections"]] == pytest.approx(kept["intersection_speed"].values)
 
 
@@ -71,7 +73,7 @@ def test_shapes_are_drawn(tmp_path: Path) -> None:
 
 def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
     text = say(
-        "response", str(RIG), "--speed", "600rpm:5500rpm:400", "--station", "B1", "--station", "B2", "--plot",
+        "response", str(RIG_FILE), "--speed", "600rpm:5500rpm:400", "--station", "B1", "--station", "B2", "--plot",
         str(tmp_path / "bode.png"), "--output", str(tmp_path / "r.nc"),
     )  # fmt: skip
     peaks = response_peaks(RIG, 600.0 * RPM, 5500.0 * RPM, ["B1", "B2"])
@@ -85,7 +87,7 @@ def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
 
 def test_response_at_one_speed_says_how_the_stations_whirl(tmp_path: Path) -> None:
     for kind in ("orbits", "axis"):
-        text = say("response", str(RIG), "--speed", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
+        text = say("response", str(RIG_FILE), "--speed", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
         assert "B1     backward" in text
         assert "disk   forward" in text
         assert (tmp_path / "o.png").stat().st_size > 5000
@@ -102,7 +104,7 @@ def test_response_as_json_is_that_of_the_python_interface() -> None:
         "--quantity",
         "velocity",
     )
-    found = json.loads(say("response", str(RIG), *arguments, "--json"))
+    found = json.loads(say("response", str(RIG_FILE), *arguments, "--json"))
     expected = unbalance_response(RIG, np.linspace(10, 100, 4), [-0.02], 1e-5, balls=True, quantity="velocity")
     assert found["speed"] == expected["speed"].values.tolist()
     assert found["semi_major"] == expected["semi_major"].values.tolist()
@@ -136,7 +138,7 @@ def test_a_planar_machine_has_a_response_in_its_plane() -> None:
 def test_what_a_user_can_mend_ends_with_code_2_and_a_message(
     words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    answer = CliRunner().invoke(app, [str(RIG) if word == "RIG" else word for word in words])
+    answer = CliRunner().invoke(app, [str(RIG_FILE) if word == "RIG" else word for word in words])
     assert answer.exit_code == 2
     assert message in " ".join(answer.output.split())
 

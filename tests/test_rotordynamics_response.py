@@ -14,7 +14,6 @@ from tests.test_rotordynamics_modes import ARM, MASS, POLAR, RIG, SPRING, TRANSV
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.orbits import whirl_orbits
@@ -254,7 +253,7 @@ def test_the_response_can_be_saved_and_names_its_units(tmp_path: Path) -> None:
 
 
 def bare() -> Machine:
-    return with_parameter(load_machine(RIG), "unbalances", ())
+    return with_parameter(RIG, "unbalances", ())
 
 
 @pytest.mark.parametrize(

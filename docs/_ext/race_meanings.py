@@ -4,7 +4,7 @@ SPRING = "this or `stiffness`"
 
 RACE_MEANINGS = {
     "Race.friction": "dry friction between balls and race; without it there is none",
-    "Race.contact": "how balls rebound from each other; without it they touch and hardly do (0.135 of the speed)",
+    "Race.contact": "how balls rebound from each other; without it with 14 % of their speed",
     "Race.coincidence": "`true`: balls pass through each other, and several may rest in one place",
     "Race.partitions": "walls across the race",
     "Race.harmonics": "deviation of the orbit from its circle, wave by wave; this or `roundness`",
@@ -14,7 +14,7 @@ RACE_MEANINGS = {
     "Friction.rolling_resistance": "$a/r_b$, arm of the wall force over the ball radius",
     "Friction.adherence": "a ball at rest stays while less than this times the wall force is needed; without it the rolling "
     "resistance",
-    "Contact.restitution": "speed after over speed before, up to 1; less than 0.135 counts as that",
+    "Contact.restitution": "speed after over speed before, 0 to 1; none counts as 1 %",
     "Contact.stiffness": "along the race; without it a contact lasts about a twentieth of a turn",
     "Partitions.count": "equal parts",
     "Partitions.angle": "of the first wall, in the rotor",

@@ -46,6 +46,7 @@ FREE_BALL = {
     "balls": [{"mass": "3 g", "diameter": "10 mm"}],
     "resolved": CONTACT,
 }
+RUBBING = with_parameter(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
 RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
@@ -68,6 +69,7 @@ def result_variables() -> str:
         ("`LastRevolutions`", ab.simulate(SMALL, save=LastRevolutions(1, 8))),
         ("events", ab.simulate(SMALL, save=(), events=[passage])),
         ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
+        ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
     ]
     text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[str]()

@@ -20,9 +20,13 @@ def standing(
     speed: float = 0.0,
     beta: float = 0.0,
     excitations: list[dict[str, Any]] | None = None,
+    firm: bool = False,
     **race: Any,
 ) -> Machine:
-    """``angles`` are counted from the bottom of the race; ``speed`` is that of the rotor, rad/s."""
+    """``angles`` are counted from the bottom of the race; ``speed`` is that of the rotor, rad/s.
+
+    A ``firm`` rotor follows a base that moves within 1e-8.
+    """
     angles = [0.3] if angles is None else angles
     balls = {
         "count": len(angles),
@@ -36,7 +40,7 @@ def standing(
         name="standing race",
         axis=axis,
         gravity=GRAVITY,
-        rotor={"mass": 1e8, "stiffness": 1e13, "damping": 3e10},
+        rotor={"mass": 1e8, "stiffness": 1e17 if firm else 1e13, "damping": 3e12 if firm else 3e10},
         balancers=[{"races": [whole]}],
         excitations=excitations or [],
         drive={"kind": "speed", "profile": {"kind": "constant", "speed": speed}},

@@ -14,24 +14,30 @@ from autobalancer.machine import Machine, Race
 TURN = 2.0 * math.pi
 QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
 
+LEAST, CRITICAL = 0.01, math.exp(-2.0)  # restitution: the least, and that of critical damping, which costs no more steps
+
 
 def damping_ratio(restitution: float) -> float:
     """Damping ratio of a spring and a damper that never pull, from the ratio of the speeds after and before.
 
-    The contact ends where the force is zero, before the spring is long again (Schwager and Pöschel 2007, equation 9):
-    ln e = -z/sqrt(1 - z^2) (pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2)); no rebound counts as critical damping.
+    Below exp(-2) it is above one. A ratio under 1 % counts as 1 %, which takes a damping ratio of about five.
     """
     if restitution >= 1.0:
         return 0.0
-    end = 1.0 - 1e-9
-    if restitution <= rebound(end):
-        return 1.0
-    return float(brentq(lambda z: rebound(z) - restitution, 0.0, end, xtol=1e-14))
+    return float(brentq(lambda z: rebound(z) - max(restitution, LEAST), 0.0, 20.0, xtol=1e-14))
 
 
 def rebound(ratio: float) -> float:
-    """Ratio of speeds for a damping ratio below one."""
-    root = math.sqrt(1.0 - ratio * ratio)
+    """Ratio of the speeds after and before, for a damping ratio.
+
+    The contact ends where the force is zero, before the spring is long again (Schwager and Pöschel 2007, equations 9, 13):
+    ln e = -z/sqrt(1 - z^2) (pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2)), for z > 1 -2 z/sqrt(z^2 - 1) arcosh(z).
+    """
+    if abs(ratio - 1.0) < 1e-9:
+        return math.exp(-2.0)
+    root = math.sqrt(abs(1.0 - ratio * ratio))
+    if ratio > 1.0:
+        return math.exp(-2.0 * ratio / root * math.acosh(ratio))
     return math.exp(-ratio / root * (math.pi - math.atan2(2.0 * ratio * root, 1.0 - 2.0 * ratio * ratio)))
 
 
@@ -59,7 +65,7 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matr
 
 
 def _restitution(race: Race) -> float:
-    return float(race.contact.restitution) if race.contact is not None else 0.0
+    return float(race.contact.restitution) if race.contact is not None else CRITICAL
 
 
 def _stiffness(race: Race, ball: Ball, frequency: float) -> float:

@@ -9,10 +9,11 @@ from typing import Any
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
 
 
-def load_machine(path: str | Path) -> Machine:
+def load_machine(path: str | Path) -> Any:
     """Read a machine file.
 
     Parameters
@@ -23,7 +24,8 @@ def load_machine(path: str | Path) -> Machine:
     Returns
     -------
     Machine
-        Checked as a whole: names are known to the catalogs, the balls fit into their races.
+        Checked as a whole: names are known to the catalogs, the balls fit into their races. A file with ``chambers`` is a
+        :class:`~autobalancer.machine.chamber.ChamberMachine`.
 
     Raises
     ------
@@ -40,13 +42,15 @@ def load_machine(path: str | Path) -> Machine:
     return parse_machine(text, str(path))
 
 
-def parse_machine(text: str, source: str = "machine text") -> Machine:
+def parse_machine(text: str, source: str = "machine text") -> Any:
     """Like :func:`load_machine`, from a string; ``source`` is named in errors."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as reason:
         raise MachineFileError(f"{source}: not valid TOML: {reason}") from None
     try:
+        if "chambers" in data:
+            return ChamberMachine(**data)
         machine = Machine(**data)
         resolve(machine)
     except ImpossiblePart as error:
@@ -57,14 +61,14 @@ def parse_machine(text: str, source: str = "machine text") -> Machine:
     return machine
 
 
-def machine_text(machine: Machine) -> str:
+def machine_text(machine: Machine | ChamberMachine) -> str:
     """The machine as the text of a machine file; quantities keep the units in which they were written."""
     import tomli_w
 
     return tomli_w.dumps(_plain(machine))
 
 
-def save_machine(machine: Machine, path: str | Path) -> Path:
+def save_machine(machine: Machine | ChamberMachine, path: str | Path) -> Path:
     """Write a machine file that :func:`load_machine` reads back as an equal machine. Returns the path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,7 @@ class DragCurve:
         return math.pi / 8.0 * self.density * self.viscosity * self.diameter * self.law.cd_re
 
     def reynolds(self, velocity: ArrayLike) -> Floats:
-        """|u| d_b / nu; ``velocity`` in m/s, relative to the fluid."""
+        """Reynolds number, speed times diameter over nu; ``velocity`` in m/s, relative to the fluid."""
         return np.asarray(np.abs(np.asarray(velocity, dtype=float)) * self.diameter / self.viscosity)
 
     def force(self, velocity: ArrayLike) -> Floats:

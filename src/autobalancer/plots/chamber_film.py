@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, round_down, significant, speed_axis
-from autobalancer.plots.chamber_shape import Chamber, chambers_of
 from autobalancer.plots.chamber_view import COLORS, Camera, ChamberView, Poses, poses_of
 from autobalancer.plots.film_files import Frame, film_format, write_film
 from autobalancer.plots.style import BALLS, INK, UNBALANCE, look, picture
+from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
 
 Floats = NDArray[np.float64]
 WIDTH, SHAPE = 9.6, 17.0 / 30.0
@@ -37,7 +37,6 @@ def animate_chamber(
     azimuth: float = 35.0,
     elevation: float = 20.0,
     deflection_scale: float | Literal["auto"] = "auto",
-    unbalance_angle: float = 0.0,
     speed_unit: str = "rpm",
     width: int = 960,
     progress: Callable[[int, int], None] | None = None,
@@ -61,8 +60,6 @@ def animate_chamber(
         axis, 90 and 0 from the side, 0 and 90 from above.
     deflection_scale
         How much larger the displacement of the body is drawn; by default so that the greatest is 10 % of the radius.
-    unbalance_angle
-        Of the unbalance in the rotor (rad), for its mark.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     width
@@ -90,12 +87,13 @@ def animate_chamber(
     times = _times(run, start, end, count)
     chambers = chambers_of(run)
     scale = _scale(run, times, chambers, deflection_scale)
+    unbalance = unbalance_of(run)
+    heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
     with look():
-        poses = poses_of(
-            run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=unbalance_angle
-        )
+        poses = poses_of(run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=heavy)
         pace = duration / max(float(np.ptp(times)), 1e-12)
-        told = "real time" if 0.95 < pace < 1.05 else f"{significant(max(pace, 1.0 / pace))} times {'slower' if pace > 1 else 'faster'}"
+        told = f"{significant(max(pace, 1.0 / pace))} times {'slower' if pace > 1.0 else 'faster'} than real"
+        told = "real time" if 0.95 < pace < 1.05 else told
         view = "in the frame of the rotor" if frame == "rotor" else "in space"
         caption = f"{view}, {told}, displacement drawn {scale:g} times larger"
         scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), unit, caption, width - width % 2)
@@ -107,7 +105,14 @@ class _Scene:
     """What never moves is drawn once, the rest on top of it."""
 
     def __init__(
-        self, run: xr.Dataset, poses: Poses, chambers: list[Chamber], camera: Camera, unit: AxisUnit, caption: str, width: int
+        self,
+        run: xr.Dataset,
+        poses: Poses,
+        chambers: list[ChamberShape],
+        camera: Camera,
+        unit: AxisUnit,
+        caption: str,
+        width: int,
     ) -> None:
         self.poses, self.unit = poses, unit
         dpi, height = width / WIDTH, 2 * round(0.5 * SHAPE * width)
@@ -197,12 +202,13 @@ def _times(run: xr.Dataset, start: float | None, end: float | None, count: int) 
     last = float(samples[-1]) if end is None else float(end)
     if not samples[0] - 1e-9 <= first < last <= samples[-1] + 1e-9:
         raise QuestionError(
-            f"from {first:g} s to {last:g} s: the samples go from {samples[0]:g} s to {samples[-1]:g} s; choose an interval within"
+            f"from {first:g} s to {last:g} s: the samples go from {samples[0]:g} s to {samples[-1]:g} s; "
+            "choose an interval within"
         )
     return np.linspace(first, last, count)
 
 
-def _scale(run: xr.Dataset, times: Floats, chambers: list[Chamber], asked: float | Literal["auto"]) -> float:
+def _scale(run: xr.Dataset, times: Floats, chambers: list[ChamberShape], asked: float | Literal["auto"]) -> float:
     if asked != "auto":
         if not (np.isfinite(asked) and asked > 0.0):
             raise QuestionError(f"deflection_scale: given {asked!r}; must be 'auto' or a number greater than zero")

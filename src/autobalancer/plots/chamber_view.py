@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
-from autobalancer.plots.chamber_shape import Chamber
 from autobalancer.plots.style import INK, UNBALANCE
+from autobalancer.results.chamber_shape import ChamberShape
 
 Floats = NDArray[np.float64]
 ROUND = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -77,7 +78,7 @@ def speed_colors(speed: Floats) -> Normalize:
 class ChamberView:
     """Walls, balls and unbalance; ``show(k)`` moves them to time ``k``."""
 
-    def __init__(self, axes: Axes, poses: Poses, chambers: list[Chamber], camera: Camera, marked: bool) -> None:
+    def __init__(self, axes: Axes, poses: Poses, chambers: list[ChamberShape], camera: Camera, marked: bool) -> None:
         self.poses, self.camera, self.chambers = poses, camera, chambers
         self.colors = speed_colors(poses.speed)
         size = max(chamber.radius for chamber in chambers)
@@ -89,14 +90,16 @@ class ChamberView:
         wide, high = (size * np.hypot(row[1], row[2]) + length * row[0] for row in seen)
         axes.set_xlim(-1.08 * wide, 1.08 * wide)
         axes.set_ylim(-1.08 * max(high, 0.3 * corner), 1.08 * max(high, 0.3 * corner))
-        self.behind = axes.add_collection(LineCollection([], colors=FAR, linewidths=0.9, zorder=1))
+        self.behind = LineCollection([], colors=FAR, linewidths=0.9, zorder=1)
+        axes.add_collection(self.behind)
         n = poses.balls.shape[1]
         self.balls = EllipseCollection(
             np.ones(2 * n), np.ones(2 * n), np.zeros(2 * n), units="xy", offsets=np.zeros((2 * n, 2)),
             offset_transform=axes.transData, zorder=2,
         )  # fmt: skip
         axes.add_collection(self.balls)
-        self.before = axes.add_collection(LineCollection([], colors=NEAR, linewidths=0.8, alpha=0.55, zorder=3))
+        self.before = LineCollection([], colors=NEAR, linewidths=0.8, alpha=0.55, zorder=3)
+        axes.add_collection(self.before)
         self.mark = axes.plot([], [], "-o", color=UNBALANCE, lw=1.6, ms=5, zorder=4, visible=marked)[0]
         self.axis = axes.plot([], [], color=INK, lw=0.8, ls=(0, (6, 3, 1, 3)), zorder=1)[0]
         self.artists: list[Artist] = [self.behind, self.axis, self.balls, self.before, self.mark]
@@ -135,7 +138,8 @@ class ChamberView:
 
     def _walls(self, turned: float, shift: Floats) -> None:
         """Rims and ribs; what lies on the far side of the cylinder goes behind the balls."""
-        far, near = [], []
+        far: list[Floats] = []
+        near: list[Floats] = []
         away = self.camera.axes()[2]
         for chamber in self.chambers:
             for side in (-0.5, 0.5):
@@ -151,7 +155,7 @@ class ChamberView:
         self.before.set_segments(near)
 
 
-def _rim(chamber: Chamber, side: float, angle: Floats) -> Floats:
+def _rim(chamber: ChamberShape, side: float, angle: Floats) -> Floats:
     along = np.full_like(angle, chamber.place + side * chamber.depth)
     return np.stack([along, chamber.radius * np.cos(angle), chamber.radius * np.sin(angle)], axis=1)
 
@@ -162,7 +166,7 @@ def _split(rim: Floats, away: Floats) -> list[tuple[Floats, bool]]:
     visible = outward @ away > 0.0
     cuts = np.flatnonzero(np.diff(visible.astype(int))) + 1
     edges = [0, *cuts.tolist(), rim.shape[0]]
-    return [(rim[max(a - 1, 0) : b], bool(visible[a])) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [(rim[max(a - 1, 0) : b], bool(visible[a])) for a, b in pairwise(edges)]
 
 
 def _color_map() -> Any:
@@ -171,7 +175,9 @@ def _color_map() -> Any:
     return matplotlib.colormaps[COLORS]
 
 
-def poses_of(run: xr.Dataset, times: Floats, *, in_rotor: bool, chambers: list[Chamber], scale: float, heavy: float) -> Poses:
+def poses_of(
+    run: xr.Dataset, times: Floats, *, in_rotor: bool, chambers: list[ChamberShape], scale: float, heavy: float
+) -> Poses:
     """Places at ``times``, straight between samples, with the displacement of the body drawn ``scale`` times larger."""
     samples = run["time"].values
     right = np.clip(np.searchsorted(samples, times), 1, samples.size - 1)

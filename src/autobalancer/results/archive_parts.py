@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from autobalancer.errors import ResultError
+
+NETCDF = threading.RLock()  # the library must not be entered by two threads
 
 
 def open_parts(files: Sequence[Path]) -> xr.Dataset:
@@ -34,15 +37,9 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
     """
     if not files:
         raise ResultError("the run has no samples yet; nothing was written before it ended")
-    times = []
-    for file in files:
-        try:
-            with netCDF4.Dataset(file) as stored:
-                times.append(np.asarray(stored.variables["time"][:]))
-        except (OSError, RuntimeError, KeyError) as reason:
-            raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
-    with xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored_first:
-        first = stored_first.isel(time=slice(0, 0)).load()
+    times = [_samples(file, "time", slice(None)) for file in files]
+    with NETCDF, xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored:
+        first = stored.isel(time=slice(0, 0)).load()
     starts = np.concatenate([[0], np.cumsum([time.size for time in times])])
     variables: dict[str, Any] = {}
     for key, variable in first.variables.items():
@@ -56,6 +53,14 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
             variables[name] = variable
     coords = {name: variables.pop(name) for name in map(str, first.coords)}
     return xr.Dataset(variables, coords, first.attrs)
+
+
+def _samples(file: Path, name: str, which: slice) -> NDArray[Any]:
+    try:
+        with NETCDF, netCDF4.Dataset(file) as stored:
+            return np.asarray(stored.variables[name][which])
+    except (OSError, RuntimeError, KeyError) as reason:
+        raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
 
 
 class _Parts(BackendArray):
@@ -80,11 +85,7 @@ class _Parts(BackendArray):
                 continue
             local = wanted[here] - start
             low, high = int(local.min()), int(local.max()) + 1
-            try:
-                with netCDF4.Dataset(file) as stored:
-                    found[here] = np.asarray(stored.variables[self.name][low:high])[local - low]
-            except (OSError, RuntimeError, KeyError) as reason:
-                raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
+            found[here] = _samples(file, self.name, slice(low, high))[local - low]
         for axis in range(len(key) - 1, 0, -1):
             found = found[(slice(None),) * axis + (key[axis],)]
         return found[0] if isinstance(key[0], (int, np.integer)) else found

@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
-from autobalancer.results.archive_parts import open_parts
+from autobalancer.results.archive_parts import NETCDF, open_parts
 
 Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
@@ -28,7 +28,8 @@ PARTS = "archive_parts"  # entry of a checkpoint: how many parts go before it
 
 def write_part(chunk: xr.Dataset, path: Path) -> None:
     """Write the samples of a chunk as netCDF."""
-    chunk.to_netcdf(path, engine="netcdf4")
+    with NETCDF:
+        chunk.to_netcdf(path, engine="netcdf4")
 
 
 class RunFolder:

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.results.chamber_balls import Floats, ball_settling_time, balls_carried, residual_of_balls, window
+from autobalancer.results.chamber_shape import chambers_of, unbalance_of
 
 DIRECTIONS = {
     "horizontal": ("body_position", 1, "m"),
@@ -135,9 +136,9 @@ def chamber_measures(
     run
         From ``simulate_chamber``, or an archive.
     unbalance, couple
-        Of the rotor, complex in the rotor (kg m, kg m²); with them the residual unbalance is measured.
+        Of the rotor, complex in the rotor (kg m, kg m²), for the residual unbalance; by default those of the machine.
     chamber_places
-        Places of the chambers along the axis (m).
+        Places of the chambers along the axis (m); by default those of the machine.
     last
         Seconds at the end that are the steady state; by default a tenth of the run.
     tolerance
@@ -161,7 +162,12 @@ def chamber_measures(
     slowest = float(settled.values.max()) if settled.size else np.nan
     found["settling_time"] = _scalar(slowest, "s", "settling time of the last ball")
     found["share_carried"] = _scalar(float(carried.mean()), "1", "share of the balls that go around with the rotor")
+    described = unbalance_of(run)
+    if unbalance is None and described is not None:
+        unbalance, couple = described
     if unbalance is not None:
+        if chamber_places is None:
+            chamber_places = np.array([chamber.place for chamber in chambers_of(run)])
         left = residual_of_balls(run.isel(time=window(run, last)), unbalance, couple, chamber_places)
         found["residual_unbalance"] = _scalar(
             float(left["static"].mean()), "kg m", "residual unbalance in steady state"

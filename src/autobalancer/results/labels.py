@@ -30,6 +30,7 @@ LABELS: dict[str, Label] = {
     "ball_y": Label("place of a contact-resolved ball along y", "m", "space"),
     "ball_gap": Label("distance of a ball from the wall of its race, negative in contact", "m"),
     "ball_spin": Label("spin of a contact-resolved ball", "rad/s", "space"),
+    "ball_at_rest": Label("whether adherence holds the ball at rest in the rotor", ""),
     "ball_normal_force": Label("normal force of the race on a ball", "N"),
     "unbalance": Label("unbalance of the rotor without balls", "kg m"),
     "unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),

@@ -15,6 +15,7 @@ from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BA
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.race_forces import has_real_races, left_race, on_races
 
 
 def run_dataset(
@@ -40,6 +41,8 @@ def run_dataset(
         coordinates["time"] = record.sample_times[:count]
         data |= _states(record.samples[:count], record.sample_times[:count], assembly)
         data |= _at_stations("", "time", record.samples[:count], assembly)
+        if has_real_races(assembly):
+            data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
     bins = int(state.counts[NEXT_BIN])
     if record.bin_low.size:
         edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
@@ -76,6 +79,7 @@ def run_dataset(
         "title": f"Run of {attributes['machine_name']}",
         **provenance(),
         **attributes,
+        **left_race(dataset),
     }
     return dataset
 

@@ -27,7 +27,7 @@ from autobalancer.kernels.chamber.layout import (
 )
 
 TOUCH = {"forceinline": True, "error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
-TURNING = 2.0  # slope of the normal law at the turning point, in changes of speed within one step
+TURNING = 1.0  # slope of the normal law at the turning point, in changes of speed within one step
 SLIDING = 2.0  # the same for friction and rolling resistance
 
 

@@ -14,8 +14,8 @@ ContactStiffness = Annotated[float, quantity("N/m", positive=True)]
 class Contact(Part):
     """Balls of one race that meet rebound with the ratio ``restitution`` of their speeds; they keep their order.
 
-    A spring and a damper that never pull act between them. ``stiffness`` along the race, if not given, is such that a
-    contact lasts about a twentieth of a turn, by which it neither matters nor slows down the run.
+    A spring and a damper that never pull act between them; no rebound counts as 1 %. ``stiffness`` along the race, if not
+    given, is such that a contact lasts about a twentieth of a turn, by which it neither matters nor slows down the run.
     """
 
     restitution: Ratio

@@ -22,7 +22,8 @@ class Race(Part):
     ``eccentricity`` is the distance of the race center from the rotor's axis, in the direction ``eccentricity_angle``
     of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
 
-    Balls that meet touch and keep their order: without ``contact`` they do not rebound. ``coincidence`` lets them pass
+    Balls that meet touch and keep their order: without ``contact`` they rebound with 14 % of their
+    speed, as critical damping makes them. ``coincidence`` lets them pass
     through each other, as many models in the literature do; balls of unknown size always do. ``harmonics`` or a measured
     ``roundness`` are deviations of the orbit from its circle. With ``resolved`` the balls are not guided along the race but
     free in its plane, between the outer wall and, if ``width`` is given, the inner one.

@@ -6,19 +6,16 @@ import math
 from collections.abc import Callable
 from typing import Any, Literal
 
-import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.chamber import ChamberNumbers, assemble_chamber, contact_time
+from autobalancer.assembly.chamber import contact_time
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.simulation.chamber.dataset import chamber_dataset, energies
-from autobalancer.simulation.chamber.filling import fill
-from autobalancer.simulation.chamber.march import Recorder, advance, begin, restore
-from autobalancer.simulation.chamber.settle import settled
+from autobalancer.simulation.chamber.dataset import joined, labeled
+from autobalancer.simulation.chamber.march import begin, restore
 from autobalancer.units import to_si
 
-STEPS_IN_CONTACT = 30  # of the default step, in the shortest contact
+STEPS_IN_CONTACT = 25  # at least, of the default step in the shortest contact
 LEAST_IN_CONTACT = 8  # of the longest step allowed
 CHUNK = 250  # samples
 
@@ -50,7 +47,7 @@ def simulate_chamber(
     duration
         s, or a text with a unit; by default ``run.duration`` of the machine. A resumed run goes on up to this time.
     step
-        Of time, s; by default a thirtieth of the shortest contact at 4 m/s. It is shortened so that samples fall on steps.
+        Of time, s; by default a twenty-fifth of the shortest contact at 4 m/s, less for a restitution below a half. It is shortened so that samples fall on steps.
     sample
         Time between samples, s.
     method
@@ -92,39 +89,58 @@ def simulate_chamber(
     if method == "runge_kutta" and machine.contact.law == "history":
         raise QuestionError("method: contacts with memory need 'verlet'")
     shortest = contact_time(machine)
-    h = _step(step, shortest)
+    h = _step(step, shortest, float(machine.contact.restitution))
     every = max(math.ceil(interval / h * (1.0 - 1e-9)), 1)
     h = interval / every
-    numbers, first_energy = _first_state(machine, h, seed, settle, resume, interval)
-    samples = max(round(end / interval), 0)
-    recorder = Recorder(every, method)
-    parts: list[xr.Dataset] = []
-    interrupted = False
-    done = int(numbers.counts_done) // every
     attributes = {"step": h, "seed": seed, "method": method, "sample": interval, "contact_time": shortest}
-    if resume is None:
-        parts.append(chamber_dataset(machine, numbers, recorder.now(numbers), first_energy))
+    march = begin(machine, h, every, method, seed, settle) if resume is None else restore(machine, h, every, resume)
+    samples = round(end / interval)
+    parts: list[xr.Dataset] = []
+    waiting = [march.first()] if resume is None else []
+    name, text = "finished", f"reached {end:.6g} s"
     try:
-        while done < samples:
-            count = min(chunk - done % chunk, samples - done)
-            record = recorder.take(numbers, count, advance)
-            part = chamber_dataset(machine, numbers, record, first_energy)
-            done += part.sizes["time"]
-            if resume is None and done <= chunk and on_chunk is not None:
-                part = xr.concat([parts.pop(), part], "time", data_vars="minimal", coords="minimal", compat="override")
+        while march.samples < samples:
+            part = march.take(min(chunk - march.samples % chunk, samples - march.samples))
+            if waiting:
+                part = joined([waiting.pop(), part])
+            now = march.samples * interval
             if on_chunk is not None:
-                on_chunk(_labeled(part, machine, attributes, "running", f"reached {done * interval:.6g} s", end), {
-                    **numbers.checkpoint(), "first_energy": np.array([first_energy]), "every": np.array([every]),
-                })  # fmt: skip
+                told = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
+                on_chunk(labeled(part, *told), march.checkpoint())
             parts = [*parts, part] if keep else [part]
             if progress is not None:
-                progress(done * interval, end)
-            if record.failed:
+                progress(now, end)
+            if march.failure:
+                name, text = march.failure
                 break
     except KeyboardInterrupt:
         if not keep_on_interrupt:
             raise
-        interrupted = True
-    outcome, text = _outcome(numbers, done * interval, end, interrupted)
-    whole = _joined(machine, numbers, parts, first_energy)
-    return _labeled(whole, machine, attributes, outcome, text, end)
+        now = march.samples * interval
+        name, text = "interrupted", f"interrupted at {now:.6g} s of {end:.6g} s; what was computed is kept"
+    return labeled(joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end)
+
+
+def _duration(machine: ChamberMachine, duration: float | str | None) -> float:
+    if duration is None:
+        if machine.run is None:
+            raise QuestionError("duration: not given, and the machine has no run.duration; give one of them")
+        return float(machine.run.duration)
+    end = float(to_si(duration, "s"))
+    if end < 0.0:
+        raise QuestionError(f"duration: given {end:g} s; must not be negative")
+    return end
+
+
+def _step(step: float | str | None, shortest: float, restitution: float) -> float:
+    if step is None:
+        # the error of the rebound speed goes with the jump of the force at the turning point, and with the step squared
+        return shortest / max(STEPS_IN_CONTACT, 15.0 * math.sqrt(restitution**-2 - 1.0))
+    h = float(to_si(step, "s"))
+    longest = shortest / LEAST_IN_CONTACT
+    if not 0.0 < h <= longest * (1.0 + 1e-9):
+        raise QuestionError(
+            f"step: given {h:g} s; the shortest contact lasts {shortest:.3g} s (at 4 m/s), so it must be greater than zero "
+            f"and at most {longest:.3g} s. Shorten it, or make the contact softer"
+        )
+    return h

@@ -1,0 +1,20 @@
+"""The table of all pictures, read off the public functions that draw them."""
+
+from __future__ import annotations
+
+import autobalancer as ab
+
+
+def pages() -> dict[str, str]:
+    """What the documentation includes."""
+    return {"pictures.md": pictures()}
+
+
+def pictures() -> str:
+    """Every public function that draws, with the first line of its docstring."""
+    text = "| function | what it draws |\n|---|---|\n"
+    for name in ab.__all__:
+        if name.startswith("plot_"):
+            first = (getattr(ab, name).__doc__ or "").strip().splitlines()[0]
+            text += f"| {{py:func}}`~autobalancer.{name}` | {first} |\n"
+    return text

@@ -1,0 +1,129 @@
+"""Pictures of studies of a deep chamber, and of the catalogue of an archive."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.axis_units import length_axis
+from autobalancer.plots.style import BALLS, INK, ball_color, legend, look, picture
+
+NAMES = {"deep": "deep chamber", "single": "single layer"}
+
+
+def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
+    """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
+
+    Raises
+    ------
+    QuestionError
+        If the study has no such measure.
+    """
+    if measure not in study:
+        raise QuestionError(f"measure: given {measure!r}; the study has {', '.join(sorted(map(str, study.data_vars)))}")
+    layers = [str(layer) for layer in study["layers"].values]
+    unit = length_axis(None, float(np.nanmax(study[measure].values, initial=0.0)))
+    with look():
+        figure = picture(3.9 * len(layers), 3.6)
+        axes = figure.subplots(1, len(layers), squeeze=False, sharey=True)[0]
+        for panel, layer in zip(axes, layers, strict=True):
+            for i, friction in enumerate(study["friction"].values):
+                values = study[measure].sel(layers=layer, friction=friction)
+                there = np.isfinite(values.values)
+                panel.plot(
+                    study["balls"].values[there], values.values[there] * unit.factor, "o-", ms=4,
+                    color=ball_color(i), label=f"friction {friction:g}",
+                )  # fmt: skip
+            panel.set_title(NAMES.get(layer, layer))
+            panel.set_xlabel("number of balls")
+            panel.set_yscale("log")
+        axes[0].set_ylabel(f"{measure.replace('_', ' ')} ({unit.sign})")
+        axes[-1].legend(loc="best")
+        figure.suptitle(title if title is not None else str(study.attrs.get("machine_name", "")))
+    return figure
+
+
+def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
+    """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12)."""
+    if measure not in means:
+        raise QuestionError(f"measure: given {measure!r}; there are {', '.join(sorted(map(str, means.data_vars)))}")
+    layers = [str(layer) for layer in means["layers"].values]
+    unit = length_axis(None, float(np.nanmax(means[measure].values, initial=0.0)))
+    place = np.arange(means.sizes["friction"])
+    width = 0.8 / len(layers)
+    with look():
+        figure = picture(5.0, 3.4)
+        panel = figure.subplots()
+        for i, layer in enumerate(layers):
+            values = means[measure].sel(layers=layer).values * unit.factor
+            at = place + (i - 0.5 * (len(layers) - 1)) * width
+            bars = panel.bar(at, values, width, color=BALLS[i], label=NAMES.get(layer, layer))
+            panel.bar_label(bars, fmt="%.3g", fontsize=8)
+        panel.set_xticks(place, [f"{value:g}" for value in means["friction"].values])
+        panel.set_xlabel("friction")
+        panel.set_ylabel(f"mean amplitude ({unit.sign})")
+        panel.grid(False, axis="x")
+        legend(panel)
+        figure.suptitle(title)
+    return figure
+
+
+def plot_step_sizes(study: xr.Dataset, *, title: str = "Central elastic collision") -> Figure:
+    """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5."""
+    steps = study["step"].values
+    with look():
+        figure = picture(6.4, 4.2)
+        panel = figure.subplots()
+        for i, speed in enumerate(study["relative_speed"].values):
+            chosen = study.sel(relative_speed=speed)
+            panel.plot(steps, 100.0 * chosen["root_mean_square"], "o-", color=ball_color(i), label=f"{speed:g} m/s")
+            for bound in ("greatest", "least"):
+                size = 100.0 * np.abs(chosen[bound].values)
+                panel.plot(steps, size, "^" if bound == "greatest" else "v", ms=4, mfc="none", color=ball_color(i))
+            panel.plot(steps, 100.0 * chosen["typical_root_mean_square"], "--", lw=0.9, color=ball_color(i))
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_xlabel("step (s)")
+        panel.set_ylabel("energy error (%)")
+        panel.plot([], [], "^", color=INK, mfc="none", ms=4, label="greatest gain")
+        panel.plot([], [], "v", color=INK, mfc="none", ms=4, label="greatest loss")
+        panel.legend(loc="upper left")
+        figure.suptitle(title)
+    return figure
+
+
+def plot_catalogue(table: xr.Dataset, x: str, y: str, by: str | None = None, *, log: bool = False) -> Figure:
+    """One value of the runs of an archive over another, in one color for each value of a third.
+
+    Raises
+    ------
+    QuestionError
+        If the table has no such value, or it is no number.
+    """
+    for name in (x, y, *([by] if by else [])):
+        if name not in table:
+            raise QuestionError(
+                f"catalogue: given {name!r}; the runs have {', '.join(sorted(map(str, table.data_vars)))}"
+            )
+    for name in (x, y):
+        if table[name].dtype == object:
+            raise QuestionError(f"catalogue: {name!r} is a text; choose a number for an axis")
+    with look():
+        figure = picture(6.0, 4.0)
+        panel = figure.subplots()
+        groups = [None] if by is None else sorted(set(table[by].values.tolist()), key=str)
+        for i, group in enumerate(groups):
+            mine = np.ones(table.sizes["run"], bool) if group is None else table[by].values == group
+            order = np.argsort(table[x].values[mine])
+            label = None if group is None else f"{by} {group:g}" if isinstance(group, float) else f"{by} {group}"
+            panel.plot(
+                table[x].values[mine][order], table[y].values[mine][order], "o-", ms=4, color=ball_color(i), label=label
+            )
+        panel.set_xlabel(x.replace("_", " "))
+        panel.set_ylabel(y.replace("_", " "))
+        if log:
+            panel.set_yscale("log")
+        legend(panel)
+    return figure

@@ -1,0 +1,50 @@
+"""What a result says of balls on real races: who rests, how hard each is pressed, and whether one would have left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.race_forces import normal_forces
+from autobalancer.kernels.race_layout import ADHERENCE, RACE_COLUMNS
+from autobalancer.kernels.rotor_layout import BALL_ROWS
+from autobalancer.kernels.system import BALLS, Floats, Matrix
+from autobalancer.simulation.equations import equations
+
+
+def has_real_races(assembly: Assembly) -> bool:
+    """Whether guided balls run on races with friction, shape, curved drag or excitation."""
+    return bool(
+        assembly.general and not assembly.resolved and assembly.balls and assembly.system.rotor[BALL_ROWS] != 0.0
+    )
+
+
+def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
+    """Normal force on each ball, N, and whether adherence holds it; variables over (time, ball)."""
+    n, rotor = len(assembly.balls), assembly.system.rotor
+    force, work = np.zeros((times.size, n)), np.zeros(states.shape[1])
+    rhs = equations(assembly)
+    normal_forces(rhs, assembly.system, np.ascontiguousarray(times), np.ascontiguousarray(states), work, force)
+    first = int(rotor[BALL_ROWS])
+    holding = rotor[first + np.arange(n) * RACE_COLUMNS + ADHERENCE] > 0.0
+    rests = (states[:, BALLS + n : BALLS + 2 * n] == 0.0) & holding
+    return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
+
+
+def left_race(run: xr.Dataset) -> dict[str, Any]:
+    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, and a sentence."""
+    if "ball_at_rest" not in run:
+        return {}
+    pulled = run["ball_normal_force"].values < 0.0
+    if not pulled.any():
+        return {}
+    when = int(np.argmax(pulled.any(axis=1)))
+    ball, time = int(np.argmax(pulled[when])) + 1, float(run["time"][when])
+    text = (
+        f"at {time:.6g} s ball {ball} would have left its race, since the normal force is negative; guided balls stay on "
+        "their path and do not rub there. Balls with 'resolved' contact can leave it"
+    )
+    return {"left_race_ball": ball, "left_race_time": time, "left_race_text": text}

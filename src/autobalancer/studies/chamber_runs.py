@@ -1,0 +1,130 @@
+"""Runs of deep chambers that are kept in an archive while they are computed, and go on after a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import xarray as xr
+
+from autobalancer.errors import AutobalancerError
+from autobalancer.files.machine_file import machine_text
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.archive import Archive
+from autobalancer.results.archive_run import RunFolder
+from autobalancer.results.chamber_measures import catalogue_measures, chamber_measures
+from autobalancer.simulation.chamber import simulate_chamber
+
+PART = 1000  # samples
+
+
+def archived_run(
+    archive: Archive,
+    name: str,
+    machine: ChamberMachine,
+    *,
+    duration: float,
+    parameters: Mapping[str, Any] | None = None,
+    step: float | None = None,
+    sample: float = 1e-3,
+    method: str = "verlet",
+    seed: int = 0,
+    last: float | None = None,
+    part: int = PART,
+    progress: Callable[[float, float], Any] | None = None,
+) -> RunFolder:
+    """Run a machine into an archive. The same call after a stop, a crash or a full disk goes on where the archive ends.
+
+    Samples go to disk in parts, so memory stays flat while a run is computed, however long it is. A run that is finished
+    is not computed again.
+
+    Parameters
+    ----------
+    archive, name
+        Where the run is kept, and how it is called.
+    machine
+        With chambers.
+    duration, step, sample, method, seed
+        As for ``simulate_chamber``, in s.
+    parameters
+        By which the run is found in the catalogue; number of balls, friction, restitution and seed are always there.
+    last
+        Seconds at the end that count as steady state in the measures.
+    part
+        Samples in a part, which is also how much is computed again after a stop.
+    progress
+        Called with (time, duration).
+
+    Returns
+    -------
+    RunFolder
+        With ``samples()``.
+
+    Raises
+    ------
+    QuestionError
+        If the archive has a run of this name that asks something else.
+    ResultError
+        If the disk is full; what was written is kept.
+    """
+    told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
+    question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
+    run = archive.start(name, machine_text(machine), told, question)
+    if run.state == "finished":
+        return run
+    checkpoint = run.checkpoint()
+    run.end("running")
+
+    def keep(chunk: xr.Dataset, state: Mapping[str, Any]) -> None:
+        run.append(chunk, state)
+
+    try:
+        ended = simulate_chamber(
+            machine,
+            duration=duration,
+            step=step,
+            sample=sample,
+            method=method,  # type: ignore[arg-type]
+            seed=seed,
+            resume=checkpoint,
+            on_chunk=keep,
+            keep=False,
+            chunk=part,
+            progress=progress,
+        )
+    except KeyboardInterrupt:
+        run.end("interrupted")
+        raise
+    except AutobalancerError as reason:
+        _note_failure(run, reason)
+        raise
+    outcome = {key: ended.attrs[key] for key in ("outcome", "outcome_text") if key in ended.attrs}
+    state = "finished" if outcome.get("outcome") == "finished" else "failed"
+    found = {}
+    if state == "finished":
+        found = catalogue_measures(chamber_measures(run.samples(), last=last))
+    run.end(state, outcome, found)
+    return run
+
+
+def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:
+    """What is always in the catalogue."""
+    groups = [balls for chamber in machine.chambers for balls in chamber.balls]
+    return {
+        "machine_name": machine.name,
+        "balls": sum(group.count for group in groups),
+        "ball_mass_total": sum(group.count * group.ball_mass for group in groups),
+        "ball_diameter": 2.0 * groups[0].radius,
+        "depth": machine.chambers[0].inner_depth,
+        "friction": float(machine.contact.friction),
+        "restitution": float(machine.contact.restitution),
+        "freedom": machine.body.freedom,
+    }
+
+
+def _note_failure(run: RunFolder, reason: AutobalancerError) -> None:
+    """On a full disk even the note may fail; the error that is raised says it all."""
+    try:
+        run.end("failed", {"outcome": "failed", "outcome_text": str(reason)})
+    except AutobalancerError:
+        return

@@ -1,0 +1,32 @@
+"""Small machines with deep chambers: few balls, soft contacts, so that steps are long."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from autobalancer.machine.chamber import ChamberMachine
+
+SUPPORT = {"stiffness": [8125.0, 8125.0, 16250.0], "damping": [40.0, 40.0, 80.0]}
+
+
+def small_machine(**changed: Any) -> ChamberMachine:
+    """Three balls of 1 kg together in a deep chamber on a planar body; contacts a hundred times softer than steel."""
+    described: dict[str, Any] = {
+        "name": "Small chamber",
+        "body": {"freedom": "planar", "mass": 110.0, "inertia": [20.0, 25.0, 20.0]},
+        "supports": [{"position": [x, y, -0.15], **SUPPORT} for x in (0.3, -0.3) for y in (0.4, -0.4)],
+        "rotor": {"mass": 10.0, "polar_inertia": 0.05, "transverse_inertia": 0.06, "bearings": [0.1, -0.1]},
+        "unbalances": [{"moment": 0.06}],
+        "chambers": [
+            {"radius": 0.1, "depth": 0.2, "balls": [{"count": 3, "density": 7800.0, "total_mass": 1.0}]},
+        ],
+        "contact": {"law": "restitution", "restitution": 0.54, "friction": 0.5, "rolling_arm": 2e-5, "stiffness": 1e8},
+        "drive": {
+            "kind": "asynchronous",
+            "rated_torque": 14.6,
+            "overload": 2.2,
+            "synchronous_speed": 157.08,
+            "breakdown_slip": 0.2,
+        },
+    }
+    return ChamberMachine(**(described | changed))

@@ -1,0 +1,171 @@
+"""Pictures and films of a deep chamber show what the run says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
+from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.chamber_arrangement import plot_arrangement
+from autobalancer.plots.chamber_film import animate_chamber
+from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
+from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
+from autobalancer.plots.chamber_study import plot_amplitudes, plot_catalogue, plot_optimal_means, plot_step_sizes
+from autobalancer.plots.chamber_view import Camera, poses_of
+from autobalancer.results.archive import Archive
+from autobalancer.results.chamber_shape import ChamberShape, chambers_of
+from autobalancer.results.chamber_unconstrained import pakula_body
+from autobalancer.studies.step_size import step_size_study
+
+RUN = chamber_run(2.5)
+
+
+def drawn(figure: Figure) -> None:
+    figure.canvas.draw()
+
+
+def test_a_camera_on_the_axis_sees_y_to_the_right_and_z_up() -> None:
+    point = np.array([3.0, 1.0, 2.0])
+    np.testing.assert_allclose(Camera(0.0, 0.0).seen(point), [1.0, 2.0, 3.0], atol=1e-15)
+    np.testing.assert_allclose(Camera(90.0, 0.0).seen(point), [-3.0, 2.0, 1.0], atol=1e-15)
+    np.testing.assert_allclose(Camera(0.0, 90.0).seen(point), [1.0, -3.0, 2.0], atol=1e-15)
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(35.0, 20.0), (-120.0, -40.0), (200.0, 85.0)])
+def test_the_axes_of_a_camera_are_a_right_handed_frame(azimuth: float, elevation: float) -> None:
+    axes = Camera(azimuth, elevation).axes()
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+
+
+def test_poses_between_samples_lie_between_them() -> None:
+    shapes = [ChamberShape(CHAMBER, 0.2, place=0.5)]
+    times = np.array([0.0, 1.0005, 2.5])
+    poses = poses_of(RUN, times, in_rotor=False, chambers=shapes, scale=2.0, heavy=0.3)
+    middle = RUN["ball_position"].values[1000:1002].mean(axis=0) + np.array([0.5, 0.0, 0.0])
+    np.testing.assert_allclose(poses.balls[1], middle, atol=1e-12)
+    np.testing.assert_allclose(poses.balls[2], RUN["ball_position"].values[-1] + [0.5, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(poses.body[2], 2.0 * RUN["body_position"].values[-1], atol=1e-15)
+    standing = poses_of(RUN, np.array([2.2, 2.4]), in_rotor=True, chambers=shapes, scale=1.0, heavy=0.3)
+    np.testing.assert_allclose(standing.balls[0], standing.balls[1], atol=1e-5)
+    assert standing.heavy.tolist() == [0.3, 0.3]
+
+
+def test_chambers_without_a_description_reach_as_far_as_their_balls() -> None:
+    (shape,) = chambers_of(RUN)
+    assert shape.radius == pytest.approx(CHAMBER, rel=1e-3)
+    assert shape.depth == pytest.approx(2.0 * (0.03 + BALL), rel=1e-3)
+
+
+def test_balls_opposite_to_the_unbalance_are_drawn_there() -> None:
+    figure = plot_arrangement(RUN, [0.0, 2.5])
+    drawn(figure)
+    unrolled = figure.axes[3]
+    balls = [each for each in unrolled.collections if isinstance(each, EllipseCollection)][1]
+    angle = np.sort(np.asarray(balls.get_offsets())[:, 0])
+    np.testing.assert_allclose(angle, np.rad2deg([2.6, 3.0, 3.4]), atol=0.1)
+
+
+@pytest.mark.parametrize("draw", [plot_chamber_run, plot_energy, plot_collisions, plot_bearing_forces, plot_reactions])
+def test_every_history_can_be_drawn(draw: object) -> None:
+    figure = draw(RUN)  # type: ignore[operator]
+    drawn(figure)
+    assert figure.axes[-1].get_xlabel() == "time (s)"
+
+
+def test_the_stack_of_energies_reaches_the_work_of_the_motor() -> None:
+    figure = plot_energy(RUN)
+    stack = figure.axes[0].collections
+    top = stack[-1].get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(RUN["work_motor"].values.max(), rel=1e-2)
+
+
+def test_the_loose_body_is_drawn_beside_the_reactions() -> None:
+    figure = plot_reactions(RUN, pakula_body(0.3), until=1.5)
+    drawn(figure)
+    assert len(figure.axes) == 6
+
+
+def test_a_film_has_its_frames_and_its_size(tmp_path: Path) -> None:
+    from imageio_ffmpeg import count_frames_and_secs, read_frames
+
+    seen: list[int] = []
+    path = animate_chamber(
+        RUN, tmp_path / "a.mp4", duration=0.4, fps=10, start=1.0, width=480, progress=lambda done, _: seen.append(done)
+    )
+    assert count_frames_and_secs(str(path))[0] == 4
+    assert seen == [1, 2, 3, 4]
+    reader = read_frames(str(path))
+    size = next(reader)["size"]
+    assert size == (480, 272)
+    picture = np.frombuffer(next(reader), np.uint8)
+    assert picture.std() > 10.0
+    reader.close()
+
+
+def test_seen_from_another_side_the_film_is_another(tmp_path: Path) -> None:
+    one = animate_chamber(RUN, tmp_path / "a.gif", duration=0.2, fps=10, width=320, frame="rotor")
+    two = animate_chamber(RUN, tmp_path / "b.gif", duration=0.2, fps=10, width=320, frame="rotor", azimuth=90.0)
+    assert one.read_bytes() != two.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"start": -1.0}, "the samples go from 0 s to 2.5 s"),
+        ({"frame": "moon"}, "frame: given 'moon'"),
+        ({"fps": 0}, "fps: given 0"),
+        ({"elevation": 100.0}, "elevation: given 100"),
+        ({"width": 10}, "width: given 10"),
+        ({"duration": 0.0}, "duration: given 0"),
+        ({"deflection_scale": -2.0}, "deflection_scale: given -2"),
+    ],
+)
+def test_a_film_that_makes_no_sense_is_refused(wrong: dict[str, object], told: str, tmp_path: Path) -> None:
+    with pytest.raises(QuestionError, match=told):
+        animate_chamber(RUN, tmp_path / "a.mp4", **wrong)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+
+
+def test_arrangements_outside_the_run_are_refused() -> None:
+    with pytest.raises(QuestionError, match="times: given"):
+        plot_arrangement(RUN, [9.0])
+    with pytest.raises(QuestionError, match="chamber: given 2; the machine has 1"):
+        plot_arrangement(RUN, chamber=2)
+
+
+def study() -> xr.Dataset:
+    values = np.array([[[9e-4, 2e-5, 1e-5], [8e-4, 1e-5, np.nan]], [[3e-5, 4e-5, 5e-5], [2e-5, 3e-5, 6e-5]]])
+    coords = {"layers": ["deep", "single"], "friction": [0.3, 0.5], "balls": [3, 8, 20]}
+    return xr.Dataset({"vertical_amplitude": (("layers", "friction", "balls"), values)}, coords)
+
+
+def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
+    from autobalancer.studies.chamber_amplitudes import optimal_means
+
+    drawn(plot_amplitudes(study()))
+    means = optimal_means(study())
+    np.testing.assert_allclose(means["vertical_amplitude"], [[1.5e-5, 1e-5], [3.5e-5, 2.5e-5]])
+    assert means["runs"].values.tolist() == [[2, 1], [2, 2]]
+    drawn(plot_optimal_means(means))
+    drawn(plot_step_sizes(step_size_study([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
+    archive = Archive(tmp_path)
+    for balls in (3, 8):
+        archive.start(f"n{balls}", MACHINE, {"balls": balls, "friction": 0.5}, {}).end(
+            "finished", {}, {"a": 0.1 * balls}
+        )
+    figure = plot_catalogue(archive.runs(), "balls", "a", "friction")
+    drawn(figure)
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), [0.3, 0.8])
+    with pytest.raises(QuestionError, match="given 'b'; the runs have"):
+        plot_catalogue(archive.runs(), "balls", "b")
+    with pytest.raises(QuestionError, match="is a text"):
+        plot_catalogue(archive.runs(), "balls", "state")
+    with pytest.raises(QuestionError, match="no number of balls from 30 to 40"):
+        optimal_means(study(), {"deep": (30, 40)})

@@ -1,0 +1,94 @@
+"""What the pages tell people to write: machine files, and the single entries of them that the text shows."""
+
+from __future__ import annotations
+
+import copy
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+from autobalancer.assembly.system import assemble
+from autobalancer.files.machine_file import load_machine, parse_machine
+
+ROOT = Path(__file__).resolve().parent.parent
+MEANT_WRONG = {"wrong", "misfit"}
+FILES = [path for path in sorted((ROOT / "docs" / "machines").glob("*.toml")) if path.stem not in MEANT_WRONG]
+FENCE = re.compile(r"^```toml\n(.*?)^```", re.MULTILINE | re.DOTALL)
+HOMES = {
+    "drive": ("drive",),
+    "profile": ("drive", "profile"),
+    "excitations": ("excitations",),
+    "balls": ("balancers", 0, "races", 0, "balls"),
+} | {
+    key: ("balancers", 0, "races", 0, key)
+    for key in (
+        "drag",
+        "fluid",
+        "friction",
+        "contact",
+        "coincidence",
+        "partitions",
+        "harmonics",
+        "roundness",
+        "resolved",
+    )
+}
+WHOLE: dict[str, Any] = {
+    "name": "base",
+    "axis": "vertical",
+    "rotor": {"mass": 10.0, "stiffness": 6e5, "damping": 100.0, "inertia": 0.1},
+    "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}},
+    "balancers": [
+        {
+            "races": [
+                {
+                    "race_radius": 0.1,
+                    "width": 0.02,
+                    "height": 0.02,
+                    "fluid": {"density": 955.0, "viscosity": 2e-5},
+                    "drag": {"law": "cd_re", "cd_re": 387.0},
+                    "balls": [{"diameter": 0.012, "density": 7800.0}],
+                }
+            ]
+        }
+    ],
+}
+
+
+def entries(page: str) -> list[str]:
+    """The lines of a page that show one entry of a machine file."""
+    blocks = FENCE.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+    lines = [line for block in blocks for line in block.splitlines()]
+    return [line for line in lines if " = " in line and line.split(" = ")[0] in HOMES]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_every_machine_of_the_pages_can_be_assembled(path: Path) -> None:
+    machine = load_machine(path)
+    assembly = assemble(machine)
+    assert len(assembly.balls) == sum(race.ball_count for b in machine.balancers for race in b.races) > 0
+
+
+@pytest.mark.parametrize("page", ["machine_files.md", "drag.md"])
+def test_every_entry_that_a_page_shows_is_accepted_in_its_place(page: str) -> None:
+    shown = entries(page)
+    assert len(shown) > 5
+    for line in shown:
+        ((key, value),) = tomllib.loads(line).items()
+        data = copy.deepcopy(WHOLE)
+        place: Any = data
+        for step in HOMES[key][:-1]:
+            place = place[step]
+        place[HOMES[key][-1]] = value
+        if key == "balls" and "point" in line:
+            place |= {"orbit_radius": place.pop("race_radius"), "drag": {"law": "beta", "beta": 1e-4}}
+        assemble(parse_machine(tomli_w.dumps(data), line))
+
+
+def test_the_machine_file_of_the_readme_is_the_first_one_of_the_pages() -> None:
+    (shown,) = FENCE.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert shown == (ROOT / "docs" / "machines" / "first.toml").read_text(encoding="utf-8")

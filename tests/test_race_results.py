@@ -1,0 +1,58 @@
+"""What a result says of balls on real races."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.references.races import races
+from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, standing
+
+import autobalancer as ab
+from autobalancer.simulation.sampling import Samples
+
+MASS = DENSITY * math.pi / 6.0 * DIAMETER**3
+
+
+def test_a_run_says_when_a_ball_rests_and_how_hard_it_is_pressed() -> None:
+    machine = standing(angles=[1.0], friction={"rolling_resistance": 0.05, "adherence": 0.1})
+    run = ab.simulate(machine, duration=20.0, save=Samples(401), tolerance=1e-10)
+    rests, force = run["ball_at_rest"].values[:, 0], run["ball_normal_force"].values[:, 0]
+    psi, rate = run["ball_angle_in_rotor"].values[:, 0] + 0.5 * math.pi, run["ball_speed_in_rotor"].values[:, 0]
+    np.testing.assert_array_equal(rests, rate == 0.0)
+    assert rests[-1]
+    assert not rests[1:20].any()
+    np.testing.assert_allclose(force, MASS * (GRAVITY * np.cos(psi) + ORBIT * rate**2), rtol=1e-7)
+    assert run["ball_normal_force"].attrs["units"] == "N"
+    assert "left_race_time" not in run.attrs
+
+
+def test_normal_forces_follow_the_unbalance_and_the_drive_in_force() -> None:
+    machine = standing(axis="vertical", angles=[1.0], beta=1e-3, friction={})
+    profile = {"kind": "table", "time": [0.0, 1.0, 2.0], "speed": [0.0, 100.0, 100.0]}
+    machine = machine.model_copy(update={"drive": type(machine.drive)(profile=profile)})
+    run = ab.simulate(machine, duration=2.0, save=Samples(101), tolerance=1e-11)
+    whole = run["ball_speed_in_space"].values[:, 0]
+    np.testing.assert_allclose(run["ball_normal_force"].values[:, 0], MASS * ORBIT * whole**2, rtol=1e-6, atol=1e-9)
+    reference = races(machine)
+    assert reference.numbers[0][0] == pytest.approx(MASS)
+
+
+def test_a_ball_thrown_over_the_top_too_slowly_would_have_left_its_race() -> None:
+    """It leaves where cos psi = -v^2/(g eps); the path is that of the frictionless pendulum until then."""
+    speed = 14.0
+    run = ab.simulate(standing(angles=[0.0], speeds=[speed], friction={}), duration=0.4, save=Samples(8001))
+    psi = run["ball_angle_in_rotor"].values[:, 0] + 0.5 * math.pi
+    leaves = math.acos(-(1.4 * ORBIT * speed**2 - 2.0 * GRAVITY) / (GRAVITY * (3.4)))
+    when = float(run["time"][np.argmax(psi > leaves)])
+    assert run.attrs["left_race_ball"] == 1
+    assert run.attrs["left_race_time"] == pytest.approx(when, abs=1.01 * 0.4 / 8000)
+    assert "would have left" in run.attrs["left_race_text"]
+
+
+def test_plain_races_say_nothing_of_friction() -> None:
+    machine = standing(angles=[0.2], beta=1e-3)
+    run = ab.simulate(machine, duration=0.1, save=Samples(5))
+    assert "ball_at_rest" not in run
+    assert "ball_normal_force" not in run
