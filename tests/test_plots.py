@@ -167,7 +167,7 @@ def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None
     resultant = races_of(run).resultant(Motion(run).at(run.time.values))
     assert np.allclose(np.abs(resultant), run.residual_unbalance.values, rtol=1e-9, atol=1e-15)
     labels = [text.get_text() for text in ab.plot_race(run).legends[0].get_texts()]
-    assert labels[:2] == ["unbalance 500 g mm", "balls 500 g mm"]
+    assert labels[:2] == ["unbalance 500 g mm", "balls 499 g mm"]
     assert labels[2].startswith(f"resultant {1e6 * float(run.residual_unbalance[-1]):.3g}")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import damping_ratio
+from autobalancer.assembly.contacts import CRITICAL, damping_ratio
 from autobalancer.assembly.race_numbers import Lags, curve_numbers, table_numbers
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
@@ -108,7 +108,7 @@ def _columns(machine: Machine, race: Race, ball: Ball) -> dict[int, float]:
     # with Hertz the damper that stands for the same restitution is sqrt(5) zeta sqrt(m k) d^(1/4) (Antypov and Elliott 2011)
     scale = math.sqrt(5.0) if hertz else 2.0
     ratio = scale * damping_ratio(float(contact.restitution)) if contact.restitution is not None else 0.0
-    bounce = float(race.contact.restitution) if race.contact is not None else 0.0
+    bounce = float(race.contact.restitution) if race.contact is not None else CRITICAL
     if race.contact is not None and race.contact.stiffness is not None and not hertz:
         ball_k = float(race.contact.stiffness)
     friction = race.friction

@@ -33,6 +33,7 @@ app = typer.Typer(
 
 from autobalancer.cli import (  # noqa: E402
     animate,
+    archive,
     basin,
     borders,
     branches,
@@ -48,6 +49,7 @@ from autobalancer.cli import (  # noqa: E402
     stability,
     stability_map,
     stepped,
+    study,
 )
 
 app.command()(check.check)
@@ -66,3 +68,5 @@ app.command()(response.response)
 app.command()(flow.flow)
 app.command()(identify.identify)
 app.add_typer(catalog.app, name="catalog")
+app.command()(archive.archive)
+app.add_typer(study.app, name="study")

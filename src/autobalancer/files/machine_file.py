@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError
+from autobalancer.files.profiles import with_profiles
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
@@ -39,11 +40,11 @@ def load_machine(path: str | Path) -> Any:
         raise MachineFileError(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError) as reason:
         raise MachineFileError(f"{path}: cannot be read: {reason}") from None
-    return parse_machine(text, str(path))
+    return parse_machine(text, str(path), folder=path.parent)
 
 
-def parse_machine(text: str, source: str = "machine text") -> Any:
-    """Like :func:`load_machine`, from a string; ``source`` is named in errors."""
+def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Any:
+    """Like :func:`load_machine`, from a string; ``source`` is named in errors, ``folder`` holds measured profiles."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as reason:
@@ -51,8 +52,10 @@ def parse_machine(text: str, source: str = "machine text") -> Any:
     try:
         if "chambers" in data:
             return ChamberMachine(**data)
-        machine = Machine(**data)
+        machine = Machine(**with_profiles(data, Path(folder), source))
         resolve(machine)
+    except MachineFileError:
+        raise
     except ImpossiblePart as error:
         lines = "".join(f"\n  {spell(keys, message)}" for keys, message in error.problems)
         raise MachineFileError(f"{source}: the machine is not possible as described:{lines}") from None

@@ -68,7 +68,7 @@ def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
         )  # fmt: skip
         ledger.plot(time, run["work_motor"].values, color=INK, lw=1.2, label="work of the motor")
         ledger.set_ylabel("energy (J)")
-        ledger.legend(loc="upper left", ncols=2)
+        ledger.legend(loc="lower right", ncols=2)
         error.plot(time, run["energy_error"].values, color=UNBALANCE)
         error.set_ylabel("error (J)")
         error.set_xlabel("time (s)")

@@ -18,8 +18,8 @@ class ResolvedContact(Part):
     """Contact of a ball with the walls of its race (Spannan 2021, section 5.1).
 
     ``stiffness``: linear spring (5.3); or ``reduced_modulus``: Hertz, F = k d^(3/2), the modulus of both bodies together,
-    1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce, less than 0.135 counts as critical
-    damping, which returns that; or ``damping`` of the linear damper.
+    1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce, less than 0.01 counts as that;
+    or ``damping`` of the linear damper.
 
     ``sliding_friction`` mu, full where the contact slips much faster than ``slip_speed`` (5.6). ``peak_friction`` and
     ``peak_speed``: more friction at the onset of sliding, which fades over this slip speed (5.7). The race's ``friction``

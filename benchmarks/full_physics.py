@@ -1,0 +1,34 @@
+"""What oil that lags, drag over all Reynolds numbers, rolling resistance and adherence cost in a run-up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.machine import Machine
+from autobalancer.simulation.sampling import Envelope, Samples
+from benchmarks import measured, seconds
+
+MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "discoidal.toml"
+LIMIT = 3.0
+
+
+def bench() -> list[dict[str, Any]]:
+    """The run-up of the discoidal stand-in with two balls, 160 s; balls touch in both."""
+    linear = ab.load_machine(MACHINE)
+    full = full_physics(linear)
+    save = (Samples(), Envelope())
+    short, long = (seconds(lambda m=m: ab.simulate(m, save=save), repeats=3) for m in (linear, full))
+    note = f"160 s of run-up: {long:.3g} s against {short:.3g} s; a ratio above 1 keeps to the limit of {LIMIT:g}"
+    row = measured("full_physics_vs_linear", long / short, "1", note=note)
+    return [row | {"peer": f"limit {LIMIT:g}", "ratio": LIMIT * short / long}]
+
+
+def full_physics(machine: Machine) -> Machine:
+    """The same machine with everything that brakes a real ball."""
+    race = "balancers[1].races[1]"
+    machine = with_parameter(machine, f"{race}.drag", {"law": "discoidal"})
+    machine = with_parameter(machine, f"{race}.fluid.lag", "modes")
+    return with_parameter(machine, f"{race}.friction", {"rolling_resistance": 0.005, "adherence": 0.006})

@@ -1,0 +1,121 @@
+"""Measured profiles in files beside the machine file: roundness of a race, recorded motion of the base or force.
+
+An entry ``file = "name.csv"`` is replaced by the numbers of the table before the machine is checked, so a result that
+carries its machine needs no other file.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.errors import MachineFileError, UnitError
+from autobalancer.units import to_si
+
+_COLUMN = re.compile(r"^\s*\"?\s*([A-Za-z]+)\s*[\[(](.+)[\])]\s*\"?\s*$")
+RECORDS = {"recorded_base_motion": ("acceleration", "m/s^2"), "recorded_force": ("force", "N")}
+EVEN = 1e-3  # greatest deviation of a step of the angle from the mean step, relative
+
+
+def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, Any]:
+    """The content of a machine file with every ``file`` entry replaced by its numbers.
+
+    Raises
+    ------
+    MachineFileError
+        If a file is not there, or a column, its unit or a number is missing or not understood.
+    """
+    for b, balancer in enumerate(_tables(data.get("balancers"))):
+        for r, race in enumerate(_tables(balancer.get("races"))):
+            place = f"{source}: balancers[{b + 1}].races[{r + 1}].roundness"
+            given = race.get("roundness")
+            if isinstance(given, dict) and "file" in given:
+                _alone(given, ("deviations", "angle"), place)
+                path = folder / str(given.pop("file"))
+                angle, deviation = _columns(path, (("angle", "rad"), ("deviation", "m")), place)
+                given |= _even(angle, deviation, f"{place}.file: {path}")
+    for i, entry in enumerate(_tables(data.get("excitations"))):
+        if "file" in entry:
+            place = f"{source}: excitations[{i + 1}]"
+            if entry.get("kind") not in RECORDS:
+                raise MachineFileError(f"{place}.file: only the kinds {', '.join(map(repr, RECORDS))} come from a file")
+            name, unit = RECORDS[entry["kind"]]
+            _alone(entry, ("time", name), place)
+            path = folder / str(entry.pop("file"))
+            entry["time"], entry[name] = (
+                column.tolist() for column in _columns(path, (("time", "s"), (name, unit)), place)
+            )
+    return data
+
+
+def _tables(value: Any) -> list[dict[str, Any]]:
+    entries = value if isinstance(value, list) else [value]
+    return [entry for entry in entries if isinstance(entry, dict)]
+
+
+def _alone(entry: dict[str, Any], others: Sequence[str], place: str) -> None:
+    both = [key for key in others if key in entry]
+    if both:
+        raise MachineFileError(f"{place}.{both[0]}: comes from 'file'; leave one of them out")
+
+
+def _columns(path: Path, wanted: Sequence[tuple[str, str]], place: str) -> list[NDArray[np.float64]]:
+    """The columns of a table, in SI; comment lines start with #, columns are parted by comma, semicolon or tab."""
+    place = f"{place}.file: {path}"
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        raise MachineFileError(f"{place}: no such file; its place counts from that of the machine file") from None
+    except (OSError, UnicodeDecodeError) as reason:
+        raise MachineFileError(f"{place}: cannot be read: {reason}") from None
+    body = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    example = ", ".join(f"{name} [{unit}]" for name, unit in wanted)
+    if len(body) < 2:
+        raise MachineFileError(f"{place}: no table; the first line must name the columns, such as: {example}")
+    separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
+    heads = [_COLUMN.match(cell) for cell in body[0][1].split(separator)]
+    at = {head[1].lower(): (i, head[2]) for i, head in enumerate(heads) if head}
+    rows = np.array([_numbers(line, separator, len(heads), f"{place}, line {number}") for number, line in body[1:]])
+    found = []
+    for name, unit in wanted:
+        if name not in at:
+            raise MachineFileError(
+                f"{place}: no column {name!r} with a unit; the first line must be such as: {example}"
+            )
+        column, written = at[name]
+        try:
+            found.append(rows[:, column] * float(to_si(f"1 {written}", unit)))
+        except UnitError as reason:
+            raise MachineFileError(f"{place}: unit of column {name!r}: {reason}") from None
+    return found
+
+
+def _numbers(line: str, separator: str, count: int, place: str) -> list[float]:
+    cells = [cell.replace(",", ".") if separator == ";" else cell for cell in line.split(separator)]
+    try:
+        values = [float(cell) for cell in cells if cell.strip()]
+    except ValueError:
+        raise MachineFileError(f"{place}: {line.strip()!r} holds something that is not a number") from None
+    if len(values) != count:
+        raise MachineFileError(f"{place}: {len(values)} numbers for {count} columns")
+    return values
+
+
+def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str) -> dict[str, Any]:
+    """One turn at equal steps; a last point that repeats the first is left out."""
+    if angle.size > 2 and abs(angle[-1] - angle[0] - 2.0 * math.pi) < 1e-3 * (angle[1] - angle[0]):
+        angle, deviation = angle[:-1], deviation[:-1]
+    step = 2.0 * math.pi / angle.size
+    miss = float(np.abs(np.diff(angle) - step).max(initial=0.0))
+    if miss > EVEN * step:
+        raise MachineFileError(
+            f"{place}: {angle.size} angles must stand at equal steps of {math.degrees(step):.6g} deg over one turn, "
+            f"ascending; a step misses that by {math.degrees(miss):.3g} deg"
+        )
+    return {"deviations": deviation.tolist(), "angle": float(angle[0])}
