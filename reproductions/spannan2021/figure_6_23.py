@@ -1,10 +1,10 @@
 """Figure 6.23 in kind: a slow run-up and run-down of the discoidal stand-in (table 6.4) with two balls in 0.65 mm^2/s oil.
 
 Two balls of 6.656 g effective mass; drag law (6.9), its cubic branch repaired, and rolling resistances from 0 to 0.015,
-which the source does not state. The balance leaves the unbalance out; close to the critical speed, where release with a
-resistance of 0.01 would be, its own whirl tears the balls off before. The speed changes by 0.1 rad/s^2 as in the source, with linear drag faster, since the
-balls hang up to six times the critical speed there. A ball is released where it reaches the rotor, and caught where it
-leaves it for good. Measured: subsynchronous vibration from 57.5 to 64 rad/s.
+which the source does not state. The speed changes by 0.1 rad/s^2 as in the source, with linear drag by 0.5. The balls hang
+near the critical speed when a run begins, and are released where they leave it. Measured: subsynchronous vibration from
+57.5 to 64 rad/s. The torque balance leaves the unbalance out; close to the critical speed, where the release would be with
+a resistance of 0.01, the whirl of the unbalance tears the balls off before.
 """
 
 from __future__ import annotations

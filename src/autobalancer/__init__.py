@@ -134,6 +134,8 @@ _HOME = {
     "StalledBall": "laws.stall",
     "planar_receptance": "laws.stall",
     "plot_drag_laws": "plots.drag",
+    "simulate_chamber": "simulation.chamber.run",
+    "load_chamber_machine": "files.machine_file",
 }
 _MODULES = {"machine", "errors", "units"}
 
@@ -186,6 +188,7 @@ __all__ = [
     "from_ross",
     "identify",
     "largest_useful_count",
+    "load_chamber_machine",
     "load_machine",
     "load_measurements",
     "load_receptance",
@@ -238,6 +241,7 @@ __all__ = [
     "save_run",
     "settling_time",
     "simulate",
+    "simulate_chamber",
     "slipstream_factor",
     "speed_windows",
     "sphere_on_plane",
@@ -277,7 +281,7 @@ if TYPE_CHECKING:
     from autobalancer.catalog.bearings import bearings, suitable_bearings
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.materials import materials
-    from autobalancer.files.machine_file import load_machine, machine_text, save_machine
+    from autobalancer.files.machine_file import load_chamber_machine, load_machine, machine_text, save_machine
     from autobalancer.files.rigs import rig, rig_text, rigs
     from autobalancer.flow.annulus import Annulus, Walls, annulus_of
     from autobalancer.flow.question import annulus_flow
@@ -342,6 +346,7 @@ if TYPE_CHECKING:
     from autobalancer.rotordynamics.orbits import whirl_orbits
     from autobalancer.rotordynamics.peaks import response_peaks
     from autobalancer.rotordynamics.response import unbalance_response
+    from autobalancer.simulation.chamber.run import simulate_chamber
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes

@@ -28,12 +28,19 @@ def run(
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from autobalancer import load_machine, measures, save_run
+    from autobalancer import measures, save_run
+    from autobalancer.files.machine_file import read_machine
+    from autobalancer.machine.chamber import ChamberMachine
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
     from autobalancer.units import option_to_si
 
-    described = load_machine(machine)
+    described = read_machine(machine)
     out = out if out is not None else Path(f"{machine.stem}.nc")
+    if isinstance(described, ChamberMachine):
+        from autobalancer.cli.run_chamber import run_chamber
+
+        run_chamber(described, option_to_si(duration, "s") if duration else None, seed, out, as_json)
+        return
     console = Console(stderr=True)
     wishes: list[Any] = []
     if samples:

@@ -172,14 +172,9 @@ def step_size(
 
 
 def _chamber_machine(path: Path) -> Any:
-    from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.machine.chamber import ChamberMachine
+    from autobalancer.files.machine_file import load_chamber_machine
 
-    machine = load_machine(path)
-    if not isinstance(machine, ChamberMachine):
-        raise QuestionError(f"{path}: has no chambers; this study is of machines with deep chambers")
-    return machine
+    return load_chamber_machine(path)
 
 
 def _numbers(name: str, text: str) -> list[float]:

@@ -14,7 +14,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
 
 
-def load_machine(path: str | Path) -> Any:
+def load_machine(path: str | Path) -> Machine:
     """Read a machine file.
 
     Parameters
@@ -25,14 +25,33 @@ def load_machine(path: str | Path) -> Any:
     Returns
     -------
     Machine
-        Checked as a whole: names are known to the catalogs, the balls fit into their races. A file with ``chambers`` is a
-        :class:`~autobalancer.machine.chamber.ChamberMachine`.
+        Checked as a whole: names are known to the catalogs, the balls fit into their races.
 
     Raises
     ------
     MachineFileError
-        With the file, every key at fault, what was given, what is allowed and what to do.
+        With the file, every key at fault, what was given, what is allowed and what to do. Also for a file with chambers,
+        which :func:`load_chamber_machine` reads.
     """
+    return _plain_machine(read_machine(path), str(path))
+
+
+def load_chamber_machine(path: str | Path) -> ChamberMachine:
+    """Read the file of a machine whose balls move freely in deep chambers.
+
+    Raises
+    ------
+    MachineFileError
+        As :func:`load_machine`; also for a file without chambers.
+    """
+    found = read_machine(path)
+    if not isinstance(found, ChamberMachine):
+        raise MachineFileError(f"{path}: has no 'chambers'; its balls run in races, read it with load_machine")
+    return found
+
+
+def read_machine(path: str | Path) -> Machine | ChamberMachine:
+    """Read a machine file of either kind; raises as :func:`load_machine`."""
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8")
@@ -40,11 +59,16 @@ def load_machine(path: str | Path) -> Any:
         raise MachineFileError(f"{path}: no such file") from None
     except (OSError, UnicodeDecodeError) as reason:
         raise MachineFileError(f"{path}: cannot be read: {reason}") from None
-    return parse_machine(text, str(path), folder=path.parent)
+    return parse_any(text, str(path), folder=path.parent)
 
 
-def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Any:
+def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:
     """Like :func:`load_machine`, from a string; ``source`` is named in errors, ``folder`` holds measured profiles."""
+    return _plain_machine(parse_any(text, source, folder=folder), source)
+
+
+def parse_any(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
+    """Like :func:`read_machine`, from a string."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as reason:
@@ -62,6 +86,15 @@ def parse_machine(text: str, source: str = "machine text", *, folder: str | Path
     except MachineError as error:
         raise MachineFileError(f"{source}: {error}") from None
     return machine
+
+
+def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
+    if isinstance(found, ChamberMachine):
+        raise MachineFileError(
+            f"{source}: its balls move freely in chambers; read it with load_chamber_machine, run it with simulate_chamber "
+            "or 'autobalancer run'"
+        )
+    return found
 
 
 def machine_text(machine: Machine | ChamberMachine) -> str:

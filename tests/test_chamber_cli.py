@@ -1,0 +1,65 @@
+"""The commands of archive and studies, from machine file to table and picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.references.chamber_machines import small_machine
+from typer.testing import CliRunner
+
+from autobalancer.cli.main import app
+from autobalancer.files.machine_file import save_machine
+
+
+def told(*words: str, code: int = 0) -> str:
+    """Output of a command, without the line breaks of a narrow terminal."""
+    ran = CliRunner().invoke(app, list(words), env={"COLUMNS": "220"})
+    assert ran.exit_code == code, ran.output
+    return " ".join(ran.output.split())
+
+
+@pytest.fixture
+def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return save_machine(small_machine(), tmp_path / "small.toml")
+
+
+def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
+    asked = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--duration", "0.1 s", "--archive", "runs")
+    assert "written: small_amplitudes.nc" in told("study", "amplitudes", str(machine), *asked, "--plot", "a.png")
+    assert Path("a.png").stat().st_size > 10_000
+    assert "2 runs" in told("archive", "runs")
+    rows = json.loads(told("archive", "runs", "--where", "balls == 3", "--json"))
+    assert [row["run"] for row in rows] == ["deep-n3-mu0.5-s0"]
+    assert rows[0]["state"] == "finished"
+    assert rows[0]["vertical_amplitude"] > 0.0
+    assert "written: deep-n3-mu0.5-s0.nc" in told("archive", "runs", "--export", "deep-n3-mu0.5-s0")
+    assert "written: b.png" in told("archive", "runs", "--plot", "b.png", "--by", "friction")
+    assert "given 'color'" in told("archive", "runs", "--show", "color", code=2)
+    assert "given 'speed'" in told("archive", "runs", "--where", "speed > 1", code=2)
+
+
+def test_one_run_gives_all_pictures(machine: Path) -> None:
+    asked = ("--duration", "0.1 s", "--archive", "runs", "--height", "0.2 m", "--out", "p")
+    output = told("study", "reactions", str(machine), *asked)
+    assert "run small: reached 0.1 s" in output
+    names = {path.name for path in Path("p").iterdir()}
+    kinds = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
+    assert names == {f"small_{kind}.png" for kind in kinds}
+
+
+def test_the_step_size_study_prints_its_table(machine: Path) -> None:
+    output = told("study", "step-size", "--phases", "10", "--speeds", "4", "--steps", "1e-5,1e-6")
+    assert "1e-05" in output
+    assert "root mean square" in output
+    assert "speeds: given 'fast'" in told("study", "step-size", "--speeds", "fast", code=2)
+
+
+def test_wrong_words_are_answered(machine: Path) -> None:
+    assert "no such folder" in told("archive", "nowhere", code=2)
+    asked = ("--friction", "0.5", "--duration", "1 s")
+    assert "must be whole numbers" in told("study", "amplitudes", str(machine), "--balls", "2.5", *asked, code=2)
+    Path("planar.toml").write_text((Path(__file__).parents[1] / "examples/machines/discoidal.toml").read_text())
+    assert "has no chambers" in told("study", "amplitudes", "planar.toml", "--balls", "2", *asked, code=2)
