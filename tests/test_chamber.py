@@ -21,7 +21,9 @@ FREE = {
 def machine(**changes):
     balls = {"count": 2, "density": 7800.0, "mass": 0.02}
     balls |= changes.pop("balls", {})
-    contact = {"law": "restitution", "restitution": 0.54, "friction": 0.0, "stiffness": 1e9} | changes.pop("contact", {})
+    contact = {"law": "restitution", "restitution": 0.54, "friction": 0.0, "stiffness": 1e9} | changes.pop(
+        "contact", {}
+    )
     rotor = {"mass": 3.0, "polar_inertia": 0.02, "transverse_inertia": 0.02, "bearings": (0.1, -0.1)}
     chamber = {"radius": 0.1, "depth": 0.2, "balls": [balls]} | changes.pop("chamber", {})
     description = {
@@ -34,7 +36,13 @@ def machine(**changes):
 
 def idle(speed):
     """A motor without torque."""
-    motor = {"kind": "asynchronous", "rated_torque": 0.0, "overload": 2.0, "synchronous_speed": 100.0, "breakdown_slip": 0.2}
+    motor = {
+        "kind": "asynchronous",
+        "rated_torque": 0.0,
+        "overload": 2.0,
+        "synchronous_speed": 100.0,
+        "breakdown_slip": 0.2,
+    }
     return {"drive": motor, "start": {"speed": speed}}
 
 
@@ -48,7 +56,9 @@ def meeting(velocities, offset=0.0, spins=None, **contact):
 @pytest.mark.parametrize("speed", [0.5, 4.0])
 def test_balls_that_meet_head_on_part_with_the_restitution(stiffness, speed):
     run = simulate_chamber(
-        meeting(((0.0, speed / 2, 0.0), (0.0, -speed / 2, 0.0)), stiffness=stiffness), duration=0.0075 / speed, sample=0.0075 / speed
+        meeting(((0.0, speed / 2, 0.0), (0.0, -speed / 2, 0.0)), stiffness=stiffness),
+        duration=0.0075 / speed,
+        sample=0.0075 / speed,
     )
     velocity = run.ball_velocity.values[-1]
     assert velocity[1, 1] - velocity[0, 1] == pytest.approx(0.54 * speed, rel=0.005)
@@ -67,7 +77,9 @@ def test_an_oblique_collision_follows_coulomb_impulses():
     # sliding throughout: tangential impulse mu times the normal one, which also spins both balls
     speed, mu, across = 2.0, 0.1, 1.0
     run = simulate_chamber(
-        meeting(((0.0, speed / 2, across), (0.0, -speed / 2, -across)), friction=mu), duration=0.004, sample=0.004
+        meeting(((0.0, speed / 2, across), (0.0, -speed / 2, -across)), friction=mu, stiffness=1e12),
+        duration=0.004,
+        sample=0.004,
     )
     before, after = run.ball_velocity.values[0], run.ball_velocity.values[-1]
     impulse = 0.02 * (after[0] - before[0])
@@ -86,7 +98,6 @@ def test_an_oblique_collision_follows_coulomb_impulses():
 
 
 def test_a_ball_rests_in_a_turning_drum_where_rolling_resistance_holds_it():
-    # steady: no slip, friction balances weight and the rolling moment: tan(angle) = f/(r ...) on the side the drum moves to
     arm = 5e-4
     start = {"count": 1, "positions": ((0.0, 0.0, -(0.1 - RADIUS)),)}
     spin = 5.0 * 0.1 / RADIUS
@@ -94,7 +105,7 @@ def test_a_ball_rests_in_a_turning_drum_where_rolling_resistance_holds_it():
         gravity=(0.0, 0.0, -9.81), speed=5.0, balls=start | {"velocities": ((0.0, 0.0, 0.0),), "spins": ((spin, 0.0, 0.0),)},
         contact={"friction": 0.6, "rolling_arm": arm, "stiffness": 1e8}, chamber={"drag": 0.1},
     )  # fmt: skip
-    run = simulate_chamber(given, duration=1.2, sample=1e-2)
+    run = simulate_chamber(given, duration=4.0, sample=1e-2)
     y, z = run.ball_position.values[-30:, 0, 1].mean(), run.ball_position.values[-30:, 0, 2].mean()
     angle = math.atan2(y, -z)
     # moments about the contact point: weight r sin(angle) = rolling moment f N + drag r u, with N = m g cos(angle)
@@ -103,6 +114,17 @@ def test_a_ball_rests_in_a_turning_drum_where_rolling_resistance_holds_it():
     wanted = weight * RADIUS * math.sin(angle) - arm * weight * math.cos(angle)
     assert wanted == pytest.approx(0.1 * u * RADIUS, rel=0.02)
     assert run.ball_spin.values[-1, 0, 0] == pytest.approx(spin, rel=0.01)
+
+
+def test_a_collision_keeps_the_angular_momentum_of_spinning_balls():
+    spins = ((30.0, -80.0, 10.0), (0.0, 50.0, 200.0))
+    given = meeting(((0.1, 1.0, 0.3), (-0.2, -1.0, 0.0)), offset=0.004, spins=spins, friction=0.4)
+    run = simulate_chamber(given, duration=0.006, sample=0.001)
+    place, velocity, spin = (run[name].values for name in ("ball_position", "ball_velocity", "ball_spin"))
+    total = 0.02 * np.cross(place, velocity).sum(axis=1) + 0.4 * 0.02 * RADIUS**2 * spin.sum(axis=1)
+    assert run.contacts_ball.values.sum() == 1
+    assert np.abs(spin[-1] - spin[0]).max() > 10.0
+    assert np.abs(total - total[0]).max() < 1e-9 * np.abs(total[0]).max()
 
 
 def tumbling(**changes):
@@ -114,7 +136,7 @@ def tumbling(**changes):
     )  # fmt: skip
 
 
-def test_momentum_and_angular_momentum_of_a_free_machine_stay():
+def test_the_momentum_of_a_free_machine_stays():
     free = tumbling()
     run = simulate_chamber(free, duration=0.2, sample=0.01, settle=False)
     balls = 0.02 * run.ball_velocity.values.sum(axis=1)
@@ -129,7 +151,7 @@ def test_momentum_and_angular_momentum_of_a_free_machine_stay():
     swing = 0.02 * (fine.ball_velocity.values.sum(axis=1))
     moved = places + np.vstack([np.zeros(3), np.cumsum(0.5e-4 * (swing[1:] + swing[:-1]), axis=0)])
     drift = moved - moved[0] - np.outer(fine.time, 0.01 * 40.0 * np.array([0.0, 0.0, 1.0]))
-    assert np.abs(balls).max() > 0.01
+    assert np.abs(balls).max() > 0.005
     assert np.abs(drift).max() < 2e-3 * np.abs(places).max()
 
 
@@ -161,15 +183,25 @@ def test_bearing_forces_are_newtons_on_the_rotor():
 
 
 def test_the_motor_gives_its_breakdown_torque_at_breakdown_speed():
-    motor = {"kind": "asynchronous", "rated_torque": 14.6, "overload": 2.2, "synchronous_speed": 157.08, "breakdown_slip": 0.2}
+    motor = {
+        "kind": "asynchronous",
+        "rated_torque": 14.6,
+        "overload": 2.2,
+        "synchronous_speed": 157.08,
+        "breakdown_slip": 0.2,
+    }
     for speed, torque in ((0.8 * 157.08, 14.6 * 2.2), (157.08, 0.0), (0.0, 2 * 14.6 * 2.2 / (0.2 + 5.0))):
-        run = simulate_chamber(machine(drive=motor, start={"speed": speed}, balls={"count": 1}), duration=0.0, settle=False)
+        run = simulate_chamber(
+            machine(drive=motor, start={"speed": speed}, balls={"count": 1}), duration=0.0, settle=False
+        )
         assert run.motor_torque.values[0] == pytest.approx(torque, abs=1e-9)
 
 
 def test_bearing_friction_slows_the_rotor():
     heavy = {"mass": 3.0, "neck_diameter": 0.03, "bearing_friction": 0.01}
-    slowed = machine(rotor=heavy, gravity=(0.0, 0.0, -9.81), balls={"count": 1, "positions": ((0, 0, 0),)}, **idle(50.0))
+    slowed = machine(
+        rotor=heavy, gravity=(0.0, 0.0, -9.81), balls={"count": 1, "positions": ((0, 0, 0),)}, **idle(50.0)
+    )
     run = simulate_chamber(slowed, duration=0.05, sample=0.05)
     torque = 0.01 * 0.015 * 3.0 * 9.81
     assert run.speed.values[-1] == pytest.approx(50.0 - torque / 0.02 * 0.05, rel=1e-6)
@@ -204,6 +236,34 @@ def test_a_run_is_the_same_every_time_and_after_a_resume():
         assert np.array_equal(whole[name].values[41:], later[name].values), name
 
 
+def test_balls_with_memory_stick_where_sliding_balls_creep():
+    # a ball on the floor of a slowly tilting chamber would slide only beyond the friction angle
+    level = {"count": 1, "positions": ((-(0.1 - RADIUS), 0.0, 0.0),)}
+    ended = {}
+    for law in ("history", "restitution"):
+        pulled = machine(
+            gravity=(-9.81, 0.0, -2.0), balls=level,
+            contact={"law": law, "friction": 0.5, "rolling_arm": 0.02, "stiffness": 1e8},
+        )  # fmt: skip
+        run = simulate_chamber(pulled, duration=0.3, sample=1e-2)
+        ended[law] = np.abs(run.ball_position.values[-1, 0, 2] - run.ball_position.values[10, 0, 2])
+    assert ended["history"] < 1e-6
+    assert ended["restitution"] < 5e-4
+
+
+def test_a_ball_with_memory_rebounds_with_the_restitution():
+    fast = meeting(((0.0, 1.0, 0.0), (0.0, -1.0, 0.0)), law="history", restitution=0.7)
+    velocity = simulate_chamber(fast, duration=0.004, sample=0.004).ball_velocity.values[-1]
+    assert velocity[1, 1] - velocity[0, 1] == pytest.approx(0.7 * 2.0, rel=0.03)
+
+
+def test_the_constraint_force_is_what_a_fixed_machine_presses_on_its_foundation():
+    # balls at rest in a chamber at rest weigh what they weigh
+    resting = machine(balls={"count": 6}, gravity=(0.0, 0.0, -9.81), contact={"stiffness": 1e8, "friction": 0.3})
+    run = simulate_chamber(resting, duration=0.1, sample=0.1)
+    assert run.constraint_force.values[-1, 2] == pytest.approx(6 * 0.02 * 9.81, rel=0.02)
+
+
 def test_what_cannot_be_is_refused_with_its_place():
     with pytest.raises(MachineError, match=r"at most \d+ do"):
         simulate_chamber(machine(balls={"count": 5000}), duration=0.1)
@@ -211,7 +271,7 @@ def test_what_cannot_be_is_refused_with_its_place():
         simulate_chamber(machine(balls={"positions": ((0, 0, 0), (0, 0, 0.01))}), duration=0.1)
     with pytest.raises(QuestionError, match="shortest contact lasts"):
         simulate_chamber(machine(), duration=0.1, step=1e-3)
-    with pytest.raises(MachineError, match="restitution: given 1.2"):
+    with pytest.raises(MachineError, match=r"restitution: given 1\.2"):
         machine(contact={"restitution": 1.2})
     with pytest.raises(MachineError, match="friction: given -1"):
         machine(contact={"friction": -1.0})

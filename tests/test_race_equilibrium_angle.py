@@ -41,7 +41,7 @@ def measured(one: TurnedRace, rolling: float, count: int = 40) -> tuple[np.ndarr
 def test_a_simulated_ball_stands_where_the_statics_say(rolling: float, density: float, viscosity: float) -> None:
     one = race(density, viscosity)
     speeds = measured(one, rolling)[0]
-    top, duration = float(speeds[-1]), 120.0
+    top, duration = float(speeds[-1]), 300.0
     ball = {"diameter": DIAMETER, "density": STEEL, "start_angles": [-0.5 * math.pi + math.atan(rolling)]}
     friction = {"rolling_resistance": rolling}
     machine = Machine(
@@ -66,9 +66,9 @@ def test_a_simulated_ball_stands_where_the_statics_say(rolling: float, density: 
     run = ab.simulate(machine, duration=duration, save=Samples(241))
     found = (run["rotor_angle"] + run["ball_angle_in_rotor"][:, 0]).values + 0.5 * math.pi
     expected = equilibrium_angles(one, discoidal(0.6), run["speed"].values, rolling)
-    late = slice(120, 241)
-    np.testing.assert_allclose(found[late], expected[late], rtol=0.0, atol=0.02)
-    assert expected[-1] > 1.4
+    settled = (run["time"].values > 60.0) & (expected < 1.1)  # near 90 degrees the ball follows slowly
+    np.testing.assert_allclose(found[settled], expected[settled], rtol=0.0, atol=3e-3)
+    assert expected[settled].max() > 1.0
 
 
 @pytest.mark.parametrize("pressure", [0.0, 1.0, 3.0])

@@ -54,7 +54,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for rolling in (0.0, 0.005):
         expected = balance(rolling, "whole")
         run = simulated(machine(rolling, "whole", expected - BEFORE, HIGH, RATE))
-        if rolling == 0.005:
+        if rolling == 0.0:
             draw(run, out)
         about = f"drag law (6.9), rolling resistance {rolling:g} (assumed)"
         rows += [

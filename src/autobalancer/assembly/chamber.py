@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -227,6 +228,6 @@ def _profile(machine: ChamberMachine) -> Array:
         rise = (times / half) ** exponent
         return np.column_stack([np.r_[0.0, times], np.r_[begin, begin + (end - begin) * rise / (1.0 + rise)]])
     points = corners(profile)
-    if any(b[0] <= a[0] for a, b in zip(points, points[1:], strict=False)):
+    if any(b[0] <= a[0] for a, b in pairwise(points)):
         raise MachineError("drive.profile: the speed jumps; give its change some time")
     return np.array(points, np.float64)

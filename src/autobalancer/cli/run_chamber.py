@@ -4,41 +4,39 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
-if TYPE_CHECKING:
-    from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.chamber import ChamberMachine
 
 
-def run_chamber(machine: ChamberMachine, duration: float | None, seed: int, out: Path, as_json: bool) -> None:
-    """Run, save and say how it ended."""
+def run_chamber(described: ChamberMachine, duration: float | None, seed: int, out: Path, as_json: bool) -> None:
+    """Run it with samples every millisecond and write a result file. Ctrl-C keeps what was computed."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress
 
     from autobalancer.results.store import save_run
-    from autobalancer.simulation.chamber.run import simulate_chamber
+    from autobalancer.simulation.chamber import simulate_chamber
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(machine.name, total=1.0, now="")
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(described.name, total=1.0)
         result = simulate_chamber(
-            machine,
+            described,
             duration=duration,
             seed=seed,
             keep_on_interrupt=True,
-            progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
+            progress=lambda time, end: bar.update(task, completed=time / end),
         )
     save_run(result, out)
+    names = ("speed", "work_motor", "loss_contact", "loss_friction", "loss_rolling", "loss_supports", "energy_error")
+    last = {name: float(result[name][-1]) for name in names}
+    outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     if as_json:
-        answer = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
-        typer.echo(json.dumps({"result": str(out), **answer}, indent=2))
+        typer.echo(json.dumps({"result": str(out), **outcome, "at_the_end": last}, indent=2))
     else:
-        typer.echo(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} (step {result.attrs['step']:.3g} s)")
-        typer.echo(
-            f"energy error {float(result['energy_error'][-1]):.3g} J; final speed {float(result['speed'][-1]):.5g} rad/s"
-        )
+        typer.echo(f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)")
+        for name, value in last.items():
+            typer.echo(f"{result[name].attrs['long_name']}: {value:.5g} {result[name].attrs['units']}")
         typer.echo(f"result: {out}")
     if result.attrs["outcome"] == "interrupted":
         raise typer.Exit(130)

@@ -11,12 +11,14 @@ Locked coordinates have no rate; what holds them is the constraint force. Torque
 body and rotor. Source: Pakuła (2021), (2), (5), (7), (13), (43)-(51), with the signs of the derivation.
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import cos, sin, sqrt
 
 from numba import njit
 
+from autobalancer.kernels.chamber.contact import APART
 from autobalancer.kernels.chamber.layout import (
     BEARING_1,
     BEARING_2,
@@ -54,8 +56,8 @@ from autobalancer.kernels.chamber.layout import (
 EVEN = 1e-3  # rad/s over which bearing friction changes its sign
 
 
-@njit(error_model="numpy", _nrt=False)
-def body_rates(number, host, inertia, stiffness, damping, active, work, power, prescribed):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def body_rates(number, host, inertia, stiffness, damping, active, work, power, prescribed):
     """Second rates (``host[NEW:]``), reactions and powers from the state and the sums over the contacts.
 
     ``prescribed`` is the rate of the prescribed speed; ``active`` lists the coordinates 0 to 5 that are free, -1 at its end.
@@ -99,9 +101,7 @@ def body_rates(number, host, inertia, stiffness, damping, active, work, power, p
     load_c = host[CONTACT + 5] - gx * s
     work[4, 7] += load_b - polar * w * cv - s * w * xv - d * w * w
     work[5, 7] += load_c + polar * w * bv - t * w * xv + c * w * w
-    work[6, 7] = (
-        host[CONTACT + 3] + xv * (s * bv + t * cv) - gy * t + gz * s + gx * (host[Q + 4] * s + host[Q + 5] * t)
-    )
+    work[6, 7] = host[CONTACT + 3] + xv * (s * bv + t * cv) - gy * t + gz * s + gx * (host[Q + 4] * s + host[Q + 5] * t)
     # torques between body and rotor
     slip = w - host[V + 3]
     size = sqrt(host[P1] ** 2 + host[P1 + 1] ** 2 + host[P1 + 2] ** 2)
@@ -128,8 +128,8 @@ def body_rates(number, host, inertia, stiffness, damping, active, work, power, p
     power[P_BEARINGS] = against * slip
 
 
-@njit(error_model="numpy", _nrt=False)
-def _solve(host, active, work, free, prescribed):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def _solve(host, active, work, free, prescribed):
     """Gauss elimination over the free coordinates; column 7 of ``work`` is the right-hand side."""
     for i in range(7):
         host[NEW + i] = 0.0
@@ -159,8 +159,8 @@ def _solve(host, active, work, free, prescribed):  # type: ignore[no-untyped-def
         host[NEW + 6] = prescribed
 
 
-@njit(error_model="numpy", _nrt=False)
-def _reactions(number, host, active, work, free, motor, against, polar):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def _reactions(number, host, active, work, free, motor, against, polar):
     """Torque of the drive, and what holds locked coordinates."""
     top = 7 if free else 6  # with a prescribed speed its inertia is on the right-hand side already
     for i in range(6):
@@ -182,8 +182,8 @@ def _reactions(number, host, active, work, free, motor, against, polar):  # type
     host[BEARING_TORQUE] = against
 
 
-@njit(error_model="numpy", _nrt=False)
-def _bearings(number, host, w, s, t, c, d, polar, load_b, load_c):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def _bearings(number, host, w, s, t, c, d, polar, load_b, load_c):
     """Forces of both bearings on the rotor from its own balances, (43)-(51); the second one guides along the axis."""
     m = number[ROTOR_MASS]
     xa, ya, za, ba, ca, wa = host[NEW], host[NEW + 1], host[NEW + 2], host[NEW + 4], host[NEW + 5], host[NEW + 6]

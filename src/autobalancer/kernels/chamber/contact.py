@@ -8,9 +8,11 @@ Alternative: Hertz contact with viscous damping (Tsuji et al. 1992) and a tangen
 1979, stiffness of Mindlin 1949).
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 from numba import njit
 
@@ -26,13 +28,14 @@ from autobalancer.kernels.chamber.layout import (
     STEP,
 )
 
-TOUCH = {"forceinline": True, "error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
+TOUCH: dict[str, Any] = {"forceinline": True, "error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
+APART: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
 TURNING = 1.0  # slope of the normal law at the turning point, in changes of speed within one step
 SLIDING = 2.0  # the same for friction and rolling resistance
 
 
 @njit(**TOUCH)
-def touch(number, overlap, k, inverse_mass, radius, nx, ny, nz, ux, uy, uz, wx, wy, wz, sx, sy, sz):  # type: ignore[no-untyped-def]
+def touch(number, overlap, k, inverse_mass, radius, nx, ny, nz, ux, uy, uz, wx, wy, wz, sx, sy, sz):
     """Force and rolling moment on a ball, losses and energy.
 
     ``n`` points from the ball to its partner, ``u`` is the velocity of its contact point and ``w`` its spin, both relative

@@ -1,5 +1,6 @@
 """All forces on balls, body and rotor in one state."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import sqrt
@@ -7,7 +8,7 @@ from math import sqrt
 from numba import njit
 
 from autobalancer.kernels.chamber.body import body_rates
-from autobalancer.kernels.chamber.contact import TOUCH, touch
+from autobalancer.kernels.chamber.contact import APART, TOUCH, touch
 from autobalancer.kernels.chamber.layout import (
     BEGUN_BALL,
     BEGUN_WALL,
@@ -46,7 +47,9 @@ from autobalancer.kernels.pointers import data
 
 
 @njit(**TOUCH)
-def _wall(number, ball, host, power, counts, greatest, springs, which, overlap, k, nx, ny, nz, mx, my, mz, w, ux, uy, uz):  # type: ignore[no-untyped-def]  # noqa: E501
+def _wall(
+    number, ball, host, power, counts, greatest, springs, which, overlap, k, nx, ny, nz, mx, my, mz, w, ux, uy, uz
+):
     """A wall with outward normal ``n`` presses on a ball.
 
     ``m`` is the place of the ball from O, ``u`` the axis of the rotor, which turns at ``w``.
@@ -90,14 +93,34 @@ def _wall(number, ball, host, power, counts, greatest, springs, which, overlap, 
 
 
 @njit(**TOUCH)
-def _leave(ball, springs, which):  # type: ignore[no-untyped-def]
+def _leave(ball, springs, which):
     if ball[TOUCHES + which] != 0.0:
         ball[TOUCHES + which] = 0.0
         springs[3 * which] = springs[3 * which + 1] = springs[3 * which + 2] = 0.0
 
 
-@njit(error_model="numpy", _nrt=False, fastmath={"contract"})
-def forces(balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia, stiffness, damping, active, work, power, counts, greatest, prescribed):  # type: ignore[no-untyped-def]  # noqa: E501
+@njit(**APART)
+def forces(
+    balls,
+    chambers,
+    wall_springs,
+    number,
+    pair_stiffness,
+    first,
+    second,
+    touching,
+    springs,
+    host,
+    inertia,
+    stiffness,
+    damping,
+    active,
+    work,
+    power,
+    counts,
+    greatest,
+    prescribed,
+):
     """Fill the forces and moments of the balls, the second rates of the body, losses, and what is stored in contacts."""
     for i in range(STORED + 1):
         power[i] = 0.0
@@ -112,8 +135,8 @@ def forces(balls, chambers, wall_springs, number, pair_stiffness, first, second,
     body_rates(number, host, inertia, stiffness, damping, active, work, power, prescribed)
 
 
-@njit(error_model="numpy", _nrt=False, fastmath={"contract"})
-def _walls(balls, chambers, wall_springs, number, host, power, counts, greatest, w, ux, uy, uz):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def _walls(balls, chambers, wall_springs, number, host, power, counts, greatest, w, ux, uy, uz):
     for i in range(balls.shape[0]):
         ball = data(balls[i])
         own = data(wall_springs[i])
@@ -162,7 +185,7 @@ def _walls(balls, chambers, wall_springs, number, host, power, counts, greatest,
 
 
 @njit(**TOUCH)
-def _drag(ball, host, power, chamber, mx, my, mz, w, ux, uy, uz):  # type: ignore[no-untyped-def]
+def _drag(ball, host, power, chamber, mx, my, mz, w, ux, uy, uz):
     """Fluid that turns with the chamber."""
     ox, oy, oz = w * ux, w * uy + host[V + 4], w * uz + host[V + 5]
     vx = ball[VEL] - host[V] - (oy * mz - oz * my)
@@ -184,8 +207,8 @@ def _drag(ball, host, power, chamber, mx, my, mz, w, ux, uy, uz):  # type: ignor
     power[P_DRAG] += part * square
 
 
-@njit(error_model="numpy", _nrt=False, fastmath={"contract"})
-def _pairs(balls, number, pair_stiffness, first, second, touching, springs, power, counts, greatest):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def _pairs(balls, number, pair_stiffness, first, second, touching, springs, power, counts, greatest):
     kinds = pair_stiffness.shape[0]
     table = data(pair_stiffness)
     for p in range(counts[PAIRS]):
@@ -202,14 +225,21 @@ def _pairs(balls, number, pair_stiffness, first, second, touching, springs, powe
         length = sqrt(square)
         inverse = 1.0 / length
         nx, ny, nz = dx * inverse, dy * inverse, dz * inverse
-        sx, sy, sz = r1 * one[SPIN] + r2 * two[SPIN], r1 * one[SPIN + 1] + r2 * two[SPIN + 1], r1 * one[SPIN + 2] + r2 * two[SPIN + 2]  # noqa: E501
+        # both arms end at one point, or angular momentum would drift
+        radius = min(r1, r2)
+        r1, r2 = r1 * length / both, r2 * length / both
+        sx, sy, sz = (
+            r1 * one[SPIN] + r2 * two[SPIN],
+            r1 * one[SPIN + 1] + r2 * two[SPIN + 1],
+            r1 * one[SPIN + 2] + r2 * two[SPIN + 2],
+        )
         vx = one[VEL] - two[VEL] + (sy * nz - sz * ny)
         vy = one[VEL + 1] - two[VEL + 1] + (sz * nx - sx * nz)
         vz = one[VEL + 2] - two[VEL + 2] + (sx * ny - sy * nx)
         k = table[int(one[KIND]) * kinds + int(two[KIND])]
         inverse_mass = 1.0 / one[MASS] + 1.0 / two[MASS]
         fx, fy, fz, rx, ry, rz, lost, slid, rolled, stored, normal, a, b, c = touch(
-            number, both - length, k, inverse_mass, min(r1, r2), nx, ny, nz, vx, vy, vz,
+            number, both - length, k, inverse_mass, radius, nx, ny, nz, vx, vy, vz,
             one[SPIN] - two[SPIN], one[SPIN + 1] - two[SPIN + 1], one[SPIN + 2] - two[SPIN + 2],
             springs[p, 0], springs[p, 1], springs[p, 2],
         )  # fmt: skip

@@ -4,18 +4,19 @@ Up to a hundred balls every pair is looked at; beyond, balls are sorted into cel
 time in proportion to their number.
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.chamber.contact import TOUCH
+from autobalancer.kernels.chamber.contact import APART, TOUCH
 from autobalancer.kernels.chamber.layout import CHAMBER, OVERFLOW, PAIRS, RADIUS, REBUILDS, SKIN
 
 DIRECT = 100
 
 
 @njit(**TOUCH)
-def _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts):  # type: ignore[no-untyped-def]
+def _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts):
     if balls[i, CHAMBER] != balls[j, CHAMBER]:
         return
     if j < i:
@@ -40,8 +41,10 @@ def _note(balls, i, j, number, first, second, touching, springs, old_row, old_se
     counts[PAIRS] = k + 1
 
 
-@njit(error_model="numpy", _nrt=False)
-def rebuild(balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def rebuild(
+    balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts
+):
     """List the pairs nearer than the margin, in an order that depends on nothing but the positions.
 
     Springs of pairs that stay are kept. ``cells`` is scratch for the starts of cells, ``order`` and ``places`` one entry a ball.
@@ -108,4 +111,3 @@ def rebuild(balls, number, first, second, touching, springs, old_row, old_second
                             balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs,
                             counts,
                         )  # fmt: skip
-

@@ -1,5 +1,6 @@
 """The classical Runge-Kutta method of fourth order with fixed steps, as in Pakuła (2021), appendix 1; for comparison."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import sqrt
@@ -51,7 +52,7 @@ def runge_kutta(
     steps, every, balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row,
     old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before,
     ledger, greatest, counts, samples, ball_samples, ledgers, memory,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Like ``verlet``; ``memory`` (2, 9 n + 14) holds the state at the start of a step and the sum of its slopes."""
     h = number[STEP]
     n = balls.shape[0]

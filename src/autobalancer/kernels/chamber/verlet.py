@@ -4,19 +4,21 @@ Forces that depend on velocity are evaluated at v + h a of the step before, so t
 order.
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import sqrt
 
 from numba import njit, types, void
 
+from autobalancer.kernels.chamber.contact import APART
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.layout import (
     ACC,
     BEGUN_BALL,
     BEGUN_WALL,
-    CHAMBER,
     CENTER,
+    CHAMBER,
     CONSTRAINT,
     DRIVEN,
     FORCE,
@@ -53,8 +55,8 @@ REACTIONS = 12  # bearing forces and constraints, means since the last sample
 SAMPLE = HOST + 20  # columns of a sample: host, means of reactions, counts, greatest force, energy in contacts
 
 
-@njit(error_model="numpy", _nrt=False)
-def speed_at(profile, time, counts):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def speed_at(profile, time, counts):
     """Speed and its rate at ``time``, straight between the rows (time, speed), constant outside."""
     last = profile.shape[0] - 1
     k = counts[PIECE]
@@ -67,8 +69,8 @@ def speed_at(profile, time, counts):  # type: ignore[no-untyped-def]
     return profile[k, 1] + rate * (time - profile[k, 0]), rate
 
 
-@njit(error_model="numpy", _nrt=False)
-def note_sample(balls, chambers, host, sums, counts, greatest, power, every, row, row_balls):  # type: ignore[no-untyped-def]
+@njit(**APART)
+def note_sample(balls, chambers, host, sums, counts, greatest, power, every, row, row_balls):
     """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
     for i in range(HOST):
         row[i] = host[i]
@@ -101,7 +103,7 @@ def verlet(
     steps, every, balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row,
     old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before,
     ledger, greatest, counts, samples, ball_samples, ledgers,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Advance by ``steps`` steps and keep a sample after each ``every`` of them.
 
     ``ledger`` gathers the powers over time; ``samples`` (., SAMPLE), ``ball_samples`` (., n, 9) and ``ledgers`` (., POWERS)
@@ -190,7 +192,7 @@ def start(
     balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row, old_second,
     old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before, greatest,
     counts,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """List the pairs and evaluate once at time 0, so that the first step has its rates."""
     prescribed = 0.0
     if number[DRIVEN] == 0.0:

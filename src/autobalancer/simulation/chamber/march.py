@@ -23,7 +23,9 @@ Array = Any
 class March:
     """Takes a machine's balls from sample to sample."""
 
-    def __init__(self, machine: ChamberMachine, numbers: ChamberNumbers, every: int, method: str, energy: float) -> None:
+    def __init__(
+        self, machine: ChamberMachine, numbers: ChamberNumbers, every: int, method: str, energy: float
+    ) -> None:
         self.machine, self.numbers, self.every, self.method = machine, numbers, every, method
         self.first_energy = energy
         self.failure: tuple[str, str] | None = None
@@ -93,7 +95,8 @@ def evaluate_first(p: ChamberNumbers) -> None:
     from autobalancer.kernels.chamber.verlet import start
 
     skip = {"ledger"}
-    start(*[getattr(p, field.name) for field in fields(p) if field.name not in skip])
+    evaluate: Any = start
+    evaluate(*[getattr(p, field.name) for field in fields(p) if field.name not in skip])
 
 
 def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Array]) -> March:
@@ -124,8 +127,10 @@ def _advance(method: str, steps: int, every: int, *arrays: Array) -> None:
     if method == "runge_kutta":
         from autobalancer.kernels.chamber.runge_kutta import runge_kutta
 
-        runge_kutta(steps, every, *arrays, np.zeros((2, 9 * len(arrays[0]) + 14)))
+        march: Any = runge_kutta
+        march(steps, every, *arrays, np.zeros((2, 9 * len(arrays[0]) + 14)))
         return
     from autobalancer.kernels.chamber.verlet import verlet
 
-    verlet(steps, every, *arrays)
+    advance: Any = verlet
+    advance(steps, every, *arrays)

@@ -47,7 +47,8 @@ def simulate_chamber(
     duration
         s, or a text with a unit; by default ``run.duration`` of the machine. A resumed run goes on up to this time.
     step
-        Of time, s; by default a twenty-fifth of the shortest contact at 4 m/s, less for a restitution below a half. It is shortened so that samples fall on steps.
+        Of time, s; by default a twenty-fifth of the shortest contact at 4 m/s, less for a
+        restitution below a half. It is shortened so that samples fall on steps.
     sample
         Time between samples, s.
     method
@@ -118,7 +119,9 @@ def simulate_chamber(
             raise
         now = march.samples * interval
         name, text = "interrupted", f"interrupted at {now:.6g} s of {end:.6g} s; what was computed is kept"
-    return labeled(joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end)
+    return labeled(
+        joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end
+    )
 
 
 def _duration(machine: ChamberMachine, duration: float | str | None) -> float:

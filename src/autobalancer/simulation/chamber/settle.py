@@ -13,31 +13,44 @@ from autobalancer.machine.chamber import ChamberMachine
 
 Array = Any
 DECAY = 40.0  # 1/s: drag that calms the balls, over their mass
-LONGEST = 1.5  # s
+SOFT, LONGEST = 1e-2, 0.8  # stiffness, over the real one, with which they fall, and how long that may last, s
+HARD = 0.04  # s for the last part with the real stiffness
 SLOW = 1e-3  # m/s: faster than this a ball is not at rest
 LOOK = 0.02  # s
 
 
 def settled(machine: ChamberMachine, positions: Array, step: float) -> Array:
-    """Positions (n, 3) in the chambers after the balls have fallen and calmed down, with the rotor held."""
+    """Positions (n, 3) in the chambers after the balls have fallen and calmed down, with the rotor held.
+
+    They fall with softer contacts, which allow longer steps.
+    """
+    fallen = _fall(machine, positions, step * SOFT**-0.4, SOFT, LONGEST)
+    return _fall(machine, fallen, step, 1.0, HARD)
+
+
+def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, longest: float) -> Array:
     from autobalancer.kernels.chamber.verlet import SAMPLE, verlet
     from autobalancer.simulation.chamber.march import evaluate_first
 
+    advance: Any = verlet
     p = assemble_chamber(machine, positions, step)
+    p.balls[:, [at.K_RACE, at.K_FLAT]] *= soft
+    p.pair_stiffness *= soft
     p.number[at.DRIVEN] = 0.0
     p.profile = np.zeros((1, 2))
     p.active = np.array([-1], np.int64)
+    p.balls[:, at.VEL : at.VEL + 6] = 0.0
     p.host[at.V + 6] = 0.0
     for number in range(len(machine.chambers)):
-        p.chambers[number, at.DRAG] += DECAY * p.balls[p.balls[:, at.CHAMBER] == number, at.MASS].mean()
+        own = p.balls[:, at.CHAMBER] == number
+        p.chambers[number, at.DRAG] += DECAY * p.balls[own, at.MASS].mean()
     evaluate_first(p)
     every = max(round(LOOK / step), 1)
     rows, balls, ledgers = np.zeros((1, SAMPLE)), np.zeros((1, len(positions), 9)), np.zeros((1, at.POWERS))
     quiet = 0
-    for _ in range(round(LONGEST / LOOK)):
-        verlet(every, every, *[getattr(p, field.name) for field in fields(p)], rows, balls, ledgers)
-        fastest = float(np.abs(balls[0, :, 3:6]).max())
-        quiet = quiet + 1 if fastest < SLOW else 0
+    for _ in range(max(round(longest / LOOK), 1)):
+        advance(every, every, *[getattr(p, field.name) for field in fields(p)], rows, balls, ledgers)
+        quiet = quiet + 1 if float(np.abs(balls[0, :, 3:6]).max()) < SLOW else 0
         if quiet == 2:
             break
     return balls[0, :, :3].copy()

@@ -1,0 +1,53 @@
+"""
+Where friction lets balls rest
+==============================
+
+One ball could balance the unbalance exactly. With adherence it rests wherever the force along the race stays below what
+adherence holds, and so leaves some vibration. The interval of these rests has a closed form.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import autobalancer as ab
+from autobalancer.machine import Machine
+from autobalancer.simulation.sampling import Samples
+
+mass, stiffness, orbit, ball, speed, adherence = 10.0, 4e5, 0.1, 0.01, 300.0, 2e-3
+race = {
+    "orbit_radius": orbit,
+    "drag": {"law": "beta", "beta": 2e-3},
+    "friction": {"rolling_resistance": 0.5 * adherence, "adherence": adherence},
+    "balls": [{"mass": ball, "diameter": 0.01}],
+}
+
+
+def rest(start):
+    """Angle at which a ball from ``start`` comes to rest."""
+    placed = race | {"balls": [race["balls"][0] | {"start_angles": [np.pi + start]}]}
+    machine = Machine(
+        name="one ball that sticks",
+        axis="vertical",
+        rotor={"mass": mass, "stiffness": stiffness, "damping": 200.0},
+        unbalances=[{"moment": ball * orbit}],
+        balancers=[{"races": [placed]}],
+        drive={"kind": "speed", "profile": {"kind": "constant", "speed": speed}},
+    )
+    run = ab.simulate(machine, duration=20.0, save=Samples(201))
+    assert bool(run["ball_at_rest"][-1, 0])
+    return float(run["ball_angle_in_rotor"][-1, 0]) - np.pi
+
+
+# %%
+# Balls from all sides stop at the border of the interval, or inside it if they start there. All are exactly at rest.
+
+starts = np.radians(np.linspace(-170.0, 170.0, 35))
+rests = np.array([rest(start) for start in starts])
+border = adherence * orbit * ((mass + ball) * speed**2 - stiffness) / (ball * orbit * speed**2)
+
+figure, axes = plt.subplots(layout="constrained")
+axes.axhspan(-np.degrees(border), np.degrees(border), color="0.9", label="closed form, small angles")
+axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, label="simulated")
+axes.set(xlabel="start against balanced place in deg", ylabel="rest against balanced place in deg")
+axes.legend()
+print(f"widest rest {np.degrees(np.abs(rests).max()):.3f} deg, closed form {np.degrees(border):.3f} deg")
