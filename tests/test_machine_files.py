@@ -16,12 +16,14 @@ from hypothesis import strategies as st
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError, UnitError
-from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, save_machine
+from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, read_machine, save_machine
 from autobalancer.machine import Balls, Machine, PlanarRotor
 from autobalancer.units import Given, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
-FILES = sorted((ROOT / "examples" / "machines").glob("*.toml"))
+FILES = sorted(
+    path for path in (ROOT / "examples" / "machines").glob("*.toml") if isinstance(read_machine(path), Machine)
+)
 DISCOIDAL = tomllib.loads((ROOT / "examples" / "machines" / "discoidal.toml").read_text(encoding="utf-8"))
 RACE = ("balancers", 0, "races", 0)
 BALLS = (*RACE, "balls", 0)

@@ -15,11 +15,15 @@ from autobalancer.assembly.rotors.critical import undamped_critical_speeds
 from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import read_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.simulation.run import simulate
 
-MACHINES = {path.stem: load_machine(path) for path in sorted(Path("examples/machines").glob("*.toml"))}
+MACHINES = {
+    path.stem: machine
+    for path in sorted(Path("examples/machines").glob("*.toml"))
+    if isinstance(machine := read_machine(path), Machine)
+}
 PLANAR = [name for name, m in MACHINES.items() if isinstance(m.rotor, PlanarRotor) and not assemble(m).general]
 
 

@@ -136,11 +136,29 @@ _HOME = {
     "plot_drag_laws": "plots.drag",
     "simulate_chamber": "simulation.chamber.run",
     "load_chamber_machine": "files.machine_file",
+    "Archive": "results.archive",
+    "archived_run": "studies.chamber_runs",
+    "chamber_amplitudes": "studies.chamber_amplitudes",
+    "optimal_means": "studies.chamber_amplitudes",
+    "chamber_variant": "studies.chamber_machines",
+    "step_size_study": "studies.step_size",
+    "chamber_measures": "results.chamber_measures",
+    "unconstrained_motion": "results.chamber_unconstrained",
+    "animate_chamber": "plots.chamber_film",
+    "plot_chamber_run": "plots.chamber_history",
+    "plot_arrangement": "plots.chamber_arrangement",
+    "plot_reactions": "plots.chamber_reactions",
+    "plot_amplitudes": "plots.chamber_study",
+    "TurnedRace": "measurement.equilibrium_angle",
+    "equilibrium_angles": "measurement.equilibrium_angle",
+    "drag_coefficients": "measurement.equilibrium_angle",
+    "fit_rolling_resistance": "measurement.equilibrium_angle",
 }
 _MODULES = {"machine", "errors", "units"}
 
 __all__ = [
     "Annulus",
+    "Archive",
     "DragCurve",
     "Envelope",
     "Event",
@@ -156,10 +174,13 @@ __all__ = [
     "Samples",
     "SpinUp",
     "StalledBall",
+    "TurnedRace",
     "Walls",
     "animate",
+    "animate_chamber",
     "annulus_flow",
     "annulus_of",
+    "archived_run",
     "ball_angle_to_unbalance",
     "basin",
     "bearings",
@@ -170,17 +191,23 @@ __all__ = [
     "branches",
     "campbell",
     "capability",
+    "chamber_amplitudes",
+    "chamber_measures",
+    "chamber_variant",
     "critical_speeds",
     "decay_rate",
     "deflection_envelope",
     "discoidal",
+    "drag_coefficients",
     "drag_laws",
     "eigenfrequencies",
     "eigenvalues",
     "equilibria",
+    "equilibrium_angles",
     "equivalent_planar",
     "errors",
     "fit_receptance",
+    "fit_rolling_resistance",
     "fluid",
     "fluids",
     "free_sphere",
@@ -199,13 +226,17 @@ __all__ = [
     "measures",
     "minimum_drag",
     "minimum_viscosity",
+    "optimal_means",
     "peak_deflection",
     "planar_receptance",
+    "plot_amplitudes",
+    "plot_arrangement",
     "plot_basin",
     "plot_bifurcation_curves",
     "plot_border_curve",
     "plot_branches",
     "plot_campbell",
+    "plot_chamber_run",
     "plot_drag_laws",
     "plot_equivalent_planar",
     "plot_flow",
@@ -217,6 +248,7 @@ __all__ = [
     "plot_orbit",
     "plot_polar_response",
     "plot_race",
+    "plot_reactions",
     "plot_receptance",
     "plot_run_up",
     "plot_secondary_flow",
@@ -250,10 +282,12 @@ __all__ = [
     "stable_windows",
     "stall_balance",
     "stall_ranges",
+    "step_size_study",
     "suitable_bearings",
     "summary",
     "sweep",
     "unbalance_response",
+    "unconstrained_motion",
     "units",
     "whirl_orbits",
     "with_parameter",
@@ -293,6 +327,12 @@ if TYPE_CHECKING:
     from autobalancer.laws.slipstream import slipstream_factor
     from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
     from autobalancer.measurement.decay import decay_rate
+    from autobalancer.measurement.equilibrium_angle import (
+        TurnedRace,
+        drag_coefficients,
+        equilibrium_angles,
+        fit_rolling_resistance,
+    )
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
     from autobalancer.measurement.receptance_border import receptance_border
@@ -304,6 +344,11 @@ if TYPE_CHECKING:
     from autobalancer.plots.border_curve import plot_border_curve
     from autobalancer.plots.branches import plot_branches
     from autobalancer.plots.campbell import plot_campbell
+    from autobalancer.plots.chamber_arrangement import plot_arrangement
+    from autobalancer.plots.chamber_film import animate_chamber
+    from autobalancer.plots.chamber_history import plot_chamber_run
+    from autobalancer.plots.chamber_reactions import plot_reactions
+    from autobalancer.plots.chamber_study import plot_amplitudes
     from autobalancer.plots.drag import plot_drag_laws
     from autobalancer.plots.equivalent_planar import plot_equivalent_planar
     from autobalancer.plots.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
@@ -318,6 +363,9 @@ if TYPE_CHECKING:
     from autobalancer.plots.stability_map import plot_map
     from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
     from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
+    from autobalancer.results.archive import Archive
+    from autobalancer.results.chamber_measures import chamber_measures
+    from autobalancer.results.chamber_unconstrained import unconstrained_motion
     from autobalancer.results.measures import (
         ball_angle_to_unbalance,
         deflection_envelope,
@@ -361,5 +409,9 @@ if TYPE_CHECKING:
     from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
     from autobalancer.stability.windows import stable_windows
+    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes, optimal_means
+    from autobalancer.studies.chamber_machines import chamber_variant
+    from autobalancer.studies.chamber_runs import archived_run
     from autobalancer.studies.frequency_response import frequency_response
+    from autobalancer.studies.step_size import step_size_study
     from autobalancer.studies.sweep import sweep

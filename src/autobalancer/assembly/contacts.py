@@ -14,7 +14,8 @@ from autobalancer.machine import Machine, Race
 TURN = 2.0 * math.pi
 QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
 
-LEAST, CRITICAL = 0.01, math.exp(-2.0)  # restitution: the least, and that of critical damping, which costs no more steps
+LEAST = 0.01  # restitution below which a contact would be too stiff
+CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
 
 
 def damping_ratio(restitution: float) -> float:

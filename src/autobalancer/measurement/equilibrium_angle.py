@@ -62,7 +62,7 @@ class TurnedRace:
 
     def reynolds(self, speed: ArrayLike) -> Floats:
         """W eps d_b / nu."""
-        return np.abs(np.asarray(speed, dtype=float)) * self.orbit_radius * self.diameter / self.viscosity
+        return np.asarray(np.abs(np.asarray(speed, dtype=float)) * self.orbit_radius * self.diameter / self.viscosity)
 
 
 def equilibrium_angles(race: TurnedRace, law: DragLaw, speeds: ArrayLike, rolling: float = 0.0) -> Floats:
