@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+LISTED = 4  # critical speeds that are shown
+
 
 def check(
     machine: Annotated[Path, typer.Argument(help="Machine file.")],
@@ -35,8 +37,11 @@ def check(
     names: tuple[str, ...] = ("along x and y, ",) if len(found.critical_speeds) == 1 else ("along x, ", "along y, ")
     if found.rotor != "planar":
         names = tuple("" for _ in found.critical_speeds)
-    for name, speed, ratio in zip(names, found.critical_speeds, found.damping_ratios, strict=True):
+    rows = list(zip(names, found.critical_speeds, found.damping_ratios, strict=True))
+    for name, speed, ratio in rows[:LISTED]:
         table.add_row("critical speed", f"{_speed(speed)}, {name}damping ratio {100 * ratio:.3g} %")
+    if len(rows) > LISTED:
+        table.add_row("", f"and {len(rows) - LISTED} more from {_speed(rows[LISTED][1])} on; see autobalancer modes")
     table.add_row(
         "unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" (greatest over time)" if found.unbalance_varies else "")
     )
