@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh, null_space
 
-from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.model import Complexes, LateralModel, Matrix, Rows
 from autobalancer.errors import MachineError
 
 FREQUENCIES = 48  # at which the receptances of both models are compared
@@ -134,8 +134,3 @@ def circular(model: LateralModel, loads: Complexes) -> Complexes:
     force[: model.pairs] = loads
     force[model.pairs : 2 * model.pairs] = -1j * loads
     return force
-
-
-def reduced_speeds(model: LateralModel) -> Floats:
-    """Speeds of the tables, at least one."""
-    return model.speeds
