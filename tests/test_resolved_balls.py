@@ -12,7 +12,7 @@ from tests.references.resolved import BALL, chamber, contact, run, states_at
 from tests.references.shafts import shaft
 
 import autobalancer as ab
-from autobalancer.assembly.race_numbers import Lag
+from autobalancer.assembly.fluid_numbers import Lag
 from autobalancer.assembly.resolved import wall_forces
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError

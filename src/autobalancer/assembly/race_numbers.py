@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
+from autobalancer.assembly.fluid_numbers import FluidNumbers, Lags, table_numbers
 from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.spatial import Parts
 from autobalancer.catalog.resolve import Ball
-from autobalancer.errors import MachineError
 from autobalancer.kernels import race_layout as at
 from autobalancer.kernels.rotor_layout import BALL_ROWS, RUBBING, SHAKERS, WIDTH
 from autobalancer.kernels.system import Floats, Matrix
@@ -25,25 +22,6 @@ from autobalancer.machine import (
     RecordedBaseMotion,
     RecordedForce,
 )
-
-LONGEST_TABLE = 400_000
-FIRST_DRAG, LAST_DRAG = 1e-6, 1e3  # m/s, outermost velocities of a drag curve
-
-
-@dataclass(frozen=True)
-class Lag:
-    """How the fluid at the orbit lags behind its chamber: W_f = w - lag.
-
-    Either relaxation modes, lag = sum c_k, c_k' = gain_k w' - rate_k c_k, or a table over time (uniform steps).
-    """
-
-    rates: Floats = field(default_factory=lambda: np.zeros(0))
-    gains: Floats = field(default_factory=lambda: np.zeros(0))
-    times: Floats = field(default_factory=lambda: np.zeros(0))
-    values: Floats = field(default_factory=lambda: np.zeros(0))
-
-
-Lags = Mapping[tuple[int, int], Lag]  # by numbers of balancer and race, from 0
 
 
 def is_real(machine: Machine, balls: tuple[Ball, ...], lags: Lags | None = None) -> bool:
@@ -81,9 +59,7 @@ def race_numbers(
     numbers += [0.0] * (len(balls) * at.RACE_COLUMNS)
     rubbing = False
     shapes: dict[tuple[int, int], int] = {}
-    modes: dict[tuple[int, int], tuple[int, int]] = {}
-    tables: dict[tuple[int, int], int] = {}
-    curves: dict[object, int] = {}
+    fluids = FluidNumbers(numbers, at, lags, first_mode)
     for i, ball in enumerate(balls):
         key = (ball.balancer, ball.race)
         race = machine.balancers[ball.balancer].races[ball.race]
@@ -112,63 +88,15 @@ def race_numbers(
                 shapes[key] = len(numbers)
                 numbers += [float(waves.shape[0]), *waves.ravel().tolist()]
             put(at.SHAPE, shapes[key])
-        if ball.drag_curve is not None:
-            if ball.drag_curve not in curves:
-                curves[ball.drag_curve] = len(numbers)
-                numbers += curve_numbers(ball)
-            put(at.DRAG_CURVE, curves[ball.drag_curve])
-        lag = lags.get(key)
-        if lag is not None and lag.rates.size:
-            if key not in modes:
-                modes[key] = first_mode, len(numbers)
-                first_mode += lag.rates.size
-                numbers += [*lag.rates.tolist(), *lag.gains.tolist()]
-            put(at.MODES, lag.rates.size)
-            put(at.FIRST_MODE, modes[key][0])
-            put(at.MODE_NUMBERS, modes[key][1])
-        if lag is not None and lag.times.size:
-            if key not in tables:
-                tables[key] = len(numbers)
-                numbers += table_numbers(lag.times, lag.values)
-            put(at.LAG_TABLE, tables[key])
+        fluids.put(ball, put)
     numbers[BALL_ROWS], numbers[RUBBING] = rows, float(rubbing)
     if machine.excitations:
         numbers[SHAKERS] = _add_excitations(machine, parts, numbers)
     return np.array(numbers, np.float64)
 
 
-def mode_count(lags: Lags) -> int:
-    """Further states that the relaxation modes need."""
-    return sum(int(lag.rates.size) for lag in lags.values())
-
-
 def _put(numbers: list[float], row: int, column: int, value: float) -> None:
     numbers[row + column] = float(value)
-
-
-def curve_numbers(ball: Ball) -> list[float]:
-    assert ball.drag_curve is not None
-    velocities, forces, slopes = ball.drag_curve.points()
-    step = (velocities[-1] - velocities[0]) / (velocities.size - 1)
-    return [
-        float(velocities[0]),
-        float(step),
-        float(velocities.size),
-        *np.column_stack([forces, slopes]).ravel().tolist(),
-    ]
-
-
-def table_numbers(times: Floats, values: Floats) -> list[float]:
-    """A uniform table through these points, monotone between them; zero slope where it ends."""
-    step = float(np.diff(times).min())
-    count = round((times[-1] - times[0]) / step) + 1
-    if count > LONGEST_TABLE:
-        raise MachineError(f"a record of {count} equal steps is too long; give at most {LONGEST_TABLE}")
-    grid = np.linspace(times[0], times[-1], max(count, 2))
-    curve = PchipInterpolator(times, values)
-    step = float(grid[1] - grid[0])
-    pairs = np.column_stack([curve(grid), step * curve.derivative()(grid)])
-    return [float(grid[0]), step, float(grid.size), *pairs.ravel().tolist()]
 
 
 def _add_excitations(machine: Machine, parts: Parts, numbers: list[float]) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contacts import CRITICAL, damping_ratio
-from autobalancer.assembly.race_numbers import Lags, curve_numbers, table_numbers
+from autobalancer.assembly.fluid_numbers import FluidNumbers, Lags, mode_count
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
 from autobalancer.kernels import resolved_layout as at
@@ -48,7 +48,7 @@ def is_resolved(machine: Machine) -> bool:
 
 def resolved_size(balls: tuple[Ball, ...], lags: Lags) -> int:
     """Further states of the balls and of their fluids."""
-    return len(balls) * at.BALL_STATES + sum(int(lag.rates.size) for lag in lags.values())
+    return len(balls) * at.BALL_STATES + mode_count(lags)
 
 
 def resolved_numbers(machine: Machine, balls: tuple[Ball, ...], rotor: Floats, lags: Lags, first_state: int) -> Floats:
@@ -56,34 +56,14 @@ def resolved_numbers(machine: Machine, balls: tuple[Ball, ...], rotor: Floats, l
     numbers = list(rotor)
     rows, first_mode = len(numbers), first_state + len(balls) * at.BALL_STATES
     numbers += [0.0] * (len(balls) * at.RESOLVED_COLUMNS)
-    places: dict[object, int] = {}
-    modes: dict[tuple[int, int], tuple[int, int]] = {}
+    fluids = FluidNumbers(numbers, at, lags, first_mode)
     for i, ball in enumerate(balls):
-        key = (ball.balancer, ball.race)
         race = machine.balancers[ball.balancer].races[ball.race]
         row = rows + i * at.RESOLVED_COLUMNS
         put = partial(_put, numbers, row)
         for column, value in _columns(machine, race, ball).items():
             put(column, value)
-        if ball.drag_curve is not None:
-            if ball.drag_curve not in places:
-                places[ball.drag_curve] = len(numbers)
-                numbers += curve_numbers(ball)
-            put(at.DRAG_CURVE, places[ball.drag_curve])
-        lag = lags.get(key)
-        if lag is not None and lag.rates.size:
-            if key not in modes:
-                modes[key] = first_mode, len(numbers)
-                first_mode += lag.rates.size
-                numbers += [*lag.rates.tolist(), *lag.gains.tolist()]
-            put(at.MODES, lag.rates.size)
-            put(at.FIRST_MODE, modes[key][0])
-            put(at.MODE_NUMBERS, modes[key][1])
-        if lag is not None and lag.times.size:
-            if key not in places:
-                places[key] = len(numbers)
-                numbers += table_numbers(lag.times, lag.values)
-            put(at.LAG_TABLE, places[key])
+        fluids.put(ball, put)
     numbers[BALL_ROWS] = rows
     return np.array(numbers, np.float64)
 

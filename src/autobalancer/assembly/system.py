@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contacts import set_contacts
+from autobalancer.assembly.fluid_numbers import Lags, mode_count
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
-from autobalancer.assembly.race_numbers import Lags, is_real, mode_count, race_numbers
+from autobalancer.assembly.race_numbers import is_real, race_numbers
 from autobalancer.assembly.resolved import is_resolved, resolved_numbers, resolved_scales, resolved_size, start_states
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, top_speed, turned

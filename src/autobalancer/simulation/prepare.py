@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from autobalancer.assembly.race_numbers import Lag
+from autobalancer.assembly.fluid_numbers import Lag
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PrescribedSpeed
