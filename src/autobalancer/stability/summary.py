@@ -112,10 +112,29 @@ def summary(machine: Machine | str | Path) -> Summary:
         warnings=_warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
-        + _short(frame.stations),
+        + _short(frame.stations)
+        + (_left_out(machine, balls) if borders else ()),
         rotor=machine.rotor.kind,
         stations=frame.stations,
     )
+
+
+def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
+    """What the machine has and its averaged and exact borders do not know."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    known = {
+        "friction": any(race.friction is not None for race in races),
+        "drag that is not linear": any(ball.drag_curve is not None for ball in balls),
+        "the lag of the fluid": any(race.fluid is not None and race.fluid.lag != "none" for race in races),
+        "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
+        "partitions": any(race.partitions is not None for race in races),
+        "resolved contact": any(race.resolved is not None for race in races),
+        "excitations": bool(machine.excitations),
+    }
+    found = [name for name, there in known.items() if there]
+    if not found:
+        return ()
+    return (f"averaged and exact border do not count {', '.join(found)}; simulate the machine to see what they do",)
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
