@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -100,25 +99,3 @@ def test_every_public_name_can_be_imported() -> None:
     for name in ab.__all__:
         assert getattr(ab, name) is not None
     assert sorted(ab.__all__) == ab.__all__
-
-
-def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
-    """With a fresh cache: the first process compiles, the second finds every kernel."""
-    code = (
-        "import autobalancer as ab\n"
-        f"ab.simulate({str(MACHINES / 'discoidal.toml')!r}, duration=1.0)\n"
-        f"ab.basin({str(MACHINES / 'discoidal.toml')!r}, 100.0, random=2, hold=0.1)\n"
-        "from autobalancer.kernels.integrators.runge_kutta import advance\n"
-        "from autobalancer.kernels.guided_balls import planar\n"
-        "from autobalancer.kernels.settle import settle\n"
-        "print([sum(f.stats.cache_misses.values()) for f in (advance, planar, settle)])\n"
-    )
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    missed = []
-    for _ in range(2):
-        answer = subprocess.run(
-            [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-        )
-        missed.append(json.loads(answer.stdout))
-    assert missed[0] == [1, 1, 1]
-    assert missed[1] == [0, 0, 0]

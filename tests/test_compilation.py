@@ -42,6 +42,27 @@ def test_a_second_process_compiles_nothing() -> None:
     assert any("advance" in line for line in loaded)
 
 
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "simulate('examples/machines/rigid_rotor.toml', duration=0.05)",
+        "simulate('docs/machines/real_race.toml', duration=0.05)",
+        "basin('examples/machines/discoidal.toml', 100.0, random=2, hold=0.1)",
+    ],
+)
+def test_a_second_process_compiles_nothing_for_other_rotors_races_and_questions(asked: str) -> None:
+    process = [sys.executable, "-c", f"import autobalancer as ab; print(ab.{asked})"]
+
+    def said(**environment: str) -> str:
+        here = {"env": os.environ | environment, "cwd": Path(__file__).parents[1]}
+        return subprocess.run(process, **here, capture_output=True, text=True, check=True).stdout  # type: ignore[call-overload]
+
+    said()
+    again = said(NUMBA_DEBUG_CACHE="1")
+    assert "data loaded from" in again
+    assert "data saved to" not in again
+
+
 def test_kernels_compiled_before_the_newest_change_in_any_kernel_are_forgotten(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

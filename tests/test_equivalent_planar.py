@@ -1,12 +1,15 @@
 """The planar oscillator of a place on a rotor."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model, rows_at
+from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, save_machine
 from autobalancer.machine import Machine
@@ -201,3 +204,16 @@ def test_the_picture_shows_rotor_and_both_oscillators() -> None:
 def test_impossible_questions_are_refused(machine: Machine, options: dict, says: str) -> None:
     with pytest.raises(QuestionError, match=says):
         equivalent_planar(machine, **options)
+
+
+def test_the_command_says_what_the_function_returns_and_writes_a_machine_that_runs(tmp_path: Path) -> None:
+    given, planar = "examples/machines/rigid_rotor.toml", tmp_path / "planar.toml"
+    arguments = ["equivalent", given, "--method", "modal", "--out", str(planar), "--plot", str(tmp_path / "p.png")]
+    said = CliRunner().invoke(app, [*arguments, "--json"])
+    assert said.exit_code == 0, said.output
+    found = equivalent_planar(load_machine(given), method="modal")
+    rows = [row for row in json.loads(said.output)["oscillators"] if row["way"] == "modal"]
+    assert rows[0]["stiffness"] == pytest.approx(float(found.data["stiffness"].sel(way="modal").values.flat[0]))
+    assert load_machine(planar).rotor == found.machine.rotor
+    assert (tmp_path / "p.png").stat().st_size > 10_000
+    assert "holds from" in CliRunner().invoke(app, ["equivalent", given]).output

@@ -39,6 +39,7 @@ from autobalancer.cli import (  # noqa: E402
     branches,
     catalog,
     check,
+    equivalent,
     flow,
     identify,
     modes,
@@ -67,6 +68,7 @@ app.command()(modes.modes)
 app.command()(response.response)
 app.command()(flow.flow)
 app.command()(identify.identify)
+app.command()(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
 app.command()(archive.archive)
 app.add_typer(study.app, name="study")
