@@ -6,17 +6,18 @@ import math
 
 from numba import njit
 
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.integrators.dense import component
-from autobalancer.kernels.integrators.memory import Memory
+from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.system import BALLS, SPEED, X, Y
 
 DEFLECTION, ROTOR_SPEED, BALL_SPEED_IN_ROTOR, BALL_SPEED_IN_SPACE, FASTEST_BALL = range(5)
 
 
-@njit(**INLINE)
-def event_value(kind: int, ball: int, count: int, level: float, x: float, m: Memory) -> float:
+@njit(**COMPILED)
+def event_value(kind, ball, count, level, x, pair):  # type: ignore[no-untyped-def]
     """The quantity at the fraction x of the step, less the level; zero at the event. ``count`` balls in all."""
+    _, m = behind(pair)
     if kind == DEFLECTION:
         return math.hypot(component(X, x, m), component(Y, x, m)) - level
     if kind == ROTOR_SPEED:

@@ -11,10 +11,10 @@ from typing import NamedTuple
 from numba import njit, types
 
 from autobalancer.kernels.events import event_value
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials, slope
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TAKEN, Memory
-from autobalancer.kernels.pointers import data
+from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import (
     THETA,
     Floats,
@@ -80,9 +80,10 @@ def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
     return 0 if number < r.sample_times.size and r.sample_times[number] <= right else -1
 
 
-@njit(**INLINE)
-def record_samples(left: float, right: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def record_samples(left, right, kept, pair):  # type: ignore[no-untyped-def]
     """States at the sample times in (left, right]."""
+    (_, m), r = behind(pair), behind(kept)
     number = m.counts[NEXT_SAMPLE]
     while number < r.sample_times.size and r.sample_times[number] <= right:
         evaluate((r.sample_times[number] - left) / m.clock[TAKEN], pair, data(r.samples[number]))
@@ -90,14 +91,16 @@ def record_samples(left: float, right: float, r, t, m, pair) -> None:  # type: i
     m.counts[NEXT_SAMPLE] = number
 
 
-@njit(**INLINE)
-def _growth(x: float, m: Memory) -> float:
+@njit(**COMPILED)
+def _growth(x, pair):  # type: ignore[no-untyped-def]
     """Half the derivative of the squared deflection."""
+    _, m = behind(pair)
     return component(X, x, m) * slope(X, x, m) + component(Y, x, m) * slope(Y, x, m)
 
 
-@njit(**INLINE)
-def _note(x: float, time: float, r: Record, m: Memory) -> None:
+@njit(**COMPILED)
+def _note(x, time, kept, pair):  # type: ignore[no-untyped-def]
+    (_, m), r = behind(pair), behind(kept)
     a, b = component(X, x, m), component(Y, x, m)
     deflection = math.sqrt(a * a + b * b)
     number = m.counts[NEXT_BIN]
@@ -107,27 +110,28 @@ def _note(x: float, time: float, r: Record, m: Memory) -> None:
     r.bin_high[number] = max(r.bin_high[number], deflection)
 
 
-@njit(**INLINE)
-def record_envelope(left: float, right: float, cut: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-def]
     """Extrema of the deflection in every bin: at turning points inside the step and at edges.
 
     The step ends at the fraction ``cut``.
     """
+    (_, m), r = behind(pair), behind(kept)
     if m.counts[NEXT_BIN] >= r.bin_low.size:
         return
     step = m.clock[TAKEN]
-    before = _growth(0.0, m)
+    before = _growth(0.0, pair)
     for piece in range(PIECES):
         low, high = cut * piece / PIECES, cut * (piece + 1) / PIECES
-        after = _growth(high, m)
+        after = _growth(high, pair)
         place = high
         if before * after < 0.0:
             # a turning point inside, by the rule of the Illinois; it counts besides the end of the piece
-            _note(high, left + high * step, r, m)
+            _note(high, left + high * step, kept, pair)
             f_low, f_high = before, after
             for _ in range(6):
                 place = (low * f_high - high * f_low) / (f_high - f_low)
-                f = _growth(place, m)
+                f = _growth(place, pair)
                 if f * f_high < 0.0:
                     low, f_low = high, f_high
                 else:
@@ -136,7 +140,7 @@ def record_envelope(left: float, right: float, cut: float, r, t, m, pair) -> Non
                 if f == 0.0 or abs(high - low) < 1e-9:
                     break
             place = min(max(place, 0.0), cut)
-        _note(place, left + place * step, r, m)
+        _note(place, left + place * step, kept, pair)
         before = after
     while m.counts[NEXT_BIN] < r.bin_low.size and r.bin_edges[m.counts[NEXT_BIN] + 1] <= right:
         number = m.counts[NEXT_BIN]
@@ -148,9 +152,10 @@ def record_envelope(left: float, right: float, cut: float, r, t, m, pair) -> Non
         m.counts[NEXT_BIN] += 1
 
 
-@njit(**INLINE)
-def record_turns(left: float, cut: float, r, t, m, pair) -> None:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
     """States at equal steps of the rotor angle, in a ring that holds the last revolutions."""
+    (_, m), r = behind(pair), behind(kept)
     size = r.turn_states.shape[0]
     first, last = m.start[THETA], component(THETA, cut, m)
     if size == 0 or last == first:
@@ -175,24 +180,25 @@ def record_turns(left: float, cut: float, r, t, m, pair) -> None:  # type: ignor
 
 
 @njit(**INLINE)
-def _value(e: int, x: float, r: Record, m: Memory) -> float:
-    return event_value(r.event_kinds[e], r.event_balls[e], r.ball_count, r.event_levels[e], x, m)
+def _value(e, x, r, pair):  # type: ignore[no-untyped-def]
+    return event_value(r.event_kinds[e], r.event_balls[e], r.ball_count, r.event_levels[e], x, pair)
 
 
-@njit(**INLINE)
-def _passage(e: int, r: Record, m: Memory) -> tuple[float, float]:
+@njit(**COMPILED)
+def _passage(e, kept, pair):  # type: ignore[no-untyped-def]
     """The next passage that counts, after those noted: its fraction of the step, or 2, and the side it leads to."""
+    r = behind(kept)
     side, low = r.event_sides[e], r.event_places[e]
     for piece in range(int(low * PIECES), PIECES):
         high = (piece + 1) / PIECES
-        value = _value(e, high, r, m)
+        value = _value(e, high, r, pair)
         if side == 0.0 and value != 0.0:
             side = math.copysign(1.0, value)
         elif side * value <= 0.0 and side != 0.0:
             if side * r.event_directions[e] <= 0.0:
                 middle = 0.5 * (low + high)
                 while low < middle < high:
-                    if side * _value(e, middle, r, m) <= 0.0:
+                    if side * _value(e, middle, r, pair) <= 0.0:
                         high = middle
                     else:
                         low = middle
@@ -203,23 +209,24 @@ def _passage(e: int, r: Record, m: Memory) -> tuple[float, float]:
     return 2.0, side
 
 
-@njit(**INLINE)
-def find_events(left: float, limit: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
     """Log the events of a step up to the fraction ``limit`` in order; the fraction at which the run ends, or 2.
 
     The side of a quantity is remembered from step to step, so that rounding neither hides nor doubles a passage.
     """
+    (_, m), r = behind(pair), behind(kept)
     ended = 2.0
     for e in range(r.event_kinds.size):
         r.event_places[e] = 0.0
-        value = _value(e, 0.0, r, m)
+        value = _value(e, 0.0, r, pair)
         if r.event_sides[e] == 0.0 and value != 0.0:
             r.event_sides[e] = math.copysign(1.0, value)
     searching = True
     while searching:
         first, which, side = 2.0, -1, 0.0
         for e in range(r.event_kinds.size):
-            x, after = _passage(e, r, m)
+            x, after = _passage(e, kept, pair)
             if x < first:
                 first, which, side = x, e, after
         searching = which >= 0 and first <= min(ended, limit)
@@ -236,30 +243,31 @@ def find_events(left: float, limit: float, r, t, m, pair) -> float:  # type: ign
                 ended = first
     last = min(ended, limit)
     for e in range(r.event_kinds.size):
-        value = _value(e, last, r, m)
+        value = _value(e, last, r, pair)
         if r.event_places[e] < last and value != 0.0:
             r.event_sides[e] = math.copysign(1.0, value)
     return ended
 
 
-@njit(**INLINE)
-def record(left: float, right: float, components: int, limit: float, r, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def record(left, right, components, limit, kept, pair):  # type: ignore[no-untyped-def]
     """All that is wanted of the step from ``left`` to ``right``; the fraction at which an event ends the run, or 2.
 
     Only the fraction ``limit`` of the step counts.
     """
+    (t, m), r = behind(pair), behind(kept)
     ended, cut = 2.0, limit
     if limit < 1.0:
         right = left + limit * m.clock[TAKEN]
     polynomials(components, t, m)
     if r.event_kinds.size > 0:
-        ended = find_events(left, limit, r, t, m, pair)
+        ended = find_events(left, limit, kept, pair)
         if ended <= 1.0:
             cut = ended
             right = left + cut * m.clock[TAKEN]
-    record_samples(left, right, r, t, m, pair)
+    record_samples(left, right, kept, pair)
     if components > Y:
-        record_envelope(left, right, cut, r, t, m, pair)
+        record_envelope(left, right, cut, kept, pair)
     if components > THETA:
-        record_turns(left, cut, r, t, m, pair)
+        record_turns(left, cut, kept, pair)
     return ended

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import int64, njit
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
@@ -32,14 +32,15 @@ from autobalancer.kernels.integrators.record import Record, record, record_type,
 from autobalancer.kernels.integrators.switches import first_switch, switch, switch_due, take_modes
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
-from autobalancer.kernels.pointers import address, data
+from autobalancer.kernels.pointers import address, behind, data
 from autobalancer.kernels.system import START, System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
 
 
-@njit(**INLINE)
-def _do_stages(first: int, last: int, rhs, p, t, m) -> None:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def _do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
+    t, m = behind(pair)
     start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
     for stage in range(first, last):
         for i in range(0, m.trial.size, LANES):
@@ -51,9 +52,10 @@ def _do_stages(first: int, last: int, rhs, p, t, m) -> None:  # type: ignore[no-
     m.counts[EVALUATIONS] += last - first
 
 
-@njit(**INLINE)
-def _error(t: Tableau, m: Memory) -> float:
+@njit(**COMPILED)
+def _error(pair):  # type: ignore[no-untyped-def]
     """Weighted error of the step; ``m.trial`` holds the new state."""
+    t, m = behind(pair)
     start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
     fine, coarse = 0.0, 0.0
     for i in range(0, m.trial.size, LANES):
@@ -69,9 +71,10 @@ def _error(t: Tableau, m: Memory) -> float:
     return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
 
-@njit(**INLINE)
-def _first_step(m: Memory) -> float:
+@njit(**COMPILED)
+def _first_step(pair):  # type: ignore[no-untyped-def]
     """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
+    _, m = behind(pair)
     size, rate = 0.0, 0.0
     for i in range(m.state.size):
         weight = 1.0 / (m.absolute[i] + m.relative[i] * abs(m.state[i]))
@@ -92,7 +95,7 @@ def advance(
 
     Calling it again goes on where it stopped, to the last bit as if it had never stopped.
     """
-    parameters, pair = address(p), address((t, m))
+    parameters, pair, kept = address(p), address((t, m)), address(r)
     n, last = m.state.size, t.main - 1
     segments = p.segments.shape[0]
     taken = 0
@@ -112,7 +115,7 @@ def advance(
             m.counts[EVALUATIONS] += 1
             m.counts[FRESH] = 1
             if m.clock[STEP] == 0.0:
-                m.clock[STEP] = _first_step(m)
+                m.clock[STEP] = _first_step(pair)
         step = min(m.clock[STEP], m.clock[LONGEST])
         reach = time + step
         if reach >= stop - 1e-3 * step:  # never leave a sliver before a corner
@@ -120,8 +123,8 @@ def advance(
         m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = m.state[i]
-        _do_stages(1, t.main, rhs, parameters, t, m)
-        error = _error(t, m)
+        _do_stages(1, t.main, rhs, parameters, pair)
+        error = _error(pair)
         if not error <= 1.0:  # also when it is not a number
             m.counts[REJECTED] += 1
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
@@ -138,11 +141,11 @@ def advance(
         components = wanted(time, reach, end, r, m)
         due = switch_due(p, m)
         if components >= 0 or due:
-            _do_stages(t.main, t.total, rhs, parameters, t, m)
+            _do_stages(t.main, t.total, rhs, parameters, pair)
             if due:
-                limit = first_switch(time, rhs, parameters, p, t, m, pair)
+                limit = first_switch(time, rhs, parameters, pair)
             if components >= 0:
-                ended = record(time, reach, components, limit, r, t, m, pair)
+                ended = record(time, reach, components, limit, kept, pair)
         m.counts[ACCEPTED] += 1
         taken += 1
         if ended <= 1.0:
@@ -153,7 +156,7 @@ def advance(
         if due:
             evaluate(limit, pair, data(m.state))
             m.clock[TIME] = reach if limit == 1.0 else time + limit * step
-            switch(m.clock[TIME], rhs, parameters, p, m)
+            switch(m.clock[TIME], rhs, parameters, pair)
             m.counts[FRESH] = 0
             continue
         m.clock[TIME] = reach

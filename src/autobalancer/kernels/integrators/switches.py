@@ -11,10 +11,10 @@ import math
 
 from numba import njit
 
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import EVALUATIONS, TAKEN
-from autobalancer.kernels.pointers import data
+from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.race_layout import (
     ADHERENCE,
     MASS_,
@@ -73,9 +73,10 @@ def switch_due(p, m) -> bool:  # type: ignore[no-untyped-def]
     return due
 
 
-@njit(**INLINE)
-def _crossing(place: int, way: float, m) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def _crossing(place, way, pair):  # type: ignore[no-untyped-def]
     """Where a speed that ends on the other side passes zero for the last time."""
+    _, m = behind(pair)
     low, high = 0.0, 1.0
     for piece in range(7, 0, -1):
         if way * component(place, piece / 8.0, m) > 0.0:
@@ -92,9 +93,10 @@ def _crossing(place: int, way: float, m) -> float:  # type: ignore[no-untyped-de
     return high
 
 
-@njit(**INLINE)
-def first_switch(time: float, rhs, parameters, p, t, m, pair) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def first_switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step after which the first ball stops or breaks loose."""
+    (t, m), p = behind(pair), behind(parameters)
     polynomials(m.state.size, t, m)
     r, count = data(p.rotor), p.balls.shape[0]
     first, resting = 1.0, False
@@ -104,7 +106,7 @@ def first_switch(time: float, rhs, parameters, p, t, m, pair) -> float:  # type:
             if r[at + MODE] == 0.0:
                 resting = True
             elif r[at + MODE] * m.state[BALLS + count + b] < 0.0:
-                first = min(first, _crossing(BALLS + count + b, r[at + MODE], m))
+                first = min(first, _crossing(BALLS + count + b, r[at + MODE], pair))
     if resting:
         low, high, x = 0.0, first, first
         for _ in range(48):
@@ -126,9 +128,10 @@ def first_switch(time: float, rhs, parameters, p, t, m, pair) -> float:  # type:
     return first
 
 
-@njit(**INLINE)
-def switch(time: float, rhs, parameters, p, m) -> None:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """At the end of a cut step, which is in ``m.state``: balls that stop rest or turn round, balls that are loose roll."""
+    (_, m), p = behind(pair), behind(parameters)
     r, count = data(p.rotor), p.balls.shape[0]
     for b in range(count):
         at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
