@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import EQUATIONS, INLINE
 
 
-@njit(**INLINE)
-def solve_two(r, left: int, one: int, two: int, size: int) -> None:  # type: ignore[no-untyped-def]
+@njit(**EQUATIONS)
+def solve_two(r, left, one, two, size):  # type: ignore[no-untyped-def]
     """Gauss elimination with the greatest pivot; matrix by rows at ``left``, answers in place of both right-hand sides."""
     for k in range(size):
         pivot = k

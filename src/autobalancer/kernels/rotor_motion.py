@@ -16,7 +16,7 @@ from numba import njit
 
 from autobalancer.kernels.drive import drive_value, table_torque, unbalance_value
 from autobalancer.kernels.elimination import solve_two, solve_two_by_two
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.rotor_layout import COORDINATES, HEADER, PLACES, TABLE, WIDTH, blocks
@@ -33,7 +33,7 @@ def dot(one, i: int, other, j: int, count: int) -> float:  # type: ignore[no-unt
     return total
 
 
-@njit(**INLINE)
+@njit(**EQUATIONS)
 def alone(time, y, system, r, each):  # type: ignore[no-untyped-def]
     """Fill f, g and the stations' zeros in the work space.
 
@@ -120,7 +120,7 @@ def alone(time, y, system, r, each):  # type: ignore[no-untyped-def]
     return speed, acceleration, turn_sin, turn_cos, gx, gy, torque
 
 
-@njit(**INLINE)
+@njit(**EQUATIONS)
 def together(system, r, each, acceleration, torque, inertia):  # type: ignore[no-untyped-def]
     """Accelerations of the stations (in the first right-hand side) and of the coordinates (in f); returns w'."""
     p = behind(system)
@@ -176,8 +176,8 @@ def together(system, r, each, acceleration, torque, inertia):  # type: ignore[no
     return acceleration
 
 
-@njit(**INLINE)
-def write_rotor(y, dy, system, r, each, speed, acceleration) -> None:  # type: ignore[no-untyped-def]
+@njit(**EQUATIONS)
+def write_rotor(y, dy, system, r, each, speed, acceleration):  # type: ignore[no-untyped-def]
     """The derivatives of all but the balls."""
     p = behind(system)
     size, width, table = int(r[COORDINATES]), int(r[WIDTH]), int(r[TABLE])
