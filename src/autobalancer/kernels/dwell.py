@@ -29,7 +29,7 @@ from autobalancer.kernels.integrators.memory import (
 from autobalancer.kernels.integrators.record import PIECES, Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
-from autobalancer.kernels.pointers import address, data
+from autobalancer.kernels.pointers import address, behind, data
 from autobalancer.kernels.system import (
     BALLS,
     DRIVE,
@@ -79,9 +79,10 @@ window_type = types.NamedTuple(
 )  # fmt: skip
 
 
-@njit(**INLINE)
-def _look(x: float, count: int, m: Memory, w: Window) -> None:
-    """Radii and their growth at the fraction x of the step."""
+@njit(**COMPILED)
+def _look(x, count, seen):  # type: ignore[no-untyped-def]
+    """Radii and their growth at the fraction x of the step; ``seen`` points to (memory, window)."""
+    m, w = behind(seen)
     stations, size = w.weights.size, w.rows.shape[1]
     for k in range(size):
         i = k if k < 2 else BALLS + 2 * count + k - 2
@@ -108,13 +109,14 @@ def _next_guess(low: float, high: float, f_low: float, f_high: float) -> float:
     return (low * f_high - high * f_low) / (f_high - f_low)
 
 
-@njit(**INLINE)
-def _turning_radius(k: int, left: float, right: float, f_left: float, f_right: float, count: int, m, w) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def _turning_radius(k, left, right, f_left, f_right, count, seen):  # type: ignore[no-untyped-def]
     """Greatest value of radius k between two places where its growth has opposite signs."""
+    _, w = behind(seen)
     low, high, f_low, f_high, best = left, right, f_left, f_right, 0.0
     for _ in range(6):
         x = _next_guess(low, high, f_low, f_high)
-        _look(x, count, m, w)
+        _look(x, count, seen)
         best, f = max(best, w.value[k]), w.growth[k]
         if f * f_high < 0.0:
             low, f_low = high, f_high
@@ -126,9 +128,10 @@ def _turning_radius(k: int, left: float, right: float, f_left: float, f_right: f
     return best
 
 
-@njit(**INLINE)
-def _turning_angle(b: int, left: float, right: float, f_left: float, f_right: float, count: int, m) -> float:  # type: ignore[no-untyped-def]
+@njit(**COMPILED)
+def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignore[no-untyped-def]
     """Angle of a ball where it turns back."""
+    m, _ = behind(seen)
     low, high, f_low, f_high = left, right, f_left, f_right
     for _ in range(6):
         x = _next_guess(low, high, f_low, f_high)
@@ -143,13 +146,14 @@ def _turning_angle(b: int, left: float, right: float, f_left: float, f_right: fl
     return component(BALLS + b, high, m)
 
 
-@njit(**INLINE)
-def _note(left: float, begin: float, length: float, half: int, p: System, m: Memory, w: Window) -> None:
+@njit(**COMPILED)
+def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
     """Fold the step that began at ``left`` into the window that began at ``begin``."""
+    p, (m, w) = behind(parameters), behind(seen)
     count, radii, step = p.balls.shape[0], w.weights.size + 1, m.clock[TAKEN]
     for piece in range(PIECES + 1):
         x = piece / PIECES
-        _look(x, count, m, w)
+        _look(x, count, seen)
         # Simpson's rule over the pieces, and the weight of Hann, which lets no part of a turn leak into the mean
         share = step / (3.0 * PIECES) * (1.0 if piece in (0, PIECES) else 4.0 if piece % 2 == 1 else 2.0)
         share *= 1.0 - math.cos(2.0 * math.pi * (left + x * step - begin) / length)
@@ -166,9 +170,9 @@ def _note(left: float, begin: float, length: float, half: int, p: System, m: Mem
             w.greatest[half, k] = max(w.greatest[half, k], w.value[k])
             after = w.growth[k]
             if piece > 0 and w.before[k] > 0.0 and after < 0.0:
-                best = _turning_radius(k, x - 1.0 / PIECES, x, w.before[k], after, count, m, w)
+                best = _turning_radius(k, x - 1.0 / PIECES, x, w.before[k], after, count, seen)
                 w.greatest[half, k] = max(w.greatest[half, k], best)
-                _look(x, count, m, w)
+                _look(x, count, seen)
             w.before[k] = w.growth[k]
         for ball in range(count):
             angle = component(BALLS + ball, x, m)
@@ -178,7 +182,7 @@ def _note(left: float, begin: float, length: float, half: int, p: System, m: Mem
             back = x - 1.0 / PIECES
             old, new = component(BALLS + count + ball, back, m), component(BALLS + count + ball, x, m)
             if old * new < 0.0:
-                angle = _turning_angle(ball, back, x, old, new, count, m)
+                angle = _turning_angle(ball, back, x, old, new, count, seen)
                 w.low[half, ball], w.high[half, ball] = min(w.low[half, ball], angle), max(w.high[half, ball], angle)
 
 
@@ -204,6 +208,7 @@ def hold(
     ``dense`` makes the stepper keep the dense output of all components, ``quiet`` of none.
     """
     n, count, radii = m.state.size, p.balls.shape[0], w.weights.size + 1
+    parameters, seen = address(p), address((m, w))
     for i in range(COUNTS):
         m.counts[i] = 0
     # a small part of a turn: at a motion that hardly changes in the rotor a guess from rates would be far too long
@@ -212,7 +217,6 @@ def hold(
     ramp, status = 0.0, FINISHED
     if change != 0.0 and math.isinf(plan[RATE]):
         # the limit of an ever faster ramp: the accelerations are linear in that of the rotor
-        parameters = address(p)
         for i in range(m.trial.size):
             m.trial[i] = m.state[i] if i < n else 0.0
         p.segments[0, DRIVE] = m.state[SPEED]
@@ -253,7 +257,7 @@ def hold(
                 left, taken = m.clock[TIME], m.counts[ACCEPTED]
                 status = advance(rhs, p, t, dense, m, 1)
                 if m.counts[ACCEPTED] > taken:
-                    _note(left, begin, length, half, p, m, w)
+                    _note(left, begin, length, half, parameters, seen)
             if status != FINISHED:
                 return status
         for i in range(count):
