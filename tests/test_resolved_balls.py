@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -9,84 +10,23 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.references.resolved import BALL, chamber, contact, run, states_at
-from tests.references.shafts import shaft
+from tests.references.resolved_run_ups import GRIP, ORBIT, PLANAR, RIG, RIGID, SHAFT, apart, run_up
 
 import autobalancer as ab
 from autobalancer.assembly.fluid_numbers import Lag
-from autobalancer.assembly.resolved import wall_forces
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
+from autobalancer.simulation.resolved_walls import wall_forces
 
-ORBIT, GRAVITY = 0.1, 9.80665
+GRAVITY = 9.80665
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"
-RIGID = {
-    "kind": "rigid", "mass": 10.0, "transverse_inertia": 0.05, "polar_inertia": 0.06,
-    "supports": [
-        {"position": -0.1, "stiffness": [4e5, 5e5], "damping": [60.0, 50.0]},
-        {"position": 0.15, "stiffness": [3e5, 3.5e5], "damping": [40.0, 50.0]},
-    ],
-}  # fmt: skip
-PLANAR = {"mass": 10.0, "stiffness": 6.25e5, "damping": 100.0, "inertia": 0.05}
-SHAFT = shaft(
-    length=0.6,
-    diameter=0.025,
-    supports=[
-        {"position": 0.0, "stiffness": 2e6, "damping": 200.0},
-        {"position": 0.6, "stiffness": [2e6, 3e6], "damping": 200.0},
-    ],
-    disks=[{"position": 0.3, "mass": 8.0, "transverse_inertia": 0.02, "polar_inertia": 0.04}],
-)
 OIL = {"density": 900.0, "viscosity": 2e-5}
 
 
-def run_up(
-    resolved: dict[str, Any] | None = None, *, rotor: dict[str, Any] = PLANAR, torque: bool = False, **race: Any
-) -> Machine:
-    """Two rolling balls through the critical speed."""
-    where = {"station": 0.05} if rotor is not PLANAR else {}
-    profile = {"kind": "ramp", "start": 150.0, "end": 400.0, "duration": 0.6}
-    drive: dict[str, Any] = {"kind": "torque", "torque": 20.0} if torque else {"kind": "speed", "profile": profile}
-    return Machine(
-        name="run-up",
-        axis="vertical",
-        rotor=rotor,
-        unbalances=[{"mass": 5e-3, "radius": 0.1, **where}],
-        balancers=[
-            {
-                "races": [
-                    {
-                        "orbit_radius": ORBIT,
-                        "coincidence": True,
-                        "drag": {"law": "beta", "beta": 3e-4},
-                        "balls": [{"count": 2, "mass": 2.5e-3, "diameter": 8e-3, "start_angles": [1.0, -1.9]}],
-                        **race,
-                        **({"resolved": resolved} if resolved else {}),
-                    }
-                ],
-                **where,
-            }
-        ],
-        drive=drive,
-        **({"start": {"speed": 150.0}} if torque else {}),
-    )
-
-
-def apart(one: Machine, other: Machine, **options: Any) -> float:
-    """The greatest difference of ball angles, rad, and of deflections over the greatest deflection."""
-    times, n = np.linspace(0.0, 0.6, 301), 2
-    a, b = (states_at(assemble(machine, **options), times, 1e-9) for machine in (one, other))
-    deflections = [np.hypot(s[:, X], s[:, Y]) for s in (a, b)]
-    angle = np.abs(a[:, BALLS : BALLS + n] - b[:, BALLS : BALLS + n]).max()
-    return float(max(angle, np.abs(deflections[0] - deflections[1]).max() / deflections[0].max()))
-
-
-GRIP = {"restitution": 0.3, "sliding_friction": 0.5}
-
-
-@pytest.mark.parametrize("rotor", [PLANAR, RIGID, SHAFT], ids=["planar", "rigid", "shaft"])
+@pytest.mark.parametrize("rotor", [PLANAR, RIGID, SHAFT, RIG], ids=["planar", "rigid", "shaft", "rig"])
 @pytest.mark.parametrize("torque", [False, True], ids=["speed", "torque"])
 def test_stiff_balls_that_do_not_slip_run_up_like_guided_ones(rotor: dict[str, Any], torque: bool) -> None:
     """The difference is that of the orbit, which the compliance of the wall makes larger: it falls with 1/k."""
@@ -99,12 +39,16 @@ def test_stiff_balls_that_do_not_slip_run_up_like_guided_ones(rotor: dict[str, A
     assert stiff < 2e-3
 
 
-def test_stiff_balls_in_two_planes_move_like_guided_ones() -> None:
+def test_stiff_balls_in_two_races_in_each_of_two_planes_move_like_guided_ones() -> None:
     machine = ab.load_machine(MACHINES / "two_plane_rotor.toml")
-    resolved, times = machine, np.linspace(0.0, 0.1, 101)
+    times = np.linspace(0.0, 0.1, 101)
     for b in (1, 2):
-        law = contact(stiffness=1e8, slip_speed=0.03, **GRIP)
-        resolved = ab.with_parameter(resolved, f"balancers[{b}].races[1].resolved", law)
+        race = machine.balancers[b - 1].races[0]
+        races = [race, race.model_copy(update={"orbit_radius": 0.035})]
+        machine = ab.with_parameter(machine, f"balancers[{b}].races", races)
+    resolved, law = machine, contact(stiffness=1e8, slip_speed=0.03, **GRIP)
+    for b, r in itertools.product((1, 2), (1, 2)):
+        resolved = ab.with_parameter(resolved, f"balancers[{b}].races[{r}].resolved", law)
     a, b = (states_at(assemble(one), times, 1e-9) for one in (machine, resolved))
     n = len(assemble(machine).balls)
     assert np.ptp(a[:, BALLS : BALLS + n], axis=0).min() > 0.01
@@ -198,6 +142,35 @@ def test_on_a_horizontal_axis_a_carried_ball_rides_round_above_the_square_root_o
         assert (ORBIT - np.hypot(own[:, 0, at.BALL_X], own[:, 0, at.BALL_Y])).max() > 3e-4
 
 
+def test_on_a_tilting_rotor_balls_fall_off_the_small_races_at_both_ends_and_not_off_the_large_ones() -> None:
+    """On a horizontal axis at a speed between both square roots of g/eps; the rotor sags and tilts."""
+    orbits = [0.1, 0.07]
+    w, (low, left) = math.sqrt(GRAVITY / 0.085), (-0.5 * math.pi, math.pi)
+    races = [
+        {
+            "orbit_radius": orbit, "drag": {"law": "beta", "beta": 0.02},
+            "resolved": contact(restitution=0.2, sliding_friction=0.3, slip_speed=0.01),
+            "balls": [BALL | {"start_angles": [angle]}],
+        }
+        for orbit, angle in zip(orbits, (low, left), strict=True)
+    ]  # fmt: skip
+    machine = Machine(
+        name="horizontal",
+        axis="horizontal",
+        rotor=RIGID,
+        unbalances=[{"moment": 1e-4, "station": 0.2}],
+        balancers=[{"station": -0.12, "races": races}, {"station": 0.2, "races": races}],
+        drive={"kind": "speed", "profile": {"kind": "constant", "speed": w}},
+    )
+    result = ab.simulate(machine, duration=1.4, save=ab.Samples(1401), tolerance=1e-7)
+    force, gap = result.ball_normal_force.sel(time=slice(0.05, None)), result.ball_gap.max("time")
+    assert result.balancer.values.tolist() == [1, 1, 2, 2]
+    assert float(force[:, [0, 2]].min()) == pytest.approx(5e-3 * (w**2 * 0.1 - GRAVITY), rel=0.15)
+    assert (force[:, [1, 3]].min("time") == 0.0).all()
+    assert (gap[[1, 3]] > 1e-4).all()
+    assert (gap[[0, 2]] < 0.0).all()
+
+
 def test_on_a_vertical_axis_a_ball_lies_on_the_floor_until_the_race_takes_over() -> None:
     """The floor carries it round up to w^2 R = mu g."""
     mu, gap = 0.3, 0.02
@@ -256,7 +229,10 @@ def test_the_inner_wall_throws_a_ball_back() -> None:
         ({"peak_friction": 0.1, "peak_speed": 1.0, "sliding_friction": 0.2}, "must not be less than the sliding"),
         ({"slip_speed": 0.0}, "slip_speed: given 0.0; must be greater than zero"),
         ({"race": {"friction": {"rolling_resistance": 0.01}}}, "resolved.rest_speed: missing"),
-        ({"race": {"harmonics": [{"order": 2, "amplitude": 1e-4}]}}, "smooth round walls only"),
+        ({"race": {"harmonics": [{"order": 60, "amplitude": 1e-3}]}}, "harmonics: no outer wall leads a ball of 5 mm radius"),
+        ({"race": {"harmonics": [{"order": 30, "amplitude": 2e-3}], "width": 0.02}}, "harmonics: no inner wall leads a ball"),
+        ({"race": {"harmonics": [{"order": 2, "amplitude": 0.02}], "width": 0.1}}, "the inner wall would leave the ball center"),
+        ({"race": {"partitions": {"count": 80}}}, "4.5 deg between partitions are less than the 5.732 deg of a ball"),
     ],
 )  # fmt: skip
 def test_an_impossible_contact_is_refused_with_the_reason(changes: dict[str, Any], words: str) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from tests.references.resolved import chamber, run
 
-from autobalancer.assembly.resolved import wall_forces
 from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.contact_laws import adherence, friction_coefficient, normal_force
 from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.simulation.resolved_walls import wall_forces
 
 HERTZ = {"reduced_modulus": 1.15e11}
 laws = pytest.mark.parametrize("law", [{}, HERTZ], ids=["linear", "hertz"])

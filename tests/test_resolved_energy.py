@@ -11,6 +11,8 @@ from tests.references.resolved import Bodies, free, run
 from autobalancer.machine import Machine
 
 TIMES = np.linspace(0.0, 1.5, 301)
+WAVES = {"harmonics": [{"order": 2, "amplitude": 2e-3, "angle": 0.4}, {"order": 7, "amplitude": 2e-4, "angle": 1.0}]}
+SPLIT = {"partitions": {"count": 3, "angle": 0.8}}
 FLUID = {"fluid": {"density": 900.0, "viscosity": 1e-5}}
 RUBS: dict[str, Any] = {"restitution": 0.6, "sliding_friction": 0.2, "slip_speed": 0.02, "ball_friction": 0.3}
 
@@ -25,15 +27,18 @@ def bodies(machine: Machine, tolerance: float = 1e-11) -> Bodies:
 
 
 @pytest.mark.parametrize("axis", ["vertical", "horizontal"])
-@pytest.mark.parametrize("race", [{}, FLUID], ids=["dry", "fluid"])
+@pytest.mark.parametrize(
+    "race", [{}, FLUID, WAVES | SPLIT, WAVES | FLUID], ids=["dry", "fluid", "waves", "waves in fluid"]
+)
 def test_elastic_balls_without_friction_keep_the_energy(axis: str, race: dict[str, Any]) -> None:
     motion = bodies(free(axis=axis, race=race))
     energy = motion.energy()
     np.testing.assert_allclose(energy, energy[0], rtol=0.0, atol=1e-7 * energy[0])
 
 
-def test_angular_momentum_survives_friction_and_impacts() -> None:
-    momentum = bodies(free(**RUBS)).angular_momentum()
+@pytest.mark.parametrize("race", [{}, WAVES | SPLIT], ids=["round", "waves"])
+def test_angular_momentum_survives_friction_and_impacts(race: dict[str, Any]) -> None:
+    momentum = bodies(free(race=race, **RUBS)).angular_momentum()
     np.testing.assert_allclose(momentum, momentum[0], rtol=1e-9)
 
 
@@ -45,10 +50,13 @@ def test_momentum_survives_friction_and_impacts_where_no_support_pulls() -> None
     np.testing.assert_allclose(momentum, momentum[0], rtol=0.0, atol=1e-5 * abs(momentum[0]))
 
 
+@pytest.mark.parametrize("shape", [{}, WAVES | SPLIT], ids=["round", "waves"])
 @pytest.mark.parametrize("axis", ["vertical", "horizontal"])
-def test_friction_never_feeds_energy_in(axis: str) -> None:
+def test_friction_never_feeds_energy_in(axis: str, shape: dict[str, Any]) -> None:
     friction = {"rolling_resistance": 0.01, "adherence": 0.1}
-    machine = free(axis=axis, race={"friction": friction}, rest_speed=0.05, peak_friction=0.4, peak_speed=0.1, **RUBS)
+    machine = free(
+        axis=axis, race={"friction": friction, **shape}, rest_speed=0.05, peak_friction=0.4, peak_speed=0.1, **RUBS
+    )
     energy = bodies(machine).energy()
     assert np.diff(energy).max() < 1e-9 * energy[0]
     assert energy[-1] < 0.97 * energy[0]

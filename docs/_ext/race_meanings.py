@@ -6,7 +6,7 @@ RACE_MEANINGS = {
     "Race.friction": "dry friction between balls and race; without it there is none",
     "Race.contact": "how balls rebound from each other; without it with 14 % of their speed",
     "Race.coincidence": "`true`: balls pass through each other, and several may rest in one place",
-    "Race.partitions": "walls across the race",
+    "Race.partitions": "thin walls across the race; balls hit them as they hit each other",
     "Race.harmonics": "deviation of the orbit from its circle, wave by wave; this or `roundness`",
     "Race.roundness": "the same as a measured profile",
     "Race.resolved": "balls free in the plane of the race, in place of guided ones; for all races of a machine or for none",
@@ -35,6 +35,6 @@ RACE_MEANINGS = {
     "ResolvedContact.rest_speed": "slower balls count as at rest; required by rolling resistance and adherence",
     "ResolvedContact.adherence_stiffness": "of the spring that holds a ball at rest",
     "ResolvedContact.floor_friction": "under a ball that the wall does not carry, on a vertical axis",
-    "ResolvedContact.ball_friction": "between balls that meet",
+    "ResolvedContact.ball_friction": "between balls that meet, and at partitions",
     "ResolvedContact.start_gap": "of each ball from the wall at time zero",
 }

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from typing import Any
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import Assembly, assemble
@@ -12,12 +15,13 @@ from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.kernels.system import SPEED, THETA, VX, VY, X, Y
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, Race
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import SampleTimes
 
+TURN = 2.0 * math.pi
 BALL = {"count": 1, "mass": 5e-3, "diameter": 0.01, "start_angles": [0.0]}
 
 
@@ -125,6 +129,26 @@ def states_at(assembly: Assembly, times: Any, tolerance: float = 1e-10) -> Any:
     return record.samples
 
 
+def beyond(race: Race, mean: float, places: Any) -> Any:
+    """Distance of complex places outside the orbit of this mean radius: minimized, not solved for."""
+
+    def orbit(angle: float) -> complex:
+        waves = sum(float(h.amplitude) * math.cos(h.order * (angle - float(h.angle))) for h in race.harmonics)
+        return (mean + waves) * cmath.exp(1j * angle)
+
+    found = np.abs(places) - np.abs([orbit(a) for a in np.angle(places)])
+    for i in np.flatnonzero(found if race.harmonics else 0.0):
+        angle = cmath.phase(places[i])
+        near = minimize_scalar(
+            lambda a, z=places[i]: abs(z - orbit(a)),
+            bounds=(angle - 0.2, angle + 0.2),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        found[i] = math.copysign(near.fun, found[i])
+    return found
+
+
 class Bodies:
     """All that moves, in space: complex positions and velocities, of rotor and balls."""
 
@@ -167,11 +191,16 @@ class Bodies:
         k = float(race.resolved.stiffness)  # type: ignore[union-attr, arg-type]
         total = 0.0
         for i, ball in enumerate(self.assembly.balls):
-            away = np.abs(self.place[:, i])
-            total = total + 0.5 * k * np.maximum(away - ball.orbit_radius, 0.0) ** 2
+            place = self.place[:, i]
+            total = total + 0.5 * k * np.maximum(beyond(race, ball.orbit_radius, place), 0.0) ** 2
             if race.width is not None:
                 low = ball.orbit_radius + ball.diameter - float(race.width)
-                total = total + 0.5 * k * np.maximum(low - away, 0.0) ** 2
+                total = total + 0.5 * k * np.maximum(-beyond(race, low, place), 0.0) ** 2
+            if race.partitions is not None:
+                walls = TURN * np.arange(race.partitions.count) / race.partitions.count + float(race.partitions.angle)
+                seen = place[:, None] * np.exp(-1j * walls)
+                deep = np.where(seen.real > 0.0, ball.radius - np.abs(seen.imag), 0.0)
+                total = total + 0.5 * k * (np.maximum(deep, 0.0) ** 2).sum(1)
             for j in range(i):
                 apart = np.abs(self.place[:, i] - self.place[:, j])
                 reach = ball.radius + self.assembly.balls[j].radius

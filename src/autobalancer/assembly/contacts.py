@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from autobalancer.catalog.resolve import Ball, occupied_angle
+from autobalancer.errors import MachineError
 from autobalancer.kernels.system import HARD, NEXT, SOFT, TOUCH, WALL_HIGH, WALL_LOW, WRAP, Floats, Matrix
 from autobalancer.machine import Machine, Race
 
@@ -56,7 +57,7 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matr
             if race.partitions is not None:
                 _set_walls(race, balls, members, angles, matrix)
             for i in members:
-                stiffness, ratio = _stiffness(race, balls[i], frequency), damping_ratio(_restitution(race))
+                stiffness, ratio = _stiffness(race, balls[i], frequency), damping_ratio(restitution(race))
                 half = 0.5 * balls[i].inertia
                 if (solid and len(members) > 1) or race.partitions is not None:
                     matrix[i, HARD], matrix[i, SOFT] = stiffness, 2.0 * ratio * math.sqrt(half * stiffness)
@@ -65,7 +66,8 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matr
     return angles
 
 
-def _restitution(race: Race) -> float:
+def restitution(race: Race) -> float:
+    """Of balls that meet each other or a partition."""
     return float(race.contact.restitution) if race.contact is not None else CRITICAL
 
 
@@ -87,12 +89,29 @@ def _set_neighbors(balls: tuple[Ball, ...], members: list[int], angles: Floats, 
 
 
 def _set_walls(race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:
+    for i in members:
+        half = 0.5 * occupied_angle([balls[i]])
+        low, high = sector(race, balls[i], angles[i], half)
+        matrix[i, WALL_LOW], matrix[i, WALL_HIGH] = low + half, high - half
+        angles[i] = min(max(angles[i], low + half), high - half)
+
+
+def sector(race: Race, ball: Ball, angle: float, half: float) -> tuple[float, float]:
+    """The angles of the partitions on both sides of a ball, which takes ``half`` an angle on each of its own.
+
+    Raises
+    ------
+    MachineError
+        If the ball does not fit between them.
+    """
     assert race.partitions is not None
     count, first = race.partitions.count, float(race.partitions.angle)
     width = TURN / count
-    for i in members:
-        half = 0.5 * occupied_angle([balls[i]])
-        part = math.floor((angles[i] - first) / width)
-        low, high = first + part * width + half, first + (part + 1) * width - half
-        matrix[i, WALL_LOW], matrix[i, WALL_HIGH] = low, high
-        angles[i] = min(max(angles[i], low), high)
+    if 2.0 * half > width:
+        raise MachineError(
+            f"balancers[{ball.balancer + 1}].races[{ball.race + 1}].partitions.count: given {count}; "
+            f"{math.degrees(width):.4g} deg between partitions are less than the {math.degrees(2.0 * half):.4g} deg of a ball; "
+            "take fewer partitions or a smaller ball"
+        )
+    part = math.floor((angle - first) / width)
+    return first + part * width, first + (part + 1) * width

@@ -174,8 +174,9 @@ def assemble_general(
         rotor = race_numbers(machine, parts, balls, rotor, lags, state.size)
         state = np.zeros(state.size + mode_count(lags))
     own = slice(state.size, state.size + BALL_STATES * n)
+    angles = np.array(start_angles(balls, np.random.default_rng(seed)), np.float64)
     if resolved:
-        rotor = resolved_numbers(machine, balls, rotor, lags, state.size)
+        rotor = resolved_numbers(machine, parts, balls, angles, rotor, lags, state.size)
         state = np.zeros(state.size + resolved_size(balls, lags))
     system = System(
         rotating=1.0 if turns else 0.0,
@@ -200,7 +201,7 @@ def assemble_general(
     place, velocity = pulled(parts, *machine.start.deflection), struck(parts, *machine.start.velocity)
     state[where] = turned(place, -angle) if turns else place
     state[fast] = turned(velocity, -angle) if turns else velocity
-    state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
+    state[BALLS : BALLS + n] = angles
     fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
     if contact and balls and not resolved:
         state[BALLS : BALLS + n] = set_contacts(machine, balls, _angles(state, balls), system.balls, fastest)

@@ -21,19 +21,12 @@ from numba import njit
 
 from autobalancer.kernels.contact import touch
 from autobalancer.kernels.curves import drag_force, table_value
-from autobalancer.kernels.drive import unbalance_value
 from autobalancer.kernels.flags import EQUATIONS
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.race_layout import (
-    AMP_XI,
-    AMP_XR,
-    AMP_YI,
-    AMP_YR,
-    BY_ANGLE,
     CENTER_X,
     CENTER_Y,
     DRAG_CURVE,
-    FELT,
     FIRST_MODE,
     LAG_TABLE,
     MASS_,
@@ -54,21 +47,17 @@ from autobalancer.kernels.race_layout import (
     RAW_LEAN_Y,
     RAW_PUSH,
     RAW_SPIN,
-    RECORDED,
     ROLL,
     ROLLING,
-    SHAKE_FREQUENCY,
-    SHAKE_KIND,
-    SHAKE_VECTORS,
     SHAPE,
     STRETCH,
-    TABLE_X,
-    TABLE_Y,
     VISCOUS,
 )
-from autobalancer.kernels.rotor_layout import BALL_ROWS, COORDINATES, PLACES, SHAKERS, TABLE, WIDTH, blocks
+from autobalancer.kernels.race_shape import orbit
+from autobalancer.kernels.rotor_layout import BALL_ROWS, PLACES, TABLE, WIDTH, blocks
 from autobalancer.kernels.rotor_motion import alone, together, write_rotor
-from autobalancer.kernels.system import BALLS, CONTACT, LEAN_X, LEAN_Y, PRESCRIBED, PUSH, THETA, TWIST, Floats, System
+from autobalancer.kernels.shaking import shake
+from autobalancer.kernels.system import BALLS, CONTACT, LEAN_X, LEAN_Y, PRESCRIBED, PUSH, TWIST, Floats, System
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
@@ -88,35 +77,14 @@ def _rates(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def
     p = behind(system)
     balls, count = p.balls, p.balls.shape[0]
     r = data(p.rotor)
-    size, width, table = int(r[COORDINATES]), int(r[WIDTH]), int(r[TABLE])
+    width, table = int(r[WIDTH]), int(r[TABLE])
     rows = int(r[PLACES]) * 2
     k = blocks(width, rows, table)
     free = p.drive != PRESCRIBED
     speed, acceleration, turn_sin, turn_cos, gx, gy, torque = alone(time, y, system, r, 2)
     inertia, square = p.polar_inertia, speed * speed
 
-    shaken = int(r[SHAKERS])
-    if shaken > 0:
-        for e in range(int(r[shaken])):
-            at = shaken + 1 + e * (SHAKE_VECTORS + 2 * width)
-            if r[at + SHAKE_KIND] == RECORDED:
-                along_x, along_y = (
-                    table_value(r, int(r[at + TABLE_X]), time),
-                    table_value(r, int(r[at + TABLE_Y]), time),
-                )
-            else:
-                phase = r[at + SHAKE_FREQUENCY] * (y[THETA] if r[at + BY_ANGLE] == 1.0 else time)
-                s, c = sine_cosine(phase)
-                along_x, along_y = r[at + AMP_XR] * c - r[at + AMP_XI] * s, r[at + AMP_YR] * c - r[at + AMP_YI] * s
-            for i in range(size):
-                r[k.f + i] += r[at + SHAKE_VECTORS + i] * along_x + r[at + SHAKE_VECTORS + width + i] * along_y
-            if r[at + FELT] == 1.0:
-                gx -= along_x
-                gy -= along_y
-                if free:
-                    ux, uy = unbalance_value(time, p)
-                    torque -= (turn_cos * ux - turn_sin * uy) * along_y - (turn_sin * ux + turn_cos * uy) * along_x
-
+    gx, gy, torque = shake(time, y, system, r, turn_sin, turn_cos, gx, gy, torque)
     first_row = int(r[BALL_ROWS])
     touch(y, balls, count)
     for b in range(count):
@@ -128,18 +96,9 @@ def _rates(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def
             k.turning + station,
             k.own + station * 2,
         )
-        mass, orbit, rate = r[at + MASS_], r[at + ORBIT_], y[BALLS + count + b]
+        mass, rate = r[at + MASS_], y[BALLS + count + b]
         s, c = sine_cosine(y[BALLS + b])
-        radius, first, second = orbit, 0.0, 0.0
-        shape = int(r[at + SHAPE])
-        if shape > 0:
-            cosine, sine = c, s
-            for h in range(1, int(r[shape]) + 1):
-                even, odd = r[shape + 2 * h - 1], r[shape + 2 * h]
-                radius += even * cosine + odd * sine
-                first += h * (odd * cosine - even * sine)
-                second -= h * h * (even * cosine + odd * sine)
-                cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+        radius, first, second = orbit(r, int(r[at + SHAPE]), r[at + ORBIT_], c, s)
         nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
         ex = turn_cos * r[at + CENTER_X] - turn_sin * r[at + CENTER_Y]
         ey = turn_sin * r[at + CENTER_X] + turn_cos * r[at + CENTER_Y]

@@ -23,6 +23,7 @@ from autobalancer.kernels.contact_laws import adherence, friction_coefficient, n
 from autobalancer.kernels.curves import drag_force, table_value
 from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.pointers import behind, data
+from autobalancer.kernels.race_shape import closest, orbit
 from autobalancer.kernels.resolved_layout import (
     ADHERENCE,
     BALL_DAMPING,
@@ -55,6 +56,12 @@ from autobalancer.kernels.resolved_layout import (
     MODE_NUMBERS,
     MODES,
     ORBIT_,
+    PART_AHEAD,
+    PART_BEHIND,
+    PART_DAMPING,
+    PART_MIDDLE,
+    PART_STIFFNESS,
+    PARTITIONS,
     PEAK,
     PEAK_SPEED,
     PLACE_,
@@ -63,6 +70,7 @@ from autobalancer.kernels.resolved_layout import (
     RESOLVED_COLUMNS,
     REST_SPEED,
     ROLLING_ARM,
+    SHAPE,
     SLIDING,
     SLIP_SPEED,
     SPIN_INERTIA,
@@ -74,6 +82,7 @@ from autobalancer.kernels.resolved_layout import (
 )
 from autobalancer.kernels.rotor_layout import BALL_ROWS, COORDINATES, PLACES, TABLE, WIDTH, blocks
 from autobalancer.kernels.rotor_motion import alone, together, write_rotor
+from autobalancer.kernels.shaking import shake
 from autobalancer.kernels.system import BALLS, PRESCRIBED, Floats, System
 
 TINY = 1e-30  # m^2, keeps the direction of a ball at the center of its race a number
@@ -86,16 +95,25 @@ def _slide(slip: float, r, at: int, pressed: float) -> float:  # type: ignore[no
 
 
 @njit(**INLINE)
-def _in_chamber(time: float, y, r, at: int, own: int) -> None:  # type: ignore[no-untyped-def]
-    """Forces of walls, floor and fluid on the ball with row ``at`` and state ``own``, into its work space."""
+def _in_chamber(time: float, y, r, at: int, own: int, angle: float) -> None:  # type: ignore[no-untyped-def]
+    """Forces of walls, partitions, floor and fluid on the ball with row ``at`` and state ``own``, into its work space."""
     x, z, vx, vz, spin = y[own + BALL_X], y[own + BALL_Y], y[own + BALL_VX], y[own + BALL_VY], y[own + BALL_SPIN]
     away = math.sqrt(x * x + z * z + TINY)
     nx, ny = x / away, z / away
+    radius, shape, level = r[at + RADIUS], int(r[at + SHAPE]), r[at + ORBIT_]
+    depth = away - orbit(r, shape, level, nx, ny)[0]
+    outside = depth > 0.0
+    if not outside:
+        depth += r[at + GAP]
+        level -= r[at + GAP]
+    if shape > 0 and (outside or depth < 0.0):
+        depth, nx, ny = closest(r, shape, level, x, z, nx, ny)
     outward, along = vx * nx + vz * ny, vz * nx - vx * ny
-    radius = r[at + RADIUS]
-    depth = away - r[at + ORBIT_]
-    wall = normal_force(depth, outward, r[at + WALL_STIFFNESS], r[at + WALL_DAMPING], r[at + HERTZ])
-    inner = normal_force(-depth - r[at + GAP], -outward, r[at + INNER_STIFFNESS], r[at + INNER_DAMPING], r[at + HERTZ])
+    wall, inner = 0.0, 0.0
+    if outside:
+        wall = normal_force(depth, outward, r[at + WALL_STIFFNESS], r[at + WALL_DAMPING], r[at + HERTZ])
+    else:
+        inner = normal_force(-depth, -outward, r[at + INNER_STIFFNESS], r[at + INNER_DAMPING], r[at + HERTZ])
 
     slip = along + radius * spin
     rub, torque, hold_rate = 0.0, 0.0, 0.0
@@ -121,6 +139,21 @@ def _in_chamber(time: float, y, r, at: int, own: int) -> None:  # type: ignore[n
         rub += held
     push = inner - wall
     force_x, force_y = push * nx + rub * ny, push * ny - rub * nx
+
+    if r[at + PARTITIONS] != 0.0:
+        place = int(r[at + PARTITIONS])
+        side, normal = 1.0, place + PART_BEHIND
+        if angle > r[place + PART_MIDDLE]:
+            side, normal = -1.0, place + PART_AHEAD
+        nx, ny = r[normal], r[normal + 1]
+        depth = radius - (x * nx + z * ny)
+        if depth > 0.0 and side * (x * ny - z * nx) > 0.0:
+            inward, along = vx * nx + vz * ny, vx * ny - vz * nx
+            push = normal_force(depth, -inward, r[place + PART_STIFFNESS], r[place + PART_DAMPING], r[at + HERTZ])
+            rub = push * r[at + BALL_SLIDING] * math.tanh((along + radius * spin) / r[at + SLIP_SPEED])
+            force_x += push * nx - rub * ny
+            force_y += push * ny + rub * nx
+            torque -= radius * rub
 
     if r[at + FLOOR] > 0.0 and r[at + WEIGHT] > 0.0:
         # the wall carries as much of the weight as its friction can
@@ -185,12 +218,13 @@ def resolved(time: float, y: Floats, dy: Floats, system: System) -> None:
     k = blocks(width, int(r[PLACES]) * 2, table)
     free = p.drive != PRESCRIBED
     speed, acceleration, turn_sin, turn_cos, gx, gy, torque = alone(time, y, system, r, 2)
+    gx, gy, torque = shake(time, y, system, r, turn_sin, turn_cos, gx, gy, torque)
     inertia, square = p.polar_inertia, speed * speed
     first_row, first_state = int(r[BALL_ROWS]), 2 + 2 * size + 2 * count
     fall_x, fall_y = turn_cos * gx + turn_sin * gy, turn_cos * gy - turn_sin * gx
 
     for b in range(count):
-        _in_chamber(time, y, r, first_row + b * RESOLVED_COLUMNS, first_state + b * BALL_STATES)
+        _in_chamber(time, y, r, first_row + b * RESOLVED_COLUMNS, first_state + b * BALL_STATES, y[BALLS + b])
     for b in range(count):
         at, own = first_row + b * RESOLVED_COLUMNS, first_state + b * BALL_STATES
         for other in range(b + 1, count):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.resolved import ball_states, wall_forces
+from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
@@ -16,6 +16,7 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, 
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.race_forces import has_real_races, left_race, on_races
+from autobalancer.simulation.resolved_walls import wall_contacts
 
 
 def run_dataset(
@@ -143,13 +144,13 @@ def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:
     if assembly.system.rotating:
         hosts = hosts * turn
     z = hosts + turn * (centers + place)
-    wall = np.array([ball.orbit_radius for ball in assembly.balls], np.float64)
+    gap, force = wall_contacts(own, assembly.system)
     return {
         "ball_x": (("time", "ball"), z.real),
         "ball_y": (("time", "ball"), z.imag),
-        "ball_gap": (("time", "ball"), wall - np.abs(place)),
+        "ball_gap": (("time", "ball"), gap),
         "ball_spin": (("time", "ball"), own[..., BALL_SPIN] + states[:, SPEED, None]),
-        "ball_normal_force": (("time", "ball"), wall_forces(own, assembly.system)),
+        "ball_normal_force": (("time", "ball"), force),
     }
 
 

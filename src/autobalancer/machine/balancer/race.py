@@ -62,9 +62,6 @@ class Race(Part):
     def _resolvable(self) -> Race:
         if self.resolved is None:
             return self
-        for key in ("harmonics", "roundness", "partitions"):
-            if getattr(self, key):
-                raise ValueError(f"{key}: 'resolved' contact knows smooth round walls only; leave one of them out")
         if any(group.motion == "point" for group in self.balls):
             raise ValueError("resolved: its balls have a spin; set their motion = 'rolling' and give their size")
         rests = self.friction is not None and self.friction.holding > 0.0

@@ -27,7 +27,7 @@ class ResolvedContact(Part):
     ``adherence_stiffness`` that of the spring that holds it, by default the 1 N/mm of Spannan (2021), section 5.1.3.
 
     ``floor_friction``: of the floor of the annulus under a ball that the wall does not carry, on a vertical axis.
-    ``ball_friction``: between balls that meet. ``start_gap``: distance from the wall at the start.
+    ``ball_friction``: between balls that meet, and at partitions. ``start_gap``: distance from the wall at the start.
     """
 
     stiffness: ContactStiffness | None = None

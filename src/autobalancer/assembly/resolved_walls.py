@@ -1,0 +1,125 @@
+"""Walls and partitions of races with contact-resolved balls: room, stiffness, shape."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+
+from autobalancer.assembly.contacts import damping_ratio, restitution, sector
+from autobalancer.assembly.race_numbers import race_harmonics
+from autobalancer.catalog.resolve import Ball
+from autobalancer.errors import MachineError
+from autobalancer.kernels.resolved_layout import (
+    PART_AHEAD,
+    PART_BEHIND,
+    PART_DAMPING,
+    PART_MIDDLE,
+    PART_NUMBERS,
+    PART_STIFFNESS,
+)
+from autobalancer.kernels.system import Floats
+from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.machine import Race
+from autobalancer.machine.balancer.resolved import ResolvedContact
+
+
+def room(race: Race, ball: Ball) -> float:
+    """What the ball center can move between outer and inner wall, m; infinite without an inner wall."""
+    assert race.resolved is not None
+    gap, start = math.inf, float(race.resolved.start_gap)
+    if race.width is not None:
+        gap = float(race.width) - ball.diameter
+        outer = ball.orbit_radius + ball.radius
+        if race.width >= outer:
+            raise MachineError(
+                f"{_name(ball)}.width: given {1e3 * race.width:.4g} mm; must be less than the radius of the wall, "
+                f"{1e3 * outer:.4g} mm; leave it out where there is no inner wall"
+            )
+    most = min(gap, ball.orbit_radius)
+    if start > most:
+        raise MachineError(
+            f"{_name(ball)}.resolved.start_gap: given {1e3 * start:.4g} mm; a ball has {1e3 * most:.4g} mm at most"
+        )
+    return gap
+
+
+def _name(ball: Ball) -> str:
+    return f"balancers[{ball.balancer + 1}].races[{ball.race + 1}]"
+
+
+def refuse_sharp_waves(race: Race, ball: Ball, gap: float) -> None:
+    """Refuse an orbit that no wall can make, because it is bent more sharply around a wall than the ball is round."""
+    key, orders = "roundness" if race.roundness is not None else "harmonics", race_harmonics(race).shape[0]
+    if orders == 0:
+        return
+    radius, first, second = _orbit(race, ball, np.linspace(0.0, 2.0 * math.pi, 40 * orders, endpoint=False))
+    for level, sign, wall in ((radius, -1.0, "outer"), (radius - gap, 1.0, "inner")):
+        if not np.isfinite(level).all():
+            continue
+        if level.min() <= 0.0:
+            raise MachineError(
+                f"{_name(ball)}.{key}: the {wall} wall would leave the ball center {1e3 * level.min():.4g} mm from the center "
+                "of the race; take smaller waves"
+            )
+        bend = sign * (level**2 + 2.0 * first**2 - level * second) / np.hypot(level, first) ** 3
+        if bend.max() * ball.radius >= 1.0:
+            raise MachineError(
+                f"{_name(ball)}.{key}: no {wall} wall leads a ball of {1e3 * ball.radius:.4g} mm radius on an orbit that is bent "
+                f"around that wall with {1e3 / bend.max():.4g} mm; take smaller or fewer waves"
+            )
+
+
+def orbit_at(race: Race, ball: Ball, angle: float) -> tuple[float, float]:
+    """Radius of the orbit and its derivative at an angle, m."""
+    radius, first, _ = _orbit(race, ball, np.array([angle]))
+    return float(radius[0]), float(first[0])
+
+
+def _orbit(race: Race, ball: Ball, angles: Floats) -> tuple[Floats, Floats, Floats]:
+    waves = race_harmonics(race)
+    orders = np.arange(1, waves.shape[0] + 1)
+    turning = np.exp(1j * np.outer(angles, orders)) * (waves[:, 0] - 1j * waves[:, 1])
+    radius, first, second = (np.asarray((turning * (1j * orders) ** n).sum(axis=1).real) for n in range(3))
+    return ball.orbit_radius + radius, first, second
+
+
+def stiffnesses(contact: ResolvedContact, ball: Ball, inner: float) -> tuple[float, float, float]:
+    """Of outer wall, inner wall (of radius ``inner``, m) and another ball."""
+    if contact.reduced_modulus is None:
+        stiffness = float(contact.stiffness or 0.0)
+        return stiffness, stiffness, stiffness
+    modulus = float(contact.reduced_modulus)
+    outer = hertz_stiffness(modulus, ball.radius, ball.orbit_radius + ball.radius)
+    within = hertz_stiffness(modulus, ball.radius, -inner) if inner > 0.0 else 0.0
+    return outer, within, 4.0 / 3.0 * modulus
+
+
+def damping_number(contact: ResolvedContact, share: float) -> float:
+    """Damping over sqrt(stiffness mass) that leaves this ``share`` of the speed.
+
+    With Hertz the damper for the same restitution is sqrt(5) zeta sqrt(m k) d^(1/4) (Antypov and Elliott 2011).
+    """
+    return (math.sqrt(5.0) if contact.reduced_modulus is not None else 2.0) * damping_ratio(share)
+
+
+def partition_numbers(race: Race, ball: Ball, angle: float, mass: float) -> tuple[list[float], float]:
+    """The partitions around a ball that starts at ``angle``, as in kernels/resolved_layout.py, and the angle beside them."""
+    contact = race.resolved
+    assert contact is not None
+    half = math.asin(ball.radius / max(ball.orbit_radius - float(contact.start_gap), ball.radius))
+    low, high = sector(race, ball, angle, half)
+    stiffness = stiffnesses(contact, ball, math.inf)[0]
+    if contact.reduced_modulus is not None:
+        stiffness = hertz_stiffness(float(contact.reduced_modulus), ball.radius)
+    elif race.contact is not None and race.contact.stiffness is not None:
+        stiffness = 2.0 * float(
+            race.contact.stiffness
+        )  # a partition is where the mirror image of the ball would meet it
+    found = [0.0] * PART_NUMBERS
+    for place, normal in ((PART_BEHIND, cmath.rect(1.0, low) * 1j), (PART_AHEAD, cmath.rect(1.0, high) * -1j)):
+        found[place : place + 2] = normal.real, normal.imag
+    found[PART_MIDDLE], found[PART_STIFFNESS] = 0.5 * (low + high), stiffness
+    found[PART_DAMPING] = damping_number(contact, restitution(race)) * math.sqrt(stiffness * mass)
+    return found, min(max(angle, low + half), high - half)
