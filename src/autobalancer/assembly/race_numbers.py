@@ -28,7 +28,7 @@ def is_real(machine: Machine, balls: tuple[Ball, ...], lags: Lags | None = None)
     """Whether the machine needs more than linear drag on smooth circular races."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     rough = any(race.friction is not None or race.harmonics or race.roundness is not None for race in races)
-    curved = any(ball.drag_curve is not None for ball in balls)
+    curved = any(ball.drag_curve is not None or ball.slipstream for ball in balls)
     return bool(rough or curved or machine.excitations or lags)
 
 
@@ -59,7 +59,7 @@ def race_numbers(
     numbers += [0.0] * (len(balls) * at.RACE_COLUMNS)
     rubbing = False
     shapes: dict[tuple[int, int], int] = {}
-    fluids = FluidNumbers(numbers, at, lags, first_mode)
+    fluids = FluidNumbers(numbers, at, balls, lags, first_mode)
     for i, ball in enumerate(balls):
         key = (ball.balancer, ball.race)
         race = machine.balancers[ball.balancer].races[ball.race]
@@ -88,7 +88,7 @@ def race_numbers(
                 shapes[key] = len(numbers)
                 numbers += [float(waves.shape[0]), *waves.ravel().tolist()]
             put(at.SHAPE, shapes[key])
-        fluids.put(ball, put)
+        fluids.put(i, put)
     numbers[BALL_ROWS], numbers[RUBBING] = rows, float(rubbing)
     if machine.excitations:
         numbers[SHAKERS] = _add_excitations(machine, parts, numbers)

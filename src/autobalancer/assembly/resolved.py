@@ -56,14 +56,14 @@ def resolved_numbers(machine: Machine, balls: tuple[Ball, ...], rotor: Floats, l
     numbers = list(rotor)
     rows, first_mode = len(numbers), first_state + len(balls) * at.BALL_STATES
     numbers += [0.0] * (len(balls) * at.RESOLVED_COLUMNS)
-    fluids = FluidNumbers(numbers, at, lags, first_mode)
+    fluids = FluidNumbers(numbers, at, balls, lags, first_mode)
     for i, ball in enumerate(balls):
         race = machine.balancers[ball.balancer].races[ball.race]
         row = rows + i * at.RESOLVED_COLUMNS
         put = partial(_put, numbers, row)
         for column, value in _columns(machine, race, ball).items():
             put(column, value)
-        fluids.put(ball, put)
+        fluids.put(i, put)
     numbers[BALL_ROWS] = rows
     return np.array(numbers, np.float64)
 

@@ -21,11 +21,12 @@ BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_SPIN, HOLD, BALL_STATES = range(7)
     GAP, HERTZ, WALL_STIFFNESS, WALL_DAMPING, INNER_STIFFNESS, INNER_DAMPING, BALL_STIFFNESS, BALL_DAMPING,
     SLIDING, PEAK, SLIP_SPEED, PEAK_SPEED, ROLLING_ARM, REST_SPEED, ADHERENCE, HOLD_STIFFNESS, HOLD_DAMPING,
     FLOOR, WEIGHT, BALL_SLIDING,
-    VISCOUS, DRAG_CURVE, MODES, FIRST_MODE, MODE_NUMBERS, LAG_TABLE,
+    VISCOUS, DRAG_CURVE, SLIPSTREAM, MODES, FIRST_MODE, MODE_NUMBERS, LAG_TABLE,
     FORCE_X, FORCE_Y, SPIN_TORQUE, HOLD_RATE,
     RESOLVED_COLUMNS,
-) = range(40)  # fmt: skip
+) = range(41)  # fmt: skip
 # MASS_ effective; EXTRA the mass by which its inertia in motion relative to the chamber exceeds it; RACE_ number of its race,
 # -1 where balls pass through each other; GAP from inner to outer wall for the ball center, infinite without inner wall;
 # HERTZ 1 or 0; BALL_STIFFNESS with Hertz for a pair of unit radius, BALL_DAMPING per square root of stiffness times mass;
-# ROLLING_ARM a of the wall force; WEIGHT on the floor; VISCOUS drag force over velocity; from FORCE_X on work space
+# ROLLING_ARM a of the wall force; WEIGHT on the floor; VISCOUS drag force over velocity;
+# SLIPSTREAM as in race_layout.py; from FORCE_X on work space
