@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from tests.references.race_runs import states_from, states_of
 from tests.references.resolved import chamber, states_at
 from tests.references.standing_races import DENSITY, DIAMETER, ORBIT, standing
@@ -141,6 +142,32 @@ def test_balls_shield_each_other_only_where_the_machine_says_so() -> None:
     assert without == old
     notes = ab.summary(with_it).warnings
     assert any("no border, release and capture included, counts slipstream" in text for text in notes)
+
+
+@pytest.mark.parametrize("shielded", [False, True])
+def test_stalled_balls_line_up_in_their_slipstream_and_are_released_where_less_drag_lets_go(shielded: bool) -> None:
+    """Torque balance of the pair with the mean of both factors, against a slow run-up."""
+    viscosity, where = 30e-6, "balancers[1].races[1]"
+    ramp = {"kind": "table", "time": [0.0, 5.0, 45.0, 445.0], "speed": [0.0, 12.7, 63.0, 75.0]}
+    machine = ab.load_machine("examples/machines/discoidal.toml")
+    machine = ab.with_parameter(machine, f"{where}.fluid", {"density": 950.0, "viscosity": viscosity})
+    machine = ab.with_parameter(ab.with_parameter(machine, f"{where}.slipstream", shielded), "drive.profile", ramp)
+    (critical,), (ball, _) = assemble(machine).critical_speeds, assemble(machine).balls
+    alone = next(border.speed for border in ab.border_speeds(machine) if border.name == "release speed")
+    touching = 2.0 * math.asin(ball.radius / ball.orbit_radius)
+
+    def excess(speed: float) -> float:
+        slip = [(critical - speed) * ball.orbit_radius] * 2
+        share = (
+            race_factors([0.0, touching], slip, ball.orbit_radius, ball.diameter, viscosity).mean() if shielded else 1.0
+        )
+        return critical + (alone - critical) / float(share) - speed
+
+    run = ab.simulate(machine, duration=445.0, save=Samples(4000))
+    stalled = run.where((run.time > 50.0) & (run.ball_speed_in_rotor.mean("ball") < -2.0), drop=True)
+    assert float(stalled.speed[-1]) == pytest.approx(brentq(excess, critical + 0.1, 200.0), rel=0.01)
+    gap = np.abs(np.angle(np.exp(1j * stalled.ball_angle_in_rotor.diff("ball"))))
+    assert (float(np.median(gap)) < 1.01 * touching) == shielded
 
 
 def test_a_run_says_that_its_reynolds_numbers_left_the_fit() -> None:
