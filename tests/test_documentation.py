@@ -30,6 +30,7 @@ HOMES = {
         "fluid",
         "friction",
         "contact",
+        "slipstream",
         "coincidence",
         "partitions",
         "harmonics",

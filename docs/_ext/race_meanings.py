@@ -5,6 +5,7 @@ SPRING = "this or `stiffness`"
 RACE_MEANINGS = {
     "Race.friction": "dry friction between balls and race; without it there is none",
     "Race.contact": "how balls rebound from each other; without it with 14 % of their speed",
+    "Race.slipstream": "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size",
     "Race.coincidence": "`true`: balls pass through each other, and several may rest in one place",
     "Race.partitions": "thin walls across the race; balls hit them as they hit each other",
     "Race.harmonics": "deviation of the orbit from its circle, wave by wave; this or `roundness`",
@@ -16,6 +17,8 @@ RACE_MEANINGS = {
     "resistance",
     "Contact.restitution": "speed after over speed before, 0 to 1; none counts as 1 %",
     "Contact.stiffness": "along the race; without it a contact lasts about a twentieth of a turn",
+    "Contact.friction": "coefficient between rolling balls that press on each other; resolved balls have `ball_friction`",
+    "Contact.slip_speed": "friction is full where they slip much faster; without it a thousandth of the speed of the wall",
     "Partitions.count": "equal parts",
     "Partitions.angle": "of the first wall, in the rotor",
     "Harmonic.order": "waves around the race: 1 shifts it, 2 is an oval; up to 60",

@@ -9,12 +9,30 @@ from scipy.optimize import brentq
 
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
-from autobalancer.kernels.system import HARD, NEXT, SOFT, TOUCH, WALL_HIGH, WALL_LOW, WRAP, Floats, Matrix
+from autobalancer.kernels.system import (
+    ARM,
+    ARM_NEXT,
+    GRIP,
+    HARD,
+    NEXT,
+    OUT,
+    OUT_NEXT,
+    RUB,
+    SOFT,
+    TOUCH,
+    WALL_HIGH,
+    WALL_LOW,
+    WRAP,
+    Floats,
+    Matrix,
+)
+from autobalancer.laws.touching_balls import touching_balls
 from autobalancer.machine import Machine, Race
 
 TURN = 2.0 * math.pi
 QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
 
+SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of the wall at the greatest frequency
 LEAST = 0.01  # restitution below which a contact would be too stiff
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
 
@@ -62,7 +80,7 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matr
                 if (solid and len(members) > 1) or race.partitions is not None:
                     matrix[i, HARD], matrix[i, SOFT] = stiffness, 2.0 * ratio * math.sqrt(half * stiffness)
             if solid and len(members) > 1:
-                _set_neighbors(balls, members, angles, matrix)
+                _set_neighbors(race, balls, members, angles, matrix, frequency)
     return angles
 
 
@@ -78,7 +96,9 @@ def _stiffness(race: Race, ball: Ball, frequency: float) -> float:
     return 0.5 * ball.inertia * (QUICK * frequency) ** 2
 
 
-def _set_neighbors(balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:
+def _set_neighbors(
+    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix, frequency: float
+) -> None:
     place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
     order = sorted(members, key=lambda i: place[i])
     for number, i in enumerate(order):
@@ -86,6 +106,17 @@ def _set_neighbors(balls: tuple[Ball, ...], members: list[int], angles: Floats, 
         ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
         matrix[i, NEXT], matrix[i, WRAP] = j, ahead - (angles[j] - angles[i])
         matrix[i, TOUCH] = 0.5 * occupied_angle([balls[i], balls[j]])
+        _set_rubbing(race, balls[i], balls[j], matrix[i], frequency)
+
+
+def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Floats, frequency: float) -> None:
+    pair = touching_balls((ball.orbit_radius, ahead.orbit_radius), (ball.radius, ahead.radius))
+    row[[OUT, OUT_NEXT]] = pair.force * pair.outward[0], pair.force * pair.outward[1]
+    if race.contact is not None and race.contact.friction > 0.0:
+        wall = ball.orbit_radius + ball.radius
+        slow = float(race.contact.slip_speed) if race.contact.slip_speed is not None else SLOW * wall * frequency
+        row[RUB], row[GRIP] = race.contact.friction, 1.0 / (pair.force * slow)
+        row[[ARM, ARM_NEXT]] = pair.force * pair.arms[0], pair.force * pair.arms[1]
 
 
 def _set_walls(race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:

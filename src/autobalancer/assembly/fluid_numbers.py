@@ -1,4 +1,4 @@
-"""What balls of every kind need of their fluid, behind the other numbers of ``System.rotor``: drag curves and lags."""
+"""What balls of every kind need of their fluid, behind the other numbers of ``System.rotor``: drag curves, slipstream, lags."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from scipy.interpolate import PchipInterpolator
 
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
+from autobalancer.kernels.race_layout import LINE_DISTANCE_POWERS, LINE_SPEED_POWERS
 from autobalancer.kernels.system import Floats
+from autobalancer.laws.slipstream import DISTANCE, FIT, REYNOLDS
 
 LONGEST_TABLE = 400_000
 
@@ -38,25 +40,32 @@ def mode_count(lags: Lags) -> int:
 
 
 class FluidNumbers:
-    """Appends curves, modes and tables to ``numbers``, each once, and says in the row of a ball where they are.
+    """Appends curves, modes and tables to ``numbers``, each once, and says in the row of one of ``balls`` where they are.
 
     ``layout`` names the columns of a row; the states of the modes begin at ``first_mode``.
     """
 
-    def __init__(self, numbers: list[float], layout: ModuleType, lags: Lags, first_mode: int) -> None:
+    def __init__(
+        self, numbers: list[float], layout: ModuleType, balls: tuple[Ball, ...], lags: Lags, first_mode: int
+    ) -> None:
         self.numbers, self.layout, self.lags, self.first_mode = numbers, layout, lags, first_mode
+        self.balls = balls
         self.curves: dict[object, int] = {}
         self.tables: dict[tuple[int, int], int] = {}
         self.modes: dict[tuple[int, int], tuple[int, int]] = {}
 
-    def put(self, ball: Ball, put: Callable[[int, float], None]) -> None:
-        """Fill the columns of one ball by ``put(column, value)``."""
+    def put(self, number: int, put: Callable[[int, float], None]) -> None:
+        """Fill the columns of the ball of this ``number`` by ``put(column, value)``."""
+        ball = self.balls[number]
         at, numbers, key = self.layout, self.numbers, (ball.balancer, ball.race)
         if ball.drag_curve is not None:
             if ball.drag_curve not in self.curves:
                 self.curves[ball.drag_curve] = len(numbers)
                 numbers += _curve(ball)
             put(at.DRAG_CURVE, self.curves[ball.drag_curve])
+        if ball.slipstream:
+            put(at.SLIPSTREAM, len(numbers))
+            numbers += _line(self.balls, number)
         lag = self.lags.get(key, Lag())
         if lag.rates.size:
             if key not in self.modes:
@@ -84,6 +93,16 @@ def _curve(ball: Ball) -> list[float]:
         float(velocities.size),
         *np.column_stack([forces, slopes]).ravel().tolist(),
     ]
+
+
+def _line(balls: tuple[Ball, ...], number: int) -> list[float]:
+    """A ball and the others of its race as kernels/slipstream.py reads them."""
+    assert FIT.shape == (LINE_SPEED_POWERS, LINE_DISTANCE_POWERS)
+    ball = balls[number]
+    race = [i for i, b in enumerate(balls) if (b.balancer, b.race) == (ball.balancer, ball.race) and i != number]
+    per_speed, per_angle = ball.diameter / ball.fluid_viscosity, ball.orbit_radius / ball.diameter
+    head = [per_speed, REYNOLDS[1], per_angle, DISTANCE[1], float(number), float(len(race))]
+    return [*head, *FIT.ravel().tolist(), *map(float, race)]
 
 
 def table_numbers(times: Floats, values: Floats) -> list[float]:

@@ -21,7 +21,7 @@ def is_real(machine: Machine, balls: tuple[Ball, ...], lags: Lags | None = None)
     """Whether the machine needs more than linear drag on smooth circular races."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     rough = any(race.friction is not None or race.harmonics or race.roundness is not None for race in races)
-    curved = any(ball.drag_curve is not None for ball in balls)
+    curved = any(ball.drag_curve is not None or ball.slipstream for ball in balls)
     return bool(rough or curved or machine.excitations or lags)
 
 
@@ -70,7 +70,7 @@ def race_numbers(
     numbers += [0.0] * (len(balls) * at.RACE_COLUMNS)
     rubbing = False
     shapes = Shapes(machine, numbers)
-    fluids = FluidNumbers(numbers, at, lags, first_mode)
+    fluids = FluidNumbers(numbers, at, balls, lags, first_mode)
     for i, ball in enumerate(balls):
         race = machine.balancers[ball.balancer].races[ball.race]
         row = rows + i * at.RACE_COLUMNS
@@ -93,7 +93,7 @@ def race_numbers(
         else:
             put(at.MODE, 1.0)
         put(at.SHAPE, shapes.place(ball))
-        fluids.put(ball, put)
+        fluids.put(i, put)
     numbers[BALL_ROWS], numbers[RUBBING] = rows, float(rubbing)
     numbers[SHAKERS] = add_excitations(machine, parts, numbers)
     return np.array(numbers, np.float64)

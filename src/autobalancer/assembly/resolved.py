@@ -75,7 +75,7 @@ def resolved_numbers(
     numbers = list(rotor)
     rows, first_mode = len(numbers), first_state + len(balls) * at.BALL_STATES
     numbers += [0.0] * (len(balls) * at.RESOLVED_COLUMNS)
-    fluids, shapes = FluidNumbers(numbers, at, lags, first_mode), Shapes(machine, numbers)
+    fluids, shapes = FluidNumbers(numbers, at, balls, lags, first_mode), Shapes(machine, numbers)
     for i, ball in enumerate(balls):
         race = machine.balancers[ball.balancer].races[ball.race]
         row = rows + i * at.RESOLVED_COLUMNS
@@ -87,7 +87,7 @@ def resolved_numbers(
             put(at.PARTITIONS, len(numbers))
             found, angles[i] = partition_numbers(race, ball, angles[i], relative_mass(ball))
             numbers += found
-        fluids.put(ball, put)
+        fluids.put(i, put)
     numbers[BALL_ROWS], numbers[SHAKERS] = rows, add_excitations(machine, parts, numbers)
     return np.array(numbers, np.float64)
 

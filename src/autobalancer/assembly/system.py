@@ -160,7 +160,7 @@ def assemble_general(
     if real and machine.tilting_races == "full":
         raise MachineError(
             "tilting_races: the full motion on a tilting race knows linear drag on smooth circular races only; "
-            "take 'deflection', or leave out friction, drag over the whole range, waves of the race and excitations"
+            "take 'deflection', or leave out friction, drag over the whole range, slipstream, waves of the race and excitations"
         )
     calm = pull == 0.0 and not machine.excitations
     turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic

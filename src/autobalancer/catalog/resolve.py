@@ -34,6 +34,7 @@ class Ball:
     drag_curve: DragCurve | None = None  # over the whole range of Reynolds numbers; None where the drag is linear
     fluid_density: float = 0.0
     fluid_viscosity: float = 0.0  # kinematic; both 0 without a fluid
+    slipstream: bool = False  # whether the balls of its race shield each other
 
     @property
     def effective_mass(self) -> float:
@@ -121,6 +122,8 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             problems.append((keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid"))
         if not isinstance(race.drag, DragTorque) and diameter == 0.0:
             problems.append((keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'"))
+        if race.slipstream and diameter == 0.0:
+            problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
         try:
             beta, curve = ball_drag(race.drag, radius, orbit, density, viscosity)
         except QuestionError as error:
@@ -146,10 +149,13 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     drag_curve=curve,
                     fluid_density=density,
                     fluid_viscosity=viscosity,
+                    slipstream=race.slipstream and race.ball_count > 1,
                 )
             )
     if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
         problems.append((("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead"))
+    elif race.slipstream and len({ball.diameter for ball in balls}) > 1:
+        problems.append((("slipstream",), "known for balls of one size only; take equal ones, or leave it out"))
     elif not problems:
         occupied = occupied_angle(balls)
         if occupied > 2.0 * math.pi * (1.0 + 1e-12):

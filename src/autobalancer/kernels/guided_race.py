@@ -7,9 +7,10 @@ per angle, n_hat = -i tau/L outward normal. With A the acceleration of the stati
     z'' = A + tau phi'' + i rho w' + k,    k = d tau/d phi phi'^2 + 2 i w tau phi' - w^2 rho
     I phi'' = r - m tau.A - c w' - f N,    N = -n_hat.m (z'' - g),    I = (inertia) L^2,    c = m rho x tau - j m r L
 
-r holds centrifugal force, weight, drag and contact; f = mu L is the arm of rolling resistance against the motion. The
-normal force N depends on the accelerations itself: it is put in, which leaves a system that is linear but no longer
-symmetric. A ball at rest on its race has phi'' = 0 instead, and r - m tau.A - c w' is what must hold it.
+r holds centrifugal force, weight, drag and contact, N also what balls that touch press each other onto the wall; f = mu L is
+the arm of rolling resistance against the motion. The normal force N depends on the accelerations itself: it is put in, which
+leaves a system that is linear but no longer symmetric. A ball at rest on its race has phi'' = 0 instead, and
+r - m tau.A - c w' is what must hold it.
 Derived from the kinetic energy of ball, rotor and spin; with a circle and no friction it is kernels/stations.py.
 """
 
@@ -50,6 +51,7 @@ from autobalancer.kernels.race_layout import (
     ROLL,
     ROLLING,
     SHAPE,
+    SLIPSTREAM,
     STRETCH,
     VISCOUS,
 )
@@ -57,7 +59,19 @@ from autobalancer.kernels.race_shape import orbit
 from autobalancer.kernels.rotor_layout import BALL_ROWS, PLACES, TABLE, WIDTH, blocks
 from autobalancer.kernels.rotor_motion import alone, together, write_rotor
 from autobalancer.kernels.shaking import shake
-from autobalancer.kernels.system import BALLS, CONTACT, LEAN_X, LEAN_Y, PRESCRIBED, PUSH, TWIST, Floats, System
+from autobalancer.kernels.slipstream import slipstream
+from autobalancer.kernels.system import (
+    BALLS,
+    CONTACT,
+    LEAN_X,
+    LEAN_Y,
+    OUTWARD,
+    PRESCRIBED,
+    PUSH,
+    TWIST,
+    Floats,
+    System,
+)
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
@@ -117,13 +131,16 @@ def _rates(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def
             lag += y[int(r[at + FIRST_MODE]) + i]
         if r[at + LAG_TABLE] != 0.0:
             lag += table_value(r, int(r[at + LAG_TABLE]), time)
-        drag = drag_force(r, int(r[at + DRAG_CURVE]), r[at + VISCOUS], path * (rate + lag))
+        through = path * (rate + lag)
+        drag = drag_force(r, int(r[at + DRAG_CURVE]), r[at + VISCOUS], through)
+        if r[at + SLIPSTREAM] != 0.0:
+            drag *= slipstream(y, r, int(r[at + SLIPSTREAM]), through, abs(through))
 
         lean_x, lean_y = mass * tau_x, mass * tau_y
         spin = mass * (rho_x * tau_y - rho_y * tau_x) - r[at + ROLL] * path
         push = mass * square * (tau_x * rho_x + tau_y * rho_y) + lean_x * gx + lean_y * gy
         push += balls[b, CONTACT] - drag * path - r[at + STRETCH] * growth * rate * rate
-        normal = mass * (out_x * (gx - known_x) + out_y * (gy - known_y))
+        normal = mass * (out_x * (gx - known_x) + out_y * (gy - known_y)) + balls[b, OUTWARD]
         normal_twist = mass * (out_y * rho_x - out_x * rho_y)
         r[at + RAW_PUSH], r[at + RAW_SPIN], r[at + RAW_LEAN_X], r[at + RAW_LEAN_Y] = push, spin, lean_x, lean_y
         r[at + NORMAL_PUSH], r[at + NORMAL_TWIST] = normal, normal_twist

@@ -73,6 +73,7 @@ from autobalancer.kernels.resolved_layout import (
     SHAPE,
     SLIDING,
     SLIP_SPEED,
+    SLIPSTREAM,
     SPIN_INERTIA,
     SPIN_TORQUE,
     VISCOUS,
@@ -83,6 +84,7 @@ from autobalancer.kernels.resolved_layout import (
 from autobalancer.kernels.rotor_layout import BALL_ROWS, COORDINATES, PLACES, TABLE, WIDTH, blocks
 from autobalancer.kernels.rotor_motion import alone, together, write_rotor
 from autobalancer.kernels.shaking import shake
+from autobalancer.kernels.slipstream import slipstream
 from autobalancer.kernels.system import BALLS, PRESCRIBED, Floats, System
 
 TINY = 1e-30  # m^2, keeps the direction of a ball at the center of its race a number
@@ -172,6 +174,10 @@ def _in_chamber(time: float, y, r, at: int, own: int, angle: float) -> None:  # 
     ux, uy = vx - lag * z, vz + lag * x
     fast = math.sqrt(ux * ux + uy * uy + TINY)
     braked = drag_force(r, int(r[at + DRAG_CURVE]), r[at + VISCOUS], fast) / fast
+    if r[at + SLIPSTREAM] != 0.0:
+        ahead = uy * nx - ux * ny
+        spared = (1.0 - slipstream(y, r, int(r[at + SLIPSTREAM]), ahead, fast)) * braked * ahead
+        force_x, force_y = force_x - spared * ny, force_y + spared * nx
     r[at + FORCE_X], r[at + FORCE_Y] = force_x - braked * ux, force_y - braked * uy
     r[at + SPIN_TORQUE], r[at + HOLD_RATE] = torque, hold_rate
 

@@ -21,15 +21,15 @@ BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_SPIN, HOLD, BALL_STATES = range(7)
     GAP, HERTZ, WALL_STIFFNESS, WALL_DAMPING, INNER_STIFFNESS, INNER_DAMPING, BALL_STIFFNESS, BALL_DAMPING,
     SLIDING, PEAK, SLIP_SPEED, PEAK_SPEED, ROLLING_ARM, REST_SPEED, ADHERENCE, HOLD_STIFFNESS, HOLD_DAMPING,
     FLOOR, WEIGHT, BALL_SLIDING,
-    VISCOUS, DRAG_CURVE, MODES, FIRST_MODE, MODE_NUMBERS, LAG_TABLE, SHAPE, PARTITIONS,
+    VISCOUS, DRAG_CURVE, SLIPSTREAM, MODES, FIRST_MODE, MODE_NUMBERS, LAG_TABLE, SHAPE, PARTITIONS,
     FORCE_X, FORCE_Y, SPIN_TORQUE, HOLD_RATE,
     RESOLVED_COLUMNS,
-) = range(42)  # fmt: skip
+) = range(43)  # fmt: skip
 # MASS_ effective; EXTRA the mass by which its inertia in motion relative to the chamber exceeds it; RACE_ number of its race,
 # -1 where balls pass through each other; GAP from inner to outer wall for the ball center, infinite without inner wall;
 # HERTZ 1 or 0; BALL_STIFFNESS with Hertz for a pair of unit radius, BALL_DAMPING per square root of stiffness times mass;
-# ROLLING_ARM a of the wall force; WEIGHT on the floor; VISCOUS drag force over velocity; SHAPE as in
-# race_layout.py; PARTITIONS place of the following; from FORCE_X on work space
+# ROLLING_ARM a of the wall force; WEIGHT on the floor; VISCOUS drag force over velocity; SHAPE and
+# SLIPSTREAM as in race_layout.py; PARTITIONS place of the following; from FORCE_X on work space
 
 # the partitions between which a ball runs: the angle between them, then for the one behind and the one ahead of it the normal
 # towards the ball, then stiffness and damping of both

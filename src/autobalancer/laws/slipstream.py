@@ -1,25 +1,28 @@
 """Slipstream: a ball behind another one feels less drag (Spannan 2021, section 5.2.4).
 
 The polynomial is a fit to free spheres in line, for Re from 0 to 300 and center distances from 1 to 20 diameters. It runs
-away outside: at 25 diameters it is 1.32, at 30 it is 3.3. So arguments are clamped to the range, the factor is 1 beyond
-20 diameters and never above 1. Walls and the curvature of a race are not in it, and no machine uses it by itself.
+away outside: at 25 diameters it is 1.32, at 30 it is 3.3. So arguments are clamped to the range and the factor is never above
+1; over the last diameter what is left of the shielding, 0.8 % at most, fades, so that the factor is 1 from 20 diameters on
+without a jump. The walls of a race are not in it.
 """
 
 from __future__ import annotations
 
 import math
+import warnings
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning
 
 Floats = NDArray[np.float64]
 REYNOLDS = (0.0, 300.0)
 DISTANCE = (1.0, 20.0)
 
 # rows powers of Re, columns powers of l/d
-_FIT = 1e-6 * np.array(
+FIT = 1e-6 * np.array(
     [
         [452100.0, 164000.0, -29690.0, 2731.0, -116.9, 1.876],
         [-2937.0, 321.9, -55.15, 4.918, -0.1302, 0.0],
@@ -46,9 +49,10 @@ def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
     """
     re = np.clip(np.abs(np.asarray(reynolds, dtype=float)), *REYNOLDS)
     apart = np.asarray(distance, dtype=float)
-    powers = np.stack([np.ones_like(re), re, re**2], axis=-1) @ _FIT
-    ratio = np.clip(apart, *DISTANCE)[..., None] ** np.arange(_FIT.shape[1])
-    return np.where(apart >= DISTANCE[1], 1.0, np.minimum((powers * ratio).sum(axis=-1), 1.0))
+    powers = np.stack([np.ones_like(re), re, re**2], axis=-1) @ FIT
+    ratio = np.clip(apart, *DISTANCE)[..., None] ** np.arange(FIT.shape[1])
+    fade = np.clip(DISTANCE[1] - apart, 0.0, 1.0)
+    return np.asarray(1.0 - fade * np.maximum(1.0 - (powers * ratio).sum(axis=-1), 0.0))
 
 
 def race_factors(
@@ -56,12 +60,16 @@ def race_factors(
 ) -> Floats:
     """Slipstream factor of every ball of a race: the next ball ahead shields it, in the direction in which it moves.
 
+    The distance is that of the centers along the orbit, as the fluid goes round with the race. Balls that pass through each
+    other hand over what they do to each other within half a diameter, so that the factor is continuous in the angles. It jumps
+    where a velocity changes its sign, but there is no drag then.
+
     Parameters
     ----------
     angles, velocities
         Ball angles (rad) and velocities relative to the fluid (m/s, positive towards greater angles), shape (n,).
     orbit_radius, diameter, viscosity
-        m, m, m^2/s; the distance is that of the centers, straight.
+        m, m, m^2/s.
 
     Raises
     ------
@@ -75,9 +83,28 @@ def race_factors(
         )
     if phi.size < 2:
         return np.ones_like(phi)
-    ahead = np.sign(u)[:, None] * (phi[None, :] - phi[:, None]) % (2.0 * math.pi)
-    np.fill_diagonal(ahead, 2.0 * math.pi)
-    nearest = ahead.min(axis=1)
-    chord = 2.0 * orbit_radius * np.sin(np.minimum(0.5 * nearest, 0.5 * math.pi))
-    factor = slipstream_factor(u * diameter / viscosity, chord / diameter)
+    ahead = np.sign(u)[:, None] * (phi[None, :] - phi[:, None]) % (2.0 * math.pi) * orbit_radius / diameter
+    around = 2.0 * math.pi * orbit_radius / diameter
+    np.fill_diagonal(ahead, around)
+    reynolds = u * diameter / viscosity
+    passing = 2.0 * np.where(ahead < 0.5, ahead, 0.0).max(axis=1)
+    share = passing**2 * (3.0 - 2.0 * passing)
+    factor = slipstream_factor(reynolds, np.where(ahead < 0.5, around, ahead).min(axis=1))
+    factor += share * (slipstream_factor(reynolds, 1.0) - factor)
     return np.where(u == 0.0, 1.0, factor)
+
+
+def range_record(reynolds: float) -> dict[str, Any]:
+    """What to keep with a result in which the greatest Reynolds number of a ball was ``reynolds``.
+
+    That number, the last of the fit, and a sentence in ``slipstream_warning`` if it was exceeded, which is then also given as a
+    ``RangeWarning``.
+    """
+    text = ""
+    if reynolds > REYNOLDS[1]:
+        text = (
+            f"slipstream: the Reynolds number reached {reynolds:.3g}; the factor is a fit up to {REYNOLDS[1]:g} "
+            "(Spannan 2021, section 5.2.4), beyond it keeps its value of there"
+        )
+        warnings.warn(text, RangeWarning, stacklevel=2)
+    return {"slipstream_reynolds": reynolds, "slipstream_reynolds_limit": REYNOLDS[1], "slipstream_warning": text}

@@ -131,10 +131,19 @@ def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
         "resolved contact": any(race.resolved is not None for race in races),
         "excitations": bool(machine.excitations),
     }
-    found = [name for name, there in known.items() if there]
-    if not found:
-        return ()
-    return (f"averaged and exact border do not count {', '.join(found)}; simulate the machine to see what they do",)
+    line = {
+        "slipstream": any(ball.slipstream for ball in balls),
+        "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
+    }
+    missing = (
+        ("averaged and exact border do not count", known),
+        ("no border, release and capture included, counts", line),
+    )
+    return tuple(
+        f"{what} {', '.join(name for name, there in parts.items() if there)}; simulate the machine to see what they do"
+        for what, parts in missing
+        if any(parts.values())
+    )
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from autobalancer.machine.part import Angle, Listed, Part, Position, Ratio, quantity
 
 ContactStiffness = Annotated[float, quantity("N/m", positive=True)]
+SlipSpeed = Annotated[float, quantity("m/s", positive=True)]
 
 
 class Contact(Part):
@@ -16,15 +17,25 @@ class Contact(Part):
 
     A spring and a damper that never pull act between them; no rebound counts as 1 %. ``stiffness`` along the race, if not
     given, is such that a contact lasts about a twentieth of a turn, by which it neither matters nor slows down the run.
+
+    ``friction`` acts between rolling balls that press on each other, full where they slip much faster than ``slip_speed``
+    (Spannan 2021, 5.6). Without it that is a thousandth of the speed of the wall at the greatest speed of the machine, at which
+    friction is about as stiff as the contact.
     """
 
     restitution: Ratio
     stiffness: ContactStiffness | None = None
+    friction: Ratio = 0.0
+    slip_speed: SlipSpeed | None = None
 
     @model_validator(mode="after")
     def _possible(self) -> Contact:
         if self.restitution > 1.0:
             raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
+        if self.slip_speed is not None and self.friction == 0.0:
+            raise ValueError(
+                "slip_speed: has no effect without friction between the balls; give 'friction' or leave it out"
+            )
         return self
 
 

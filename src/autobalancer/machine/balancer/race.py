@@ -25,7 +25,8 @@ class Race(Part):
     Balls that meet touch and keep their order: without ``contact`` they rebound with 14 % of their
     speed, as critical damping makes them. ``coincidence`` lets them pass
     through each other, as many models in the literature do; balls of unknown size always do. ``harmonics`` or a measured
-    ``roundness`` are deviations of the orbit from its circle. With ``resolved`` the balls are not guided along the race but
+    ``roundness`` are deviations of the orbit from its circle. In a ``slipstream`` each ball feels less drag behind the next one
+    ahead of it. With ``resolved`` the balls are not guided along the race but
     free in its plane, between the outer wall and, if ``width`` is given, the inner one.
     """
 
@@ -37,6 +38,7 @@ class Race(Part):
     height: Length | None = None
     fluid: Fluid | None = None
     drag: Drag
+    slipstream: bool = False
     friction: Friction | None = None
     contact: Contact | None = None
     coincidence: bool = False
@@ -56,6 +58,18 @@ class Race(Part):
             raise ValueError("coincidence: balls that pass through each other have no 'contact'; leave one out")
         if self.harmonics and self.roundness is not None:
             raise ValueError("roundness: give either 'harmonics' or a measured 'roundness', not both")
+        if self.slipstream and self.fluid is None:
+            raise ValueError("slipstream: needs the viscosity of a fluid; add 'fluid', or leave it out")
+        return self
+
+    @model_validator(mode="after")
+    def _rubbing(self) -> Race:
+        if self.contact is None or self.contact.friction == 0.0:
+            return self
+        if self.resolved is not None:
+            raise ValueError("contact.friction: is for guided balls; 'resolved' balls rub with resolved.ball_friction")
+        if any(group.motion == "point" for group in self.balls):
+            raise ValueError("contact.friction: balls rub as they roll, point balls do not; set motion = 'rolling'")
         return self
 
     @model_validator(mode="after")

@@ -6,12 +6,11 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.balancer.contact import ContactStiffness
+from autobalancer.machine.balancer.contact import ContactStiffness, SlipSpeed
 from autobalancer.machine.part import Offset, Part, Ratio, quantity
 
 Modulus = Annotated[float, quantity("Pa", positive=True)]
 ContactDamping = Annotated[float, quantity("N*s/m", non_negative=True)]
-SlipSpeed = Annotated[float, quantity("m/s", positive=True)]
 
 
 class ResolvedContact(Part):
