@@ -25,7 +25,7 @@ from autobalancer.laws.stall import StalledBall, planar_receptance, release_spee
 from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.spannan2021.figure_6_24 import (
     BALL,
     CRITICAL,
@@ -77,18 +77,14 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             rows.append((name, 0.0, stalled_share(run), 0.02))
     run = simulated(machine(0.015, "whole", 61.5, HIGH, RATE))
     rows.append(("rolling resistance 0.015: share of the time at which balls stall", 0.0, stalled_share(run), 0.02))
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="6.23 in kind",
-            quantity=name,
-            unit="1" if target == 0.0 else "rad/s",
-            target=target,
-            obtained=value,
-            tolerance=tolerance if target == 0.0 else tolerance * target,
-        )
-        for name, target, value, tolerance in rows
-    ]
+    return compared_all(
+        "Spannan 2021",
+        "6.23 in kind",
+        [
+            (name, "rad/s", target, value, tolerance * target) if target else (name, "1", target, value, tolerance)
+            for name, target, value, tolerance in rows
+        ],
+    )
 
 
 def machine(rolling: float, law: str, low: float, high: float, rate: float, unbalance: float = UNBALANCE) -> Machine:

@@ -20,7 +20,7 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "one_ball_run_up.toml"
 WIDE, OVAL = math.radians(155.0), 10e-6
@@ -46,18 +46,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             2.0,
         ),
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="6.20, 6.21 in kind",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=value,
-            tolerance=tolerance,
-        )
-        for name, unit, target, value, tolerance in found
-    ]
+    return compared_all("Spannan 2021", "6.20, 6.21 in kind", found)
 
 
 def unbalances() -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.plots.save import save_picture
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "one_ball_run_up.toml"
 DENSITY = {5: 844.0, 20: 955.0, 50: 950.0}  # kg/m^3 by mm^2/s: tables 6.3 and 6.1
@@ -25,7 +25,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Residual deflection with the ball against without, ball position, resonance."""
     machine = ab.load_machine(MACHINE)
     bare = ab.simulate(with_parameter(machine, "balancers", ()))
-    common = {"source": "Spannan 2021"}
     rows = []
     turns = []
     for viscosity, density in DENSITY.items():
@@ -40,41 +39,30 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         ratio = ab.residual_vibration(run) / ab.residual_vibration(bare)
         rows += [
             (
-                "deflection at 1200 rpm with ball / without",
                 figure,
+                "deflection at 1200 rpm with ball / without",
                 "1",
                 1.0 - moment / UNBALANCE,
                 ratio,
                 0.02,
             ),
-            ("ball opposite to the unbalance at the end", figure, "deg", 180.0, angle, 3.0),
+            (figure, "ball opposite to the unbalance at the end", "deg", 180.0, angle, 3.0),
         ]
         if viscosity == 20:
-            rows.append(("moment of the ball", "section 6.1.6", "g mm", EFFECTIVE * ORBIT, moment, 1.0))
+            rows.append(("section 6.1.6", "moment of the ball", "g mm", EFFECTIVE * ORBIT, moment, 1.0))
     fewer = float(turns[0] > turns[1] > turns[2])
     rows += [
-        ("the thinner the oil, the more turns the ball lags (1 = true)", "6.25-6.27", "1", 1.0, fewer, 0.0),
+        ("6.25-6.27", "the thinner the oil, the more turns the ball lags (1 = true)", "1", 1.0, fewer, 0.0),
         (
-            "resonance passed at (planar: no stiffening rubber)",
             "section 6.1.2",
+            "resonance passed at (planar: no stiffening rubber)",
             "Hz",
             10.7,
             _resonance(bare),
             0.1,
         ),
     ]
-    return [
-        compared(
-            **common,
-            figure=figure,
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=value,
-            tolerance=tolerance,
-        )
-        for name, figure, unit, target, value, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", None, rows)
 
 
 def _resonance(run: Any) -> float:
