@@ -22,8 +22,8 @@ from autobalancer.measurement.equilibrium_angle import (
     TurnedRace,
     drag_coefficients,
     equilibrium_angles,
-    fit_rolling_resistance,
 )
+from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
 from reproductions import compared_all

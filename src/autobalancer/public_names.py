@@ -139,5 +139,11 @@ HOME = {
     "TurnedRace": "measurement.equilibrium_angle",
     "equilibrium_angles": "measurement.equilibrium_angle",
     "drag_coefficients": "measurement.equilibrium_angle",
-    "fit_rolling_resistance": "measurement.equilibrium_angle",
+    "fit_rolling_resistance": "measurement.rolling_resistance",
+    "rolling_resistance_deviation": "measurement.rolling_resistance",
+    "angle_against_speed": "measurement.angle_curve",
+    "load_angle_series": "measurement.angle_file",
+    "evaluate_angles": "measurement.angle_evaluation",
+    "plot_equilibrium_angles": "plots.equilibrium_angle",
+    "plot_measured_drag": "plots.equilibrium_angle",
 }
