@@ -5,13 +5,14 @@ which the source does not state. The speed changes by 0.1 rad/s^2 as in the sour
 a run-up begins, and are released where they leave it. Measured: subsynchronous vibration at 53 rad/s, from 57.5 to 64 rad/s.
 The line is at the critical speed of the stand-in (60.3 rad/s) when the balls are released, and lower at lower speeds, where less
 drag is to be held; the source gives one number for all speeds. Balls leave the critical speed within seconds. One then goes on
-slower than the rotor for some time, since balls in line drive the rotor above the critical speed, too; in the source it does not.
+slower than the rotor for some time, since the whirl that both still make brakes it; in the source it does not.
 
 The torque balance leaves the unbalance out and takes the balls to stand in line. So it has a release and a capture: below the
-latter, balls in line that turn nearly with the rotor fall back. With linear drag they do so slowly, and the speed changes by
-0.02 rad/s^2 there, by 0.5 at the release. Balls that stand in their balanced places are not braked and hold out longer in the
-run-down, but not below where the balanced state loses its stability: these captures are beside the measured one. Close to the
-critical speed, where the release would be with a resistance of 0.01, the whirl of the unbalance tears the balls off before.
+latter, balls in line that turn nearly with the rotor fall back. With linear drag they do so slowly, 4 % late at 0.1 rad/s^2, so
+the speed changes by 0.02 rad/s^2 there; by 0.5 at the release. Balls that stand in their balanced places are not braked and hold
+out longer in the run-down, but not below where the balanced state loses its stability: these captures are beside the measured
+one. Close to the critical speed, where the release would be with a resistance of 0.01, the whirl of the unbalance tears the
+balls off before.
 """
 
 from __future__ import annotations

@@ -134,6 +134,7 @@ __all__ = [
     "release_speed",
     "residual_vibration",
     "response_peaks",
+    "rest_interval",
     "rig",
     "rig_text",
     "rigs",
@@ -193,6 +194,7 @@ if TYPE_CHECKING:
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
     from autobalancer.laws.drag_curve import DragCurve
+    from autobalancer.laws.rest_interval import rest_interval
     from autobalancer.laws.slipstream import slipstream_factor
     from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
     from autobalancer.measurement.angle_curve import angle_against_speed

@@ -115,6 +115,7 @@ HOME = {
     "discoidal": "laws.drag_coefficient",
     "free_sphere": "laws.drag_coefficient",
     "DragCurve": "laws.drag_curve",
+    "rest_interval": "laws.rest_interval",
     "slipstream_factor": "laws.slipstream",
     "stall_ranges": "laws.stall",
     "stall_balance": "laws.stall",
