@@ -43,12 +43,14 @@ def rest(start):
 
 starts = np.radians(np.linspace(-150.0, 150.0, 31))
 rests = np.array([rest(start) for start in starts])
-border = adherence * orbit * ((mass + ball) * speed**2 - stiffness) / (ball * orbit * speed**2)
+rotor = {"mass": mass + ball, "stiffness": stiffness, "damping": 200.0, "speed": speed}
+low, high = ab.rest_interval(ball * orbit, ball * orbit, orbit, adherence, **rotor)
 
 figure, axes = plt.subplots(layout="constrained")
-axes.axhspan(-np.degrees(border), np.degrees(border), color="0.9", label="closed form, small angles")
+axes.axhspan(np.degrees(low), np.degrees(high), color="0.9", label="closed form")
 axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, label="simulated")
 axes.set(xlabel="start against balanced place in deg", ylabel="rest against balanced place in deg")
 axes.legend()
-print(f"widest rest {np.degrees(np.abs(rests).max()):.3f} deg, closed form {np.degrees(border):.3f} deg")
-assert np.abs(rests).max() < 1.05 * border
+print(f"rests from {np.degrees(rests.min()):.3f} to {np.degrees(rests.max()):.3f} deg")
+print(f"closed form {np.degrees(low):.3f} to {np.degrees(high):.3f} deg")
+assert low < rests.min() < 0.0 < rests.max() < high

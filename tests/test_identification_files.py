@@ -108,7 +108,7 @@ def test_an_error_in_meters_of_a_logarithmic_curve_becomes_relative(tmp_path: Pa
         ('[[modes]]\nvalue = "1 kg"\nerror = 1\n', r"modes\[1\]: given '1 kg'"),
         ('[[modes]]\nvalue = 1\nerror = 1\nquantity = "Q"\n', "quantity: given 'Q'"),
         ("[modes]\nvalue = 1\n", "write each entry under its own line"),
-        ('[[responses]]\nfile = "no.csv"\nerror = "1 %"\n', r"responses\[1\].*cannot be read"),
+        ('[[responses]]\nfile = "no.csv"\nerror = "1 %"\n', r"responses\[1\].*no such file"),
         ('[[responses]]\nfile = "data.toml"\nerror = "1 %"\n', "name the columns"),
         ("value = ", "not valid TOML"),
     ],

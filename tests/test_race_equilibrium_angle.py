@@ -15,8 +15,8 @@ from autobalancer.measurement.equilibrium_angle import (
     TurnedRace,
     drag_coefficients,
     equilibrium_angles,
-    fit_rolling_resistance,
 )
+from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.simulation.sampling import Samples
 
 DIAMETER, ORBIT, STEEL = 0.0123, 0.07695, 7800.0

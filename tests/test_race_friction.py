@@ -12,7 +12,9 @@ from tests.references.race_runs import states_of
 from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, ROLLING, standing
 
 from autobalancer.assembly.system import assemble
+from autobalancer.errors import QuestionError
 from autobalancer.kernels.guided_race import real_race
+from autobalancer.laws.rest_interval import rest_interval
 from autobalancer.machine import Machine
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3
@@ -114,26 +116,33 @@ def _whirl(delta: float, damping: float) -> complex:
     return moment * speed**2 * (1.0 - np.exp(1j * delta)) / (4e5 - 10.01 * speed**2 + 1j * damping * speed)
 
 
-def _border(mu: float, damping: float, side: float) -> float:
-    """Where the force along the race reaches adherence times the normal force, in the steady whirl."""
-
-    def excess(delta: float) -> float:
-        seen = _whirl(delta, damping) * np.exp(-1j * (math.pi + delta))
-        return abs(seen.imag) - mu * (ORBIT + seen.real)
-
-    return float(brentq(excess, side * 1e-6, side * 1.5, xtol=1e-13))
-
-
 @pytest.mark.parametrize(("damping", "side"), [(0.0, 1.0), (0.0, -1.0), (200.0, 1.0), (200.0, -1.0)])
 def test_the_rest_interval_of_a_supercritical_rotor_has_its_closed_form_width(damping: float, side: float) -> None:
     mu = 2e-4
-    border = _border(mu, damping, side)
+    rotor = {"mass": 10.01, "stiffness": 4e5, "damping": damping, "speed": 300.0}
+    border = rest_interval(0.01 * ORBIT, 0.01 * ORBIT, ORBIT, mu, **rotor)[0 if side < 0.0 else 1]
     if damping == 0.0:
         near = mu * ORBIT * (10.01 * 300.0**2 - 4e5) / (0.01 * ORBIT * 300.0**2)  # sin(delta) = delta
         assert abs(border) == pytest.approx(near, rel=0.02)
     for share, rests in ((0.999, True), (1.001, False)):
         found = states_of(_rotor(share * border, mu, damping), np.linspace(0.0, 0.5, 51))
         assert np.all(found[:, SPEED_OF_BALL] == 0.0) == rests
+
+
+def test_more_adherence_widens_the_rest_interval_until_it_goes_all_around() -> None:
+    rotor = {"mass": 10.0, "stiffness": 4e5, "speed": 300.0}
+    ends = np.array([rest_interval(1e-3, 1e-3, 0.1, mu, **rotor) for mu in (1e-4, 2e-4, 4e-4, 1e-2)])
+    np.testing.assert_allclose(ends[:, 0], -ends[:, 1], rtol=1e-9)
+    assert (np.diff(ends[:, 1]) > 0.0).all()
+    assert ends[-1, 1] == math.pi
+    heavy = rest_interval(1e-3, 1e-3, 0.1, 1e-4, **rotor, heavy=True)
+    assert 0.98 * ends[0, 1] < heavy[1] < ends[0, 1]  # its whirl takes from the wall force
+    lag = rest_interval(1e-3, 1e-3, 0.1, 1e-4, **rotor, damping=200.0, heavy=True)
+    assert lag[0] > 0.0  # with damping the ball at the heavy place itself is moved on
+    with pytest.raises(QuestionError, match="holds no ball opposite"):
+        rest_interval(1e-3, 5e-3, 0.1, 1e-9, **rotor, damping=2e4)
+    with pytest.raises(QuestionError, match="adherence: given 0"):
+        rest_interval(1e-3, 1e-3, 0.1, 0.0, **rotor)
 
 
 def test_a_ball_carried_up_by_a_slow_rotor_slips_at_the_angle_of_friction() -> None:

@@ -19,7 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.plots.branches import plot_branches
 from autobalancer.stability.bifurcation_curves import bifurcation_curves
 from autobalancer.stability.branches import branches
-from reproductions import compared
+from reproductions import compared_all
 
 STALL = Path(__file__).resolve().parents[2] / "examples" / "machines" / "stall_and_release.toml"
 SPEED, BAUTIN_SPEED, BAUTIN_DRAG, PERIOD = 1e-6, 1e-4, 1e-8, 1e-6  # tolerances
@@ -57,18 +57,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for name, speed in zip(names, STALLED_FOLDS, strict=True):
         rows.append(("stalled balls", name, "rad/s", speed, nearest(stalled, "fold", speed), SPEED))
     draw(stalled, out)
-    return [
-        compared(
-            source="AUTO-07p 0.9.2",
-            figure=figure,
-            quantity=quantity,
-            unit=unit,
-            target=target,
-            obtained=value,
-            tolerance=tolerance,
-        )
-        for figure, quantity, unit, target, value, tolerance in rows
-    ]
+    return compared_all("AUTO-07p 0.9.2", None, rows)
 
 
 def machine(drag: float) -> Machine:

@@ -16,7 +16,7 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.plots.chamber_study import plot_amplitudes
 from autobalancer.plots.save import save_picture
 from autobalancer.studies.chamber_amplitudes import chamber_amplitudes, optimal_means
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
 
@@ -36,31 +36,22 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     rest = 100.0 * float(slippery["share_carried"].max())
     vibration = "vibration saved by the deep chamber, friction 0.7, means over 12 and 20 against 3 to 10 balls"
     rows = [
-        ("balls of the deep chamber carried, friction 0.3, greatest of 4 and 12 balls", 0.0, rest, 0.0),
+        ("balls of the deep chamber carried, friction 0.3, greatest of 4 and 12 balls", "%", 0.0, rest, 0.0),
         (
             "balls of the deep chamber carried, friction 0.7, 12 and 20 balls",
+            "%",
             100.0,
             float(carried.sel(balls=[12, 20]).min()),
             0.0,
         ),
         (
             "balls of the deep chamber carried, friction 0.7, 4 balls: border of the source",
+            "%",
             100.0,
             float(carried.sel(balls=4)),
             0.0,
         ),
-        (vibration, 83.0, saved["vertical_amplitude"], 15.0),
-        (f"synchronous {vibration}", 83.0, saved["vertical_synchronous"], 15.0),
+        (vibration, "%", 83.0, saved["vertical_amplitude"], 15.0),
+        (f"synchronous {vibration}", "%", 83.0, saved["vertical_synchronous"], 15.0),
     ]
-    return [
-        compared(
-            source="Pakuła 2021",
-            figure="10 and 12",
-            quantity=name,
-            unit="%",
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, target, obtained, tolerance in rows
-    ]
+    return compared_all("Pakuła 2021", "10 and 12", rows)

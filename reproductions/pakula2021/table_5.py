@@ -18,7 +18,7 @@ import numpy as np
 from autobalancer.plots.chamber_study import plot_step_sizes
 from autobalancer.plots.save import save_picture
 from autobalancer.studies.step_size import step_size_study
-from reproductions import compared
+from reproductions import compared_all
 
 DATA = Path(__file__).parent / "data" / "central_collision_table5.csv"
 STIFFNESS_OVER_MASS = 1e10
@@ -62,18 +62,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     rows.append(("power of the step from 1e-5 to 1e-6 s at 8 m/s", "1", theirs, power, 0.5))
     gains = 100.0 * float(found["share_of_gains"].sel(step=[1e-6, 1e-7]).mean())
     rows.append(("collisions that gain energy (the table has no loss)", "%", 100.0, gains, 10.0))
-    return [
-        compared(
-            source="Pakuła 2021",
-            figure="table 5",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Pakuła 2021", "table 5", rows)
 
 
 def table() -> dict[tuple[float, float], float]:

@@ -25,7 +25,7 @@ import xarray as xr
 from autobalancer.plots.frequency_response import COLORS
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
 from reproductions.rodrigues2011.rig import columns
 
@@ -69,11 +69,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         text = f"c_b = 1, asymptotic value at {speed:g} rpm, against an independent integration"
         rows.append((text, "mm", target, float(value), 5e-4))
     draw(out, drawn)
-    return [
-        compared(source="Rodrigues 2011", figure="13", quantity=text, unit=unit, target=target, obtained=value,
-                 tolerance=tolerance)
-        for text, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "13", rows)
 
 
 def vertices(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import INK
 from autobalancer.results.series import wrapped
 from autobalancer.studies.frequency_response import frequency_response
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.rodrigues2011.balls import BALL, ORBIT, from_heavy_spot, with_balls
 from reproductions.rodrigues2011.rig import BEARINGS, RPM
 
@@ -62,11 +62,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         rows.append((f"(a) c_b = {name}: share of the speeds above 2700 rpm where the balls reduce the vibration", "1",
                      1.0, float((ratio < 1.0).mean()), 0.0))  # fmt: skip
     draw(out, found, plain, phase, light)
-    return [
-        compared(source="Rodrigues 2011", figure="14 in kind", quantity=text, unit=unit, target=target, obtained=value,
-                 tolerance=tolerance)
-        for text, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "14 in kind", rows)
 
 
 def without_balls(machine: Machine) -> Machine:

@@ -16,7 +16,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
 from autobalancer.rotordynamics.peaks import response_peaks
 from autobalancer.rotordynamics.response import unbalance_response
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 
 PRINTED = (1455.0, 1700.0, 1920.0, 2280.0)  # rpm
@@ -45,11 +45,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for number, target in enumerate(_peaks(speed[kept], amplitude[kept])[1:], 2):
         rows.append((f"peak {number} of the simulated curve", "rpm", target, float(drawn[number - 1]), 0.005 * target))
     _draw(out)
-    return [
-        compared(source="Rodrigues 2011", figure="8a", quantity=name, unit=unit, target=target, obtained=value,
-                 tolerance=tolerance)
-        for name, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "8a", rows)
 
 
 def _peaks(speed: np.ndarray, amplitude: np.ndarray) -> list[float]:

@@ -19,7 +19,7 @@ from autobalancer.plots.frequency_response import plot_frequency_response
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import UNBALANCE
 from autobalancer.studies.frequency_response import frequency_response
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.rodrigues2011.balls import with_balls
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns
 
@@ -44,12 +44,12 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     ):
         ratio = level(found.sel(direction=way), low, high) / measured(way, low, high)
         rows.append(
-            (f"level {way}wards from {low:g} to {high:g} rpm, ours over measured ({lacking})", 1.0, ratio, 0.25)
+            (f"level {way}wards from {low:g} to {high:g} rpm, ours over measured ({lacking})", "1", 1.0, ratio, 0.25)
         )
     for low, high in HYSTERESIS:
         ours = level(found.sel(direction="up"), low, high) / level(found.sel(direction="down"), low, high)
         theirs = measured("up", low, high) / measured("down", low, high)
-        rows.append((f"run-up over run-down from {low:g} to {high:g} rpm", theirs, ours, 0.25 * theirs))
+        rows.append((f"run-up over run-down from {low:g} to {high:g} rpm", "1", theirs, ours, 0.25 * theirs))
     figure = plot_frequency_response(found, deflection_unit="mm")
     for way, mark in (("up", "^"), ("down", "v")):
         speed, amplitude = columns(f"fig09_abb_3washers_run{way}")
@@ -59,11 +59,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         )
     figure.axes[0].set_title("Rodrigues 2011, figure 9a, c_b = 0.1; measured in vermilion", loc="left")
     save_picture(figure, out / "figure_9.png")
-    return [
-        compared(source="Rodrigues 2011", figure="9a", quantity=text, unit="1", target=target, obtained=value,
-                 tolerance=tolerance)
-        for text, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "9a", rows)
 
 
 def level(leg: xr.Dataset, low: float, high: float) -> float:

@@ -21,7 +21,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import ALL_BALLS, look, picture
 from autobalancer.rotordynamics.orbits import whirl_orbits
 from autobalancer.rotordynamics.response import unbalance_response
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 
 FIGURES = {1415.0: "orbit_fig07b_1415rpm_measured_plain", 1675.0: "orbit_fig07c_1675rpm_measured_plain"}
@@ -48,11 +48,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     backward = float((words == "backward").all(axis=1).any())
     rows.append(("backward whirl at both bearings between the first peaks (1 = yes)", "1", 1.0, backward, 0.0))
     _draw(out)
-    return [
-        compared(source="Rodrigues 2011", figure="7 and 8, orbits", quantity=name, unit=unit, target=target,
-                 obtained=value, tolerance=tolerance)
-        for name, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "7 and 8, orbits", rows)
 
 
 def _seen(name: str, bearing: str) -> tuple[np.ndarray, np.ndarray]:

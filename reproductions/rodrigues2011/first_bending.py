@@ -23,7 +23,7 @@ from autobalancer.plots.modes import plot_modes
 from autobalancer.plots.save import save_picture
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.modes import eigenfrequencies
-from reproductions import compared
+from reproductions import compared_all
 
 MASS, TRANSVERSE, POLAR = 1.28, 0.0138, 0.00124  # table 1
 FIRST, SECOND = 0.110, 0.150  # from the mass center to the bearings, m
@@ -38,18 +38,18 @@ HUB = 0.020  # m; the race in it is 11 mm wide
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Bending speed without and with a stiff hub, and the rigid-body speeds as a check of the model."""
     machine = shaft_model()
-    rows = [("first flexible critical speed, thin disk", bending_speed(machine), PRINTED, ABOUT)]
-    rows.append(("first flexible critical speed, hub of 20 mm", bending_speed(shaft_model(HUB)), PRINTED, ABOUT))
+    within = ABOUT * PRINTED
+    rows = [
+        ("first flexible critical speed, thin disk", "rpm", PRINTED, bending_speed(machine), within),
+        ("first flexible critical speed, hub of 20 mm", "rpm", PRINTED, bending_speed(shaft_model(HUB)), within),
+    ]
     found = critical_speeds(machine, highest=4000.0 * RPM)["critical_speed"].values / RPM
     stiff = critical_speeds(rig("rodrigues_rig"), balls=False)["critical_speed"].values / RPM
     for number, (target, obtained) in enumerate(zip(stiff, found, strict=True), 1):
-        rows.append((f"critical speed {number} against that of the rigid rotor", float(obtained), float(target), 0.03))
+        name = f"critical speed {number} against that of the rigid rotor"
+        rows.append((name, "rpm", float(target), float(obtained), 0.03 * float(target)))
     save_picture(plot_modes(eigenfrequencies(machine, 0.0, modes=6)), out / "first_bending.png")
-    return [
-        compared(source="Rodrigues 2011", figure="section 4", quantity=name, unit="rpm", target=target,
-                 obtained=obtained, tolerance=share * target)
-        for name, obtained, target, share in rows
-    ]  # fmt: skip
+    return compared_all("Rodrigues 2011", "section 4", rows)
 
 
 def bending_speed(machine: Machine) -> float:

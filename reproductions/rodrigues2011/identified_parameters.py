@@ -17,7 +17,7 @@ from autobalancer.plots.identification import plot_identification
 from autobalancer.plots.save import save_picture
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
-from reproductions import compared
+from reproductions import compared_all
 
 MEASUREMENTS = Path(__file__).parents[2] / "examples" / "measurements"
 MASS = 1.28
@@ -48,19 +48,11 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for i in np.flatnonzero(speeds["row_kind"].values == "critical_speed"):
         target, obtained = (float(speeds[name][i]) * 30.0 / math.pi for name in ("measured", "after"))
         name = f"measured critical speed {i + 1}, fitted within the errors of table 1"
-        rows.append(row("section 5", name, "rpm", target, obtained, WITHIN * target))
+        rows.append(("section 5", name, "rpm", target, obtained, WITHIN * target))
     values = dict(zip(curve["parameter"].values, curve["value"].values, strict=True))
     for key, name, unit, factor, target, tolerance in PRINTED:
         quantity = f"{name}, identified from the simulated curve"
-        rows.append(row("Figure 8, tables 2 and 3", quantity, unit, target, factor * float(values[key]), tolerance))
+        rows.append(("Figure 8, tables 2 and 3", quantity, unit, target, factor * float(values[key]), tolerance))
     save_picture(plot_identification(speeds), out / "identified_from_critical_speeds.png")
     save_picture(plot_identification(curve), out / "identified_from_figure_8.png")
-    return rows
-
-
-def row(figure: str, quantity: str, unit: str, target: float, obtained: float, tolerance: float) -> dict[str, Any]:
-    """One row."""
-    return compared(
-        source="Rodrigues 2011", figure=figure, quantity=quantity, unit=unit, target=target, obtained=obtained,
-        tolerance=tolerance,
-    )  # fmt: skip
+    return compared_all("Rodrigues 2011", None, rows)

@@ -17,7 +17,7 @@ import numpy as np
 from autobalancer.catalog.bearings import TABLE_DENSITY, Bearing, bearings
 from autobalancer.laws.capability import capability, half_sector, largest_useful_count, potential_ratio
 from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
-from reproductions import compared
+from reproductions import compared_all
 
 AIR = 1.2
 """Density of air in a laboratory [kg/m^3]; any value from 0.9 to 1.27 gives the same digits."""
@@ -55,18 +55,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             (f"smallest ball on its orbit, {name}", "d/2e", low, float(ratio.min()), 0.5 * unit),
             (f"largest ball on its orbit, {name}", "d/2e", high, float(ratio.max()), 0.5 * unit),
         ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="Tables C.1, C.2",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "Tables C.1, C.2", rows)
 
 
 def printed_rule(entry: Bearing, fluid_density: float) -> float:

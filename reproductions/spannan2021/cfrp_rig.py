@@ -23,7 +23,7 @@ from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, look, picture
 from autobalancer.rotordynamics.modes import eigenfrequencies
-from reproductions import compared
+from reproductions import compared_all
 
 MODES = ("backward 1", "forward 1", "backward 2", "forward 2")
 SIMULATED = {
@@ -55,7 +55,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for speed in MEASURED:
         rows += rows_at(speed, MEASURED, found[speed], AS_MEASURED, "identified values, against the measured one")
     draw(machine, out)
-    return rows
+    return compared_all("Spannan 2021", "Table 6.5", rows)
 
 
 def frequencies(machine: Machine, speed: float) -> np.ndarray:
@@ -83,24 +83,14 @@ def with_printed_values(machine: Machine) -> tuple[Machine, float]:
 
 def rows_at(
     speed: float, table: Mapping[float, tuple[float, ...]], found: np.ndarray, share: float, what: str
-) -> list[dict[str, Any]]:
+) -> list[tuple[str, str, float, float, float]]:
     """A row for each frequency that the table has at a speed; at rest one for both whirls."""
     rows = []
     for number, (name, target) in enumerate(zip(MODES, table[speed], strict=True)):
         if math.isnan(target) or (speed == 0.0 and "forward" in name):
             continue
         quantity = f"{name if speed else f'mode {name[-1]}'} at {speed:g} rad/s, {what}"
-        rows.append(
-            compared(
-                source="Spannan 2021",
-                figure="Table 6.5",
-                quantity=quantity,
-                unit="Hz",
-                target=target,
-                obtained=float(found[number]),
-                tolerance=share * target,
-            )
-        )
+        rows.append((quantity, "Hz", target, float(found[number]), share * target))
     return rows
 
 

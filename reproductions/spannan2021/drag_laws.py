@@ -20,7 +20,7 @@ from autobalancer.laws.slipstream import slipstream_factor
 from autobalancer.laws.stall import StalledBall, planar_receptance, release_speed, stall_balance
 from autobalancer.plots.drag import plot_drag_laws
 from autobalancer.plots.save import save_picture
-from reproductions import compared
+from reproductions import compared_all
 
 ORBIT, DIAMETER, OIL = 0.07695, 0.0123, (760.0, 0.65e-6)
 MOMENT, CRITICAL = 6.656e-3 * 0.07695, math.sqrt(44654.0 / 12.27)
@@ -61,18 +61,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             at = float(stall_balance(ball, rotor, CRITICAL).speed[0])
             share = 2.0 * (MOMENT * CRITICAL) ** 2 / (68.37 * curve.viscous * ORBIT**2)
             rows.append(("4.73", "release speed in closed form, balance", "rad/s", CRITICAL * (1.0 + share), at, 1e-6))
-    return [
-        compared(
-            source="Spannan 2021",
-            figure=figure,
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for figure, name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", None, rows)
 
 
 def _percent(law: laws.DragLaw, x: Any, printed: Any) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from autobalancer.laws.capability import largest_useful_count, potential_ratio
 from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
-from reproductions import compared
+from reproductions import compared_all
 
 RATIOS = (0.012, 0.05, 0.27)
 """Ball diameter over orbit diameter: smallest thin section, smallest and largest deep groove bearing of section 2.1."""
@@ -39,18 +39,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             (f"{name}: balls that contribute more than the one before", "balls", 0, int(np.sum(np.diff(gains) > 0)), 0),
         ]
     draw(out)
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="2.4",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "2.4", rows)
 
 
 def sum_2_3(count: int, alpha: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Envelope, Samples
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
 
@@ -28,7 +28,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     peak = ab.peak_deflection(run)
     ball, critical, drag, damping = 2.5e-3 * 0.1, 250.0, 1.4685e-4, 100.0
     release = critical * (1.0 + 2.0 * (ball * critical) ** 2 / (damping * drag))
-    common = {"source": "Spannan 2021", "figure": "4.2 in kind"}
     rows = [
         (
             "speed in space of the hanging balls, mean from 265 to 383 rad/s",
@@ -56,7 +55,4 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             1e-3,
         ),
     ]
-    return [
-        compared(**common, quantity=name, unit=unit, target=target, obtained=obtained, tolerance=tolerance)
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "4.2 in kind", rows)

@@ -15,7 +15,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "eccentric_race.toml"
 SUPPORTS = {"isotropic": "625 kN/m", "orthotropic": ("500 kN/m", "750 kN/m")}
@@ -30,23 +30,9 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         save_picture(ab.plot_orbit(run), out / f"figure_4_3_{name}.png")
         z = run["turn_x"].values + 1j * run["turn_y"].values
         forward = complex((z * np.exp(-1j * run["turn_rotor_angle"].values))[:-1].mean())
-        common = {"source": "Spannan 2021", "figure": "4.3 in kind"}
+        angle = float(np.degrees(np.angle(forward)) % 360.0)
         rows += [
-            compared(
-                **common,
-                quantity=f"mean deflection = E, {name}",
-                unit="mm",
-                target=0.1,
-                obtained=1e3 * abs(forward),
-                tolerance=1e-4,
-            ),
-            compared(
-                **common,
-                quantity=f"its direction in the rotor = gamma + 180 deg, {name}",
-                unit="deg",
-                target=250.0,
-                obtained=float(np.degrees(np.angle(forward)) % 360.0),
-                tolerance=0.01,
-            ),
+            (f"mean deflection = E, {name}", "mm", 0.1, 1e3 * abs(forward), 1e-4),
+            (f"its direction in the rotor = gamma + 180 deg, {name}", "deg", 250.0, angle, 0.01),
         ]
-    return rows
+    return compared_all("Spannan 2021", "4.3 in kind", rows)

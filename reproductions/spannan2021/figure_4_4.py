@@ -18,7 +18,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability import plot_stability
 from autobalancer.stability.states import eigenvalues
 from autobalancer.stability.windows import stable_windows
-from reproductions import compared
+from reproductions import compared_all
 
 STIFFNESS = (1.0e5, 1.7e5)  # N/m
 MASS, BALL, ORBIT = 10.0, 2.0e-3, 0.1  # kg, kg, m; the mass with the balls
@@ -39,18 +39,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         (name, "rad/s", target, edge, 0.005 * target)
         for name, target, edge in zip(names, (low, middle, high), edges, strict=False)
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="4.4 in kind",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "4.4 in kind", rows)
 
 
 def rig() -> Machine:

@@ -21,7 +21,7 @@ from autobalancer.plots.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.averaged_borders import averaged_border
 from autobalancer.stability.maps import stability_map
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
 BALL, CRITICAL, DAMPING = 2.5e-3 * 0.1, 250.0, 100.0  # kg m, rad/s, N s/m
@@ -40,29 +40,20 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     rows = [
         (
             "border of (4.69) and (4.70), worst position of the balls, against (4.74)",
+            "rad/s",
             CRITICAL * ((1.0 + share) / (1.0 - share)) ** 0.5,
             averaged_border(machine, worst_case=True).speed,
             1e-3,
         ),
         (
             "border of the simulated full equations, against its eigenvalues",
+            "rad/s",
             exact,
             simulated_border(machine, exact),
             0.05,
         ),
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="4.5a in kind",
-            quantity=name,
-            unit="rad/s",
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "4.5a in kind", rows)
 
 
 def simulated_border(machine: Machine, near: float) -> float:

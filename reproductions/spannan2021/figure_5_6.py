@@ -23,7 +23,7 @@ from autobalancer.flow.relaxation import all_modes
 from autobalancer.machine import Ramp
 from autobalancer.plots.flow import plot_velocity_profiles
 from autobalancer.plots.save import save_picture
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "discoidal.toml"
 ACCELERATION, HARD = 0.87, 870.0  # rad/s^2: of the source; a thousand times as much, to see something
@@ -67,18 +67,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             0.2 * theory,
         ),
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure=figure,
-            quantity=quantity,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for figure, quantity, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", None, rows)
 
 
 def bend(flow: xr.Dataset) -> float:

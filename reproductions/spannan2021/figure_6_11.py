@@ -25,7 +25,7 @@ from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.eigenproblem import free_motions
 from autobalancer.rotordynamics.modes import eigenfrequencies
-from reproductions import compared
+from reproductions import compared_all
 
 HERTZ = 2.0 * math.pi
 TOP = 1200.0 * math.pi / 30.0
@@ -47,30 +47,32 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             "two modes across, turning of the stator, axial motion, in this order (1 = true)",
             "1",
             1.0,
-            ordered(rest),
+            float(ordered(rest)),
             0.0,
         ),
         (
             "both modes across tilt about a node, the first beyond an end of the axis (1 = true)",
             "1",
             1.0,
-            nodes(rest),
+            float(nodes(rest)),
             0.0,
         ),
         ("shear predominates in the first mode: share of the energy", "1", 1.0, shear[0], 0.5),
         ("axial load predominates in the second mode: share of shear", "1", 0.0, shear[1], 0.5),
-        ("backward whirl falls and forward whirl rises with the speed (1 = true)", "1", 1.0, whirls(rest, fast), 0.0),
+        (
+            "backward whirl falls and forward whirl rises with the speed (1 = true)",
+            "1",
+            1.0,
+            float(whirls(rest, fast)),
+            0.0,
+        ),
         ("first critical speed below 10.7 Hz (1 = true)", "1", 1.0, float(critical < 10.7), 0.0),
         ("speed of the passage, 10.7 Hz at t = 70 s", "Hz", 10.7, critical, 0.2),
     ]
     diagram = campbell(machine, np.linspace(0.0, TOP, 64), balls=False, modes=6)
     save_picture(plot_campbell(diagram), out / "figure_6_11.png")
     save_picture(plot_modes(rest, modes=6), out / "figure_6_11_modes.png")
-    return [
-        compared(source="Spannan 2021", figure="6.11", quantity=name, unit=unit, target=target, obtained=float(value),
-                 tolerance=tolerance)
-        for name, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Spannan 2021", "6.11", rows)
 
 
 def ordered(rest: xr.Dataset) -> bool:

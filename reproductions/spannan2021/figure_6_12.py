@@ -26,7 +26,7 @@ from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
 from autobalancer.rotordynamics.critical import critical_speeds
-from reproductions import compared
+from reproductions import compared_all
 
 NOMINAL = 1200.0 * np.pi / 30.0
 JUMP, RATE = 12.7, 0.837  # rad/s and rad/s^2
@@ -60,11 +60,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             (f"time of greatest deflection in run-up, {rubber}", "s", 70.0, peak, 2.0),
         ]  # fmt: skip
         draw(run, size, lag, rubber, out)
-    return [
-        compared(source="Spannan 2021", figure="6.12", quantity=name, unit=unit, target=target, obtained=value,
-                 tolerance=tolerance)
-        for name, unit, target, value, tolerance in rows
-    ]  # fmt: skip
+    return compared_all("Spannan 2021", "6.12", rows)
 
 
 def run_up_and_down(machine: Machine) -> xr.Dataset:

@@ -27,7 +27,7 @@ from autobalancer.plots.style import BALLS
 from autobalancer.stability.averaged_formulas import explicit_averaged_border
 from autobalancer.stability.borders_over import border_curve
 from autobalancer.stability.maps import stability_map
-from reproductions import compared
+from reproductions import compared_all
 
 MASS, STIFFNESS, DAMPING = 12.27, 44654.0, 68.37  # table 6.4
 BALL, RADIUS, ORBIT, CD_RE = 6.656e-3, 6.15e-3, 0.07695, 387.0
@@ -60,18 +60,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             HALF_STEP,
         ),
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="6.24",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "6.24", rows)
 
 
 def rig(viscosity: float, damping: float = DAMPING) -> Machine:

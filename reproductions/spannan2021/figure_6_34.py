@@ -19,7 +19,7 @@ from autobalancer.laws.drag import annulus_cd_re
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability_map import plot_map
 from autobalancer.stability.maps import stability_map
-from reproductions import compared
+from reproductions import compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "cfrp_planar.toml"
 DAMPING = {"with piston dampers": 12.8, "without piston dampers": 0.7}  # N s/m
@@ -38,15 +38,4 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         ("first natural frequency of the planar set", "Hz", 3.4, summary.critical_speeds[0] / (2.0 * math.pi), 0.05),
         ("c_d Re by (5.22)", "1", 327.0, annulus_cd_re(2.10, 0.07), 1.0),
     ]
-    return [
-        compared(
-            source="Spannan 2021",
-            figure="6.34",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", "6.34", rows)

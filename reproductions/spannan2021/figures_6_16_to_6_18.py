@@ -22,11 +22,11 @@ from autobalancer.measurement.equilibrium_angle import (
     TurnedRace,
     drag_coefficients,
     equilibrium_angles,
-    fit_rolling_resistance,
 )
+from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
-from reproductions import compared
+from reproductions import compared_all
 
 DIAMETER, ORBIT, STEEL, ROLLING = 0.0123, 0.07695, 7800.0, 0.05
 MASS = STEEL * math.pi / 6.0 * DIAMETER**3
@@ -48,25 +48,15 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     thin = fluid({"density_kg_m3": "760", "nu_mm2_s": "0.65"}, pressure=1.0)
     lifted = 8.0 / 3.0 * 0.5 * DIAMETER / ORBIT / 0.6
     top = float(np.sqrt(thin.weight / (0.5 * thin.fluid_density * math.pi / 4.0 * DIAMETER**2 * 0.6)) / ORBIT)
+    fitted = fit_rolling_resistance(list(series.values()))
     found = [
-        ("6.16", "rolling resistance from overlapping series", "1", ROLLING, fit_rolling_resistance(list(series.values())), 3e-3),
-        ("6.17", "c_d Re from the angles, Re < 10", "1", 387.0, float(np.mean(products)), 4.0),
-        ("6.18", "simulated angle against statics, up to 60 deg", "deg", 0.0, math.degrees(max(misses)), 1.0),
-        ("6.15", "pressure force left out by (6.6), over the weight, c_d = 0.6, 90 deg", "1", lifted,
+        ("6.16 in kind", "rolling resistance from overlapping series", "1", ROLLING, fitted, 3e-3),
+        ("6.17 in kind", "c_d Re from the angles, Re < 10", "1", 387.0, float(np.mean(products)), 4.0),
+        ("6.18 in kind", "simulated angle against statics, up to 60 deg", "deg", 0.0, math.degrees(max(misses)), 1.0),
+        ("6.15 in kind", "pressure force left out by (6.6), over the weight, c_d = 0.6, 90 deg", "1", lifted,
          float(thin.inward(top)) / thin.weight, 1e-3),
     ]  # fmt: skip
-    return [
-        compared(
-            source="Spannan 2021",
-            figure=f"{figure} in kind",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=value,
-            tolerance=tolerance,
-        )
-        for figure, name, unit, target, value, tolerance in found
-    ]
+    return compared_all("Spannan 2021", None, found)
 
 
 def fluid(row: dict[str, str], pressure: float = 0.0) -> TurnedRace:

@@ -18,7 +18,7 @@ from autobalancer import blend, fluid
 from autobalancer.catalog.tables import rows as catalog_rows
 from autobalancer.laws.viscosity import COLD, HOT, double_log_from_vtc, viscosity_from_double_log, vtc
 from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
-from reproductions import compared
+from reproductions import compared_all
 
 HALF_DIGIT = 5e-4
 
@@ -53,18 +53,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             name = f"blend {target} mm^2/s: density by {basis} shares"
             rows.append(("Table 6.3", name, "kg/m^3", printed_density, mixed.fluid.density, 0.5))
     draw(out)
-    return [
-        compared(
-            source="Spannan 2021",
-            figure=figure,
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for figure, name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Spannan 2021", None, rows)
 
 
 def from_coefficients(p1: float, p2: float) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode, MeasuredStiffness
-from reproductions import compared
+from reproductions import compared_all
 
 TABLE = {"stiffness": (44654.0, "N/m"), "mass": (12.27, "kg"), "damping": (68.37, "N s/m")}
 IN_KIND = 0.25
@@ -51,13 +51,10 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     where = f"with the bushings at {height:.0f} mm, identified"
     rows += [row(name, where, float(static[name]), CLOSE[name]) for name in CLOSE]
     save_picture(plot_equivalent_planar(found.data), out / "table_6_4.png")
-    return rows
+    return compared_all("Spannan 2021", "Table 6.4", rows)
 
 
-def row(name: str, where: str, obtained: float, share: float) -> dict[str, Any]:
+def row(name: str, where: str, obtained: float, share: float) -> tuple[str, str, float, float, float]:
     """One row; the tolerance is a share of the target."""
     target, unit = TABLE[name]
-    return compared(
-        source="Spannan 2021", figure="Table 6.4", quantity=f"{name} of the planar oscillator, {where}", unit=unit,
-        target=target, obtained=obtained, tolerance=share * target,
-    )  # fmt: skip
+    return f"{name} of the planar oscillator, {where}", unit, target, obtained, share * target

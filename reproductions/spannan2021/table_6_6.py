@@ -14,7 +14,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.plots.equivalent_planar import plot_equivalent_planar
 from autobalancer.plots.save import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from reproductions import compared
+from reproductions import compared_all
 
 WITHIN = (3.5 / 3.4) ** 2 - 1.0
 DAMPER = "rotor.supports[2].damping"
@@ -27,17 +27,12 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     free = equivalent_planar(with_parameter(machine, DAMPER, 1e-6), "annulus", frequency="natural")
     with_dampers, without = (found.data.sel(way="static", direction="x") for found in (damped, free))
     save_picture(plot_equivalent_planar(damped.data), out / "table_6_6.png")
-    return [
-        row("stiffness", "N/m", 2543.0, float(with_dampers["stiffness"]), 0.01),
-        row("mass", "kg", 5.573, float(with_dampers["mass"]), WITHIN),
-        row("damping with piston dampers", "N s/m", 12.8, float(with_dampers["damping"]), WITHIN),
-        row("damping without piston dampers", "N s/m", 0.7, float(without["damping"]), WITHIN + 0.05 / 0.7),
+    found = [
+        ("stiffness", "N/m", 2543.0, float(with_dampers["stiffness"]), 0.01),
+        ("mass", "kg", 5.573, float(with_dampers["mass"]), WITHIN),
+        ("damping with piston dampers", "N s/m", 12.8, float(with_dampers["damping"]), WITHIN),
+        ("damping without piston dampers", "N s/m", 0.7, float(without["damping"]), WITHIN + 0.05 / 0.7),
     ]
-
-
-def row(name: str, unit: str, target: float, obtained: float, share: float) -> dict[str, Any]:
-    """One row; the tolerance is a share of the target."""
-    return compared(
-        source="Spannan 2021", figure="Table 6.6", quantity=f"{name} of the planar oscillator", unit=unit,
-        target=target, obtained=obtained, tolerance=share * target,
-    )  # fmt: skip
+    rows = [(f"{name} of the planar oscillator", unit, target, value, share * target)
+            for name, unit, target, value, share in found]  # fmt: skip
+    return compared_all("Spannan 2021", "Table 6.6", rows)

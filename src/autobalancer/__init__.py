@@ -39,6 +39,7 @@ __all__ = [
     "StalledBall",
     "TurnedRace",
     "Walls",
+    "angle_against_speed",
     "animate",
     "animate_chamber",
     "annulus_flow",
@@ -69,6 +70,7 @@ __all__ = [
     "equilibrium_angles",
     "equivalent_planar",
     "errors",
+    "evaluate_angles",
     "fit_receptance",
     "fit_rolling_resistance",
     "fluid",
@@ -78,6 +80,7 @@ __all__ = [
     "from_ross",
     "identify",
     "largest_useful_count",
+    "load_angle_series",
     "load_chamber_machine",
     "load_machine",
     "load_measurements",
@@ -101,11 +104,13 @@ __all__ = [
     "plot_campbell",
     "plot_chamber_run",
     "plot_drag_laws",
+    "plot_equilibrium_angles",
     "plot_equivalent_planar",
     "plot_flow",
     "plot_frequency_response",
     "plot_identification",
     "plot_map",
+    "plot_measured_drag",
     "plot_modes",
     "plot_nyquist",
     "plot_orbit",
@@ -129,9 +134,11 @@ __all__ = [
     "release_speed",
     "residual_vibration",
     "response_peaks",
+    "rest_interval",
     "rig",
     "rig_text",
     "rigs",
+    "rolling_resistance_deviation",
     "save_machine",
     "save_run",
     "settling_time",
@@ -187,20 +194,20 @@ if TYPE_CHECKING:
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
     from autobalancer.laws.drag_curve import DragCurve
+    from autobalancer.laws.rest_interval import rest_interval
     from autobalancer.laws.slipstream import slipstream_factor
     from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
+    from autobalancer.measurement.angle_curve import angle_against_speed
+    from autobalancer.measurement.angle_evaluation import evaluate_angles
+    from autobalancer.measurement.angle_file import load_angle_series
     from autobalancer.measurement.decay import decay_rate
-    from autobalancer.measurement.equilibrium_angle import (
-        TurnedRace,
-        drag_coefficients,
-        equilibrium_angles,
-        fit_rolling_resistance,
-    )
+    from autobalancer.measurement.equilibrium_angle import TurnedRace, drag_coefficients, equilibrium_angles
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
     from autobalancer.measurement.receptance_border import receptance_border
     from autobalancer.measurement.receptance_loop import receptance_loop
     from autobalancer.measurement.receptance_stability import receptance_stability
+    from autobalancer.measurement.rolling_resistance import fit_rolling_resistance, rolling_resistance_deviation
     from autobalancer.plots.animation import animate
     from autobalancer.plots.basins import plot_basin
     from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
@@ -213,6 +220,7 @@ if TYPE_CHECKING:
     from autobalancer.plots.chamber_reactions import plot_reactions
     from autobalancer.plots.chamber_study import plot_amplitudes
     from autobalancer.plots.drag import plot_drag_laws
+    from autobalancer.plots.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
     from autobalancer.plots.equivalent_planar import plot_equivalent_planar
     from autobalancer.plots.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
     from autobalancer.plots.frequency_response import plot_frequency_response

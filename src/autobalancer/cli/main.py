@@ -32,6 +32,7 @@ app = typer.Typer(
 )
 
 from autobalancer.cli import (  # noqa: E402
+    angle,
     animate,
     archive,
     basin,
@@ -67,6 +68,7 @@ app.command()(stepped.stepped)
 app.command()(modes.modes)
 app.command()(response.response)
 app.command()(flow.flow)
+app.command()(angle.angle)
 app.command()(identify.identify)
 app.command()(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")

@@ -7,7 +7,6 @@ carries its machine needs no other file.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.errors import MachineFileError, UnitError
-from autobalancer.units import to_si
+from autobalancer.errors import MachineFileError
+from autobalancer.files.table import read_table
 
-_COLUMN = re.compile(r"^\s*\"?\s*([A-Za-z]+)\s*[\[(](.+)[\])]\s*\"?\s*$")
 RECORDS = {"recorded_base_motion": ("acceleration", "m/s^2"), "recorded_force": ("force", "N")}
 EVEN = 1e-3  # greatest deviation of a step of the angle from the mean step, relative
 
@@ -66,45 +64,10 @@ def _alone(entry: dict[str, Any], others: Sequence[str], place: str) -> None:
 
 
 def _columns(path: Path, wanted: Sequence[tuple[str, str]], place: str) -> list[NDArray[np.float64]]:
-    """The columns of a table, in SI; comment lines start with #, columns are parted by comma, semicolon or tab."""
-    place = f"{place}.file: {path}"
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise MachineFileError(f"{place}: no such file; its place counts from that of the machine file") from None
-    except (OSError, UnicodeDecodeError) as reason:
-        raise MachineFileError(f"{place}: cannot be read: {reason}") from None
-    body = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    """The columns of a table beside the machine file, in SI."""
     example = ", ".join(f"{name} [{unit}]" for name, unit in wanted)
-    if len(body) < 2:
-        raise MachineFileError(f"{place}: no table; the first line must name the columns, such as: {example}")
-    separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
-    heads = [_COLUMN.match(cell) for cell in body[0][1].split(separator)]
-    at = {head[1].lower(): (i, head[2]) for i, head in enumerate(heads) if head}
-    rows = np.array([_numbers(line, separator, len(heads), f"{place}, line {number}") for number, line in body[1:]])
-    found = []
-    for name, unit in wanted:
-        if name not in at:
-            raise MachineFileError(
-                f"{place}: no column {name!r} with a unit; the first line must be such as: {example}"
-            )
-        column, written = at[name]
-        try:
-            found.append(rows[:, column] * float(to_si(f"1 {written}", unit)))
-        except UnitError as reason:
-            raise MachineFileError(f"{place}: unit of column {name!r}: {reason}") from None
-    return found
-
-
-def _numbers(line: str, separator: str, count: int, place: str) -> list[float]:
-    cells = [cell.replace(",", ".") if separator == ";" else cell for cell in line.split(separator)]
-    try:
-        values = [float(cell) for cell in cells if cell.strip()]
-    except ValueError:
-        raise MachineFileError(f"{place}: {line.strip()!r} holds something that is not a number") from None
-    if len(values) != count:
-        raise MachineFileError(f"{place}: {len(values)} numbers for {count} columns")
-    return values
+    table = read_table(path, example, f"{place}.file: {path}", MachineFileError)
+    return [table.numbers(name, unit) for name, unit in wanted]
 
 
 def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str) -> dict[str, Any]:

@@ -110,6 +110,17 @@ class SphereLaw(DragLaw):
 
 
 @dataclass(frozen=True)
+class LinearLaw(DragLaw):
+    """c_d Re a constant at any Reynolds number."""
+
+    def _log_product(self, log_re: Floats) -> Floats:
+        return np.full(np.shape(log_re), np.log(self.cd_re))
+
+    def _product_slope(self, log_re: Floats) -> Floats:
+        return np.zeros(np.shape(log_re))
+
+
+@dataclass(frozen=True)
 class TableLaw(DragLaw):
     """Points (Re, c_d), with a monotone cubic (Fritsch and Carlson 1980) of log(c_d Re) over log Re in between."""
 
@@ -140,6 +151,11 @@ def sphere_on_plane() -> CubicLaw:
     printed[:2] += gaps[0] - tilt * ends[0], tilt
     source = "Jan and Chen (1997), Spannan (2021), (5.21), jumps at Re = 10 and 20 000 closed"
     return CubicLaw("sphere_on_plane", source, 322.0, 10.0, 2e4, CRISIS, tuple(printed.tolist()))
+
+
+def linear(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
+    """The linear range of a law kept at any Reynolds number, where a machine asks for it."""
+    return LinearLaw("linear", source, cd_re, np.inf, np.inf, np.inf)
 
 
 def joined(cd_re: float, plateau: float, name: str = "cd_re", source: str = "") -> CubicLaw:

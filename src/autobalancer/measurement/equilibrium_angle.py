@@ -11,7 +11,6 @@ matters at drag coefficients below one: P over m_eff g is (8/3) (r_b/eps) (1 + c
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +22,6 @@ from autobalancer.laws.drag_curve import DragCurve
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.80665
-STEEPEST = 0.3  # largest coefficient of rolling resistance in a fit
 
 
 @dataclass(frozen=True)
@@ -64,6 +62,11 @@ class TurnedRace:
         """W eps d_b / nu."""
         return np.asarray(np.abs(np.asarray(speed, dtype=float)) * self.orbit_radius * self.diameter / self.viscosity)
 
+    def drag_scale(self, speed: ArrayLike) -> Floats:
+        """Drag coefficient for a drag as great as the weight less buoyancy."""
+        dynamic = 0.5 * self.fluid_density * np.square(np.asarray(speed, dtype=float) * self.orbit_radius)
+        return np.asarray(self.weight / (dynamic * math.pi / 4.0 * self.diameter**2))
+
 
 def equilibrium_angles(race: TurnedRace, law: DragLaw, speeds: ArrayLike, rolling: float = 0.0) -> Floats:
     """Angles from the lowest point, rad, of the shape of ``speeds`` (rad/s, positive).
@@ -87,49 +90,9 @@ def drag_coefficients(race: TurnedRace, speeds: ArrayLike, angles: ArrayLike, ro
     """c_d from measured angles (rad, up to pi/2), (6.6); with the force P if ``race.pressure`` is not zero."""
     w, s = np.asarray(speeds, dtype=float), np.asarray(angles, dtype=float)
     if np.any(s > 0.5 * math.pi) or np.any(w <= 0.0):
-        raise QuestionError("angles must be at most 90 deg, speeds greater than zero")
-    normal = np.maximum(race.weight * np.cos(s) - race.inward(w), 0.0)
-    force = race.weight * np.sin(s) - rolling * normal
-    area = math.pi / 4.0 * race.diameter**2
-    return np.asarray(2.0 * force / (race.fluid_density * area * np.square(w * race.orbit_radius)))
-
-
-def fit_rolling_resistance(series: Sequence[tuple[TurnedRace, ArrayLike, ArrayLike]]) -> float:
-    """The coefficient with which series in different fluids agree where their Reynolds numbers overlap.
-
-    Parameters
-    ----------
-    series
-        Race, speeds (rad/s) and angles (rad) of each; overlapping ones give the answer, since the left end of a series
-        has small angles, which friction rules, and the right end large ones.
-
-    Raises
-    ------
-    QuestionError
-        If no two series overlap.
-    """
-    from scipy.optimize import minimize_scalar
-
-    def mismatch(rolling: float) -> tuple[float, int]:
-        curves = []
-        for race, speeds, angles in series:
-            c = drag_coefficients(race, speeds, angles, rolling)
-            order = np.argsort(race.reynolds(speeds))
-            curves.append((np.log(race.reynolds(speeds))[order], np.log(np.maximum(c, 1e-12))[order]))
-        total, count = 0.0, 0
-        for i, (x, y) in enumerate(curves):
-            for other_x, other_y in curves[i + 1 :]:
-                low, high = max(x[0], other_x[0]), min(x[-1], other_x[-1])
-                if low >= high:
-                    continue
-                at = np.linspace(low, high, 9)
-                gap = np.clip(np.interp(at, x, y) - np.interp(at, other_x, other_y), -3.0, 3.0)
-                total, count = total + float(gap @ gap), count + 9
-        return total / max(count, 1), count
-
-    if mismatch(0.0)[1] == 0:
-        raise QuestionError("no two series overlap in their Reynolds numbers; measure closer fluids")
-    trial = np.linspace(0.0, STEEPEST, 61)
-    best = int(np.argmin([mismatch(mu)[0] for mu in trial]))
-    span = trial[max(best - 1, 0)], trial[min(best + 1, 60)]
-    return float(minimize_scalar(lambda mu: mismatch(mu)[0], bounds=span, method="bounded", options={"xatol": 1e-8}).x)
+        raise QuestionError(
+            f"given angles up to {math.degrees(np.max(s)):.4g} deg and speeds from {np.min(w):.4g} rad/s; angles must be at most "
+            "90 deg, speeds greater than zero; leave out what is beyond"
+        )
+    normal = np.maximum(np.cos(s) - race.inward(w) / race.weight, 0.0)
+    return np.asarray(race.drag_scale(w) * (np.sin(s) - rolling * normal))

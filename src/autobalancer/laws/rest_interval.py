@@ -1,0 +1,87 @@
+"""Where adherence holds one ball on a race: near the place at which it balances, or near the heavy one it should leave.
+
+Planar rotor with isotropic supports, steady speed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+
+
+def rest_interval(
+    unbalance: float,
+    moment: float,
+    orbit_radius: float,
+    adherence: float,
+    *,
+    mass: float,
+    stiffness: float,
+    damping: float = 0.0,
+    speed: float,
+    heavy: bool = False,
+) -> tuple[float, float]:
+    """Both ends of the interval in which a ball at rest in the rotor stays, as angles from its place.
+
+    The rotor whirls under unbalance and ball, z = (U + s e^(i phi)) w^2 H(w). A ball stays while the force along the race is
+    below adherence times the wall force, |Im(z e^(-i phi))| <= mu (eps + Re(z e^(-i phi))). On an undamped rotor whose ball
+    balances exactly this is, for small angles, mu eps |M w^2 - k|/(U w^2) to either side.
+
+    Parameters
+    ----------
+    unbalance, moment
+        Of the rotor, and effective mass of the ball times orbit radius, kg m.
+    orbit_radius
+        m.
+    adherence
+        Force that holds a ball over the wall force.
+    mass, stiffness, damping
+        Of the rotor with the ball in it, kg, N/m, N s/m.
+    speed
+        rad/s.
+    heavy
+        Around the place of the unbalance, where a ball stands still but does harm above the critical speed; else around the
+        place opposite to it.
+
+    Returns
+    -------
+    tuple
+        Angles in rad, negative and positive end; -pi or pi where adherence holds the ball all around.
+
+    Raises
+    ------
+    QuestionError
+        If a number is not above zero (damping: below zero), or no place within 90 degrees holds the ball.
+    """
+    from scipy.optimize import brentq
+
+    for name, value in (("unbalance", unbalance), ("moment", moment), ("orbit_radius", orbit_radius),
+                        ("adherence", adherence), ("mass", mass), ("stiffness", stiffness), ("speed", speed)):  # fmt: skip
+        if not value > 0.0:
+            raise QuestionError(f"rest_interval: {name}: given {value:g}; must be above zero")
+    if damping < 0.0:
+        raise QuestionError(f"rest_interval: damping: given {damping:g}; must not be below zero")
+    gain = speed**2 / complex(stiffness - mass * speed**2, damping * speed)
+
+    toward = 1.0 if heavy else -1.0
+
+    def excess(delta: float) -> float:
+        seen = (moment + toward * unbalance * np.exp(-1j * delta)) * gain  # z in axes along the ball
+        return float(abs(seen.imag) - adherence * (orbit_radius + seen.real))
+
+    held = [delta for delta in np.linspace(-0.5 * math.pi, 0.5 * math.pi, 4001) if excess(float(delta)) < 0.0]
+    if not held:
+        raise QuestionError(
+            f"rest_interval: adherence {adherence:g} holds no ball {'near' if heavy else 'opposite to'} the unbalance"
+        )
+    middle = float(min(held, key=abs))
+    ends = []
+    for side in (-math.pi, math.pi):
+        tried = np.linspace(middle, middle + side, 4001)
+        over = np.flatnonzero([excess(float(delta)) > 0.0 for delta in tried])
+        first = int(over[0]) if over.size else 0
+        ends.append(float(brentq(excess, tried[first - 1], tried[first], xtol=1e-14)) if first else side)
+    return ends[0], ends[1]
