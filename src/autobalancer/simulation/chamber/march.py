@@ -37,7 +37,7 @@ class March:
 
     def first(self) -> xr.Dataset:
         """The sample of the state as it is, with reactions of this instant."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE, note_sample
+        from autobalancer.kernels.chamber.samples import SAMPLE, note_sample
 
         p = self.numbers
         row, balls = np.zeros((1, SAMPLE)), np.zeros((1, p.balls.shape[0], 9))
@@ -49,7 +49,7 @@ class March:
 
     def take(self, count: int) -> xr.Dataset:
         """The next ``count`` samples; fewer if the motion left all bounds, which ``failure`` then tells."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE
+        from autobalancer.kernels.chamber.samples import SAMPLE
 
         p = self.numbers
         rows, balls = np.zeros((count, SAMPLE)), np.zeros((count, p.balls.shape[0], 9))
