@@ -52,9 +52,9 @@ def test_two_chambers_on_a_released_body_balance_unbalance_and_couple(bare: xr.D
     measured = chamber_measures(balanced, last=0.5)
     assert float(measured["share_carried"]) == 1.0
     static, couple = left(balanced)
-    assert static < 0.01
-    assert couple < 0.01
-    for name, share in (("body_position", 0.02), ("body_rotation", 0.02), ("bearing_force", 0.05)):
+    assert static < 0.02
+    assert couple < 0.02
+    for name, share in (("body_position", 0.03), ("body_rotation", 0.03), ("bearing_force", 0.05)):
         assert swing(balanced, name) < share * swing(bare, name), name
 
 
