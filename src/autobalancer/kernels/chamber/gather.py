@@ -22,8 +22,10 @@ from autobalancer.kernels.chamber.layout import (
     GRAVITY_Z,
     HALF_DEPTH,
     HISTORY,
+    INNER_RADIUS,
     INVERSE_MASS,
     K_FLAT,
+    K_INNER,
     K_RACE,
     KIND,
     LAW,
@@ -58,7 +60,7 @@ from autobalancer.kernels.chamber.layout import (
 from autobalancer.kernels.chamber.share import act, push
 from autobalancer.kernels.pointers import data
 
-WALLS = 3  # that a ball can touch at once
+WALLS = 4  # that a ball can touch at once
 
 
 @njit(**TOUCH)
@@ -87,7 +89,8 @@ def walls(balls, chambers, wall_springs, springs, number, host, block, power, co
     remember = number[LAW] == HISTORY
     x, y, z = host[Q], host[Q + 1], host[Q + 2]
     xv, yv, zv = host[V], host[V + 1], host[V + 2]
-    w = host[V + 6]
+    # the spin, and the part along x of a tilting motion, which is across the axis
+    w = host[V + 6] + host[Q + 4] * host[V + 5] - host[Q + 5] * host[V + 4]
     ox, oy, oz = w * ux, w * uy + host[V + 4], w * uz + host[V + 5]
     filled = 0
     for i in range(balls.shape[0]):
@@ -104,9 +107,12 @@ def walls(balls, chambers, wall_springs, springs, number, host, block, power, co
         way = rooms[room + WALL_RADIUS] - r
         half = rooms[room + HALF_DEPTH]
         side = abs(axial) + r - half
-        outside = rx * rx + ry * ry + rz * rz > way * way
+        square = rx * rx + ry * ry + rz * rz
+        outside = square > way * way
+        reach = rooms[room + INNER_RADIUS] + r
+        inward = reach > 0.0 and square < reach * reach
         now = 0
-        if outside or side > 0.0:
+        if outside or inward or side > 0.0:
             # against the wall as if it reached to the middle of the ball
             vx = ball[VEL] - xv - (oy * mz - oz * my)
             vy = ball[VEL + 1] - yv - (oz * mx - ox * mz)
@@ -121,6 +127,13 @@ def walls(balls, chambers, wall_springs, springs, number, host, block, power, co
                 )  # fmt: skip
                 filled += 1
                 now = 1
+            if inward:
+                _enter(
+                    b, filled, i, -1, 3, -rx, -ry, -rz, reach, -1.0, ball[K_INNER], light, r, 0.0, vx, vy, vz,
+                    r * wx, r * wy, r * wz, wx, wy, wz, remember, own, 9,
+                )  # fmt: skip
+                filled += 1
+                now += 8
             if side > 0.0:
                 sign = 1.0 if axial > 0.0 else -1.0
                 which = 1 if axial > 0.0 else 2

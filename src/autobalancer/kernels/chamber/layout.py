@@ -10,7 +10,8 @@ MASS, INERTIA, KIND, CHAMBER = 10, 11, 12, 13
 INVERSE_MASS, INVERSE_INERTIA = 14, 15
 FORCE, MOMENT, ACC, SPIN_ACC = 16, 19, 22, 25
 K_RACE, K_FLAT = 28, 29  # N/m^1.5
-TOUCHES = 30  # sum of 1 at the race, 2 at the wall at +x, 4 at the wall at -x
+TOUCHES = 30  # sum of 1 at the race, 2 at the wall at +x, 4 at the wall at -x, 8 at the inner wall
+K_INNER = 31  # N/m^1.5
 BALL_COLUMNS = 32
 
 # ``block``: contacts that are evaluated at once, one to a column, so that vector registers take several of them
@@ -27,12 +28,13 @@ LOST, SLID, ROLLED, HELD, NORMAL = 31, 32, 33, 34, 35  # losses, energy, normal 
 ONE, TWO, PLACE = 36, 37, 38  # ball; its partner, -1 for a wall; number of the pair or wall
 BLOCK_ROWS = 39
 
-# ``springs``: stretch of the tangential springs at race and walls, three numbers each
-WALL_SPRINGS = 9
+# ``springs``: stretch of the tangential springs at race, walls and inner wall, three numbers each
+WALL_SPRINGS = 12
 
-# a row of ``chambers``: position along the rotor, radius, half depth, drag per speed and per speed squared
-CENTER, WALL_RADIUS, HALF_DEPTH, DRAG, SQUARE_DRAG = range(5)
-CHAMBER_COLUMNS = 5
+# a row of ``chambers``: position along the rotor, radius, half depth, drag per speed and per speed squared, radius of the
+# inner wall (minus infinity without one)
+CENTER, WALL_RADIUS, HALF_DEPTH, DRAG, SQUARE_DRAG, INNER_RADIUS = range(6)
+CHAMBER_COLUMNS = 6
 
 # ``host``: body displacement and rotation, rotor angle (7); their rates; second rates in use and new
 Q, V, A, NEW = 0, 7, 14, 21
@@ -60,6 +62,7 @@ POWERS = 8
 # ``counts``
 BEGUN_BALL, BEGUN_WALL, PAIRS, PIECE, STEPS_DONE, REBUILDS, OVERFLOW = range(7)
 COUNTS = 8
+TOO_DENSE, LOST_BALLS = 1, 2  # OVERFLOW: more pairs than there is room for, balls far outside
 
 # ``greatest``: contact force since the last sample, way of the fastest ball since the pairs were listed
 FORCE_SEEN, WAY = 0, 1

@@ -10,9 +10,21 @@ from __future__ import annotations
 from numba import njit
 
 from autobalancer.kernels.chamber.contact import APART, TOUCH
-from autobalancer.kernels.chamber.layout import CHAMBER, OVERFLOW, PAIRS, POS, RADIUS, REBUILDS, SKIN, WAY
+from autobalancer.kernels.chamber.layout import (
+    CHAMBER,
+    LOST_BALLS,
+    OVERFLOW,
+    PAIRS,
+    POS,
+    RADIUS,
+    REBUILDS,
+    SKIN,
+    TOO_DENSE,
+    WAY,
+)
 
 DIRECT = 100
+FAR = 1e6  # m
 X, Y, Z = POS, POS + 1, POS + 2
 
 
@@ -30,7 +42,7 @@ def _note(balls, i, j, number, first, second, touching, springs, old_row, old_se
         return
     k = counts[PAIRS]
     if k >= first.shape[0]:
-        counts[OVERFLOW] = 1
+        counts[OVERFLOW] = TOO_DENSE
         return
     first[k], second[k] = i, j
     touching[k] = 1 if square < both * both else 0
@@ -73,11 +85,15 @@ def rebuild(
         return
     low0 = low1 = low2 = 1e300
     high0 = high1 = high2 = -1e300
-    radius = 0.0
+    radius = away = 0.0
     for i in range(n):
+        away += abs(balls[i, X]) + abs(balls[i, Y]) + abs(balls[i, Z])
         low0, low1, low2 = min(low0, balls[i, X]), min(low1, balls[i, Y]), min(low2, balls[i, Z])
         high0, high1, high2 = max(high0, balls[i, X]), max(high1, balls[i, Y]), max(high2, balls[i, Z])
         radius = max(radius, balls[i, RADIUS])
+    if not away < FAR * n:  # there are no cells for balls that left all bounds, or whose places are no numbers
+        counts[OVERFLOW] = LOST_BALLS
+        return
     size = 2.0 * radius + number[SKIN]
     room = cells.shape[0] - 2
     while True:
