@@ -47,6 +47,7 @@ class ChamberNumbers:
     damping: Array  # (6, 6)
     active: Array  # free coordinates, then -1
     work: Array
+    block: Array  # (BLOCK_ROWS, BLOCK) contacts under evaluation
     profile: Array  # (p, 2) time, speed
     power: Array
     before: Array
@@ -88,7 +89,7 @@ def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
     groups = ball_groups(machine)
     contact = machine.contact
     for number, one in groups:
-        walls = float(machine.chambers[number].radius), math.inf
+        walls = float(machine.chambers[number].radius), math.inf  # the inner wall is softer than a flat one
         pairs = [(wall_stiffness(contact, one.radius, wall), one.ball_mass) for wall in walls]
         for other_number, two in groups:
             if other_number == number:
@@ -115,9 +116,12 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         own[:, at.POS] += chamber.position
         own[:, at.RADIUS], own[:, at.MASS] = group.radius, group.ball_mass
         own[:, at.INERTIA] = 0.4 * group.ball_mass * group.radius**2
+        own[:, at.INVERSE_MASS], own[:, at.INVERSE_INERTIA] = 1.0 / own[:, at.MASS], 1.0 / own[:, at.INERTIA]
         own[:, at.KIND], own[:, at.CHAMBER] = kind, number
         own[:, at.K_RACE] = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
         own[:, at.K_FLAT] = wall_stiffness(machine.contact, group.radius)
+        if chamber.inner_radius > 0.0:
+            own[:, at.K_INNER] = wall_stiffness(machine.contact, group.radius, -float(chamber.inner_radius))
         if group.velocities is not None:
             own[:, at.VEL : at.VEL + 3] = group.velocities
         if group.spins is not None:
@@ -132,7 +136,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         balls=rows,
         chambers=np.array(
             [
-                [c.position, c.radius, 0.5 * c.inner_depth, c.drag, c.square_drag]
+                [c.position, c.radius, 0.5 * c.inner_depth, c.drag, c.square_drag, c.inner_radius or -math.inf]
                 for c in machine.chambers
             ],
             np.float64,
@@ -156,6 +160,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         damping=damping,
         active=np.array([*active, -1], np.int64),
         work=np.zeros((14, 8)),
+        block=np.zeros((at.BLOCK_ROWS, at.BLOCK)),
         profile=_profile(machine),
         power=np.zeros(at.POWERS),
         before=np.zeros(at.STORED + 1 + 12),

@@ -18,6 +18,7 @@ from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.settle import settled
 
 Array = Any
+DESCRIBED = ("number", "chambers", "pair_stiffness", "inertia", "stiffness", "damping", "active", "profile")
 
 
 class March:
@@ -37,7 +38,7 @@ class March:
 
     def first(self) -> xr.Dataset:
         """The sample of the state as it is, with reactions of this instant."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE, note_sample
+        from autobalancer.kernels.chamber.samples import SAMPLE, note_sample
 
         p = self.numbers
         row, balls = np.zeros((1, SAMPLE)), np.zeros((1, p.balls.shape[0], 9))
@@ -49,7 +50,7 @@ class March:
 
     def take(self, count: int) -> xr.Dataset:
         """The next ``count`` samples; fewer if the motion left all bounds, which ``failure`` then tells."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE
+        from autobalancer.kernels.chamber.samples import SAMPLE
 
         p = self.numbers
         rows, balls = np.zeros((count, SAMPLE)), np.zeros((count, p.balls.shape[0], 9))
@@ -59,10 +60,10 @@ class March:
         _advance(self.method, count * self.every, self.every, *arrays, rows, balls, ledgers)
         got = self.samples - done
         finite = np.isfinite(rows[:got]).all(axis=1) & np.isfinite(balls[:got]).all(axis=(1, 2))
-        if p.counts[at.OVERFLOW]:
+        if p.counts[at.OVERFLOW] == at.TOO_DENSE:
             self.failure = ("too dense", "more balls came close to each other than can be; the contacts are too soft")
-        if not finite.all():
-            got = int(np.argmin(finite))
+        if p.counts[at.OVERFLOW] == at.LOST_BALLS or not finite.all():
+            got = got if finite.all() else int(np.argmin(finite))
             self.failure = ("not finite", "the motion left all bounds; shorten the step, check masses and stiffness")
         return self._labeled(done + 1, rows[:got], balls[:got], ledgers[:got])
 
@@ -118,7 +119,8 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
         )
     total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
     same = numbers.balls.shape[0] == total
-    if not same or not np.array_equal(numbers.number, assemble_chamber(machine, np.zeros((total, 3)), step).number):
+    asked = assemble_chamber(machine, np.zeros((total, 3)), step)
+    if not same or not all(np.array_equal(getattr(numbers, name), getattr(asked, name)) for name in DESCRIBED):
         raise QuestionError("resume: the checkpoint belongs to another machine; resume it with its own machine file")
     return March(machine, numbers, every, str(held["method"]), float(held["first_energy"]))
 
