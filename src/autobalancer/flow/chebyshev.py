@@ -81,7 +81,7 @@ class Line:
         return np.concatenate([values, mirrored], axis=-1)
 
     def family(self, parity: Parity = 0, *, smooth: bool = False) -> Family:
-        """Fields of one parity, filtered if ``smooth``; an odd one has a value of zero in the middle among its unknowns if there is a point."""
+        """Fields of one parity, filtered if ``smooth``; a point in the middle is an unknown of odd ones too, of value zero."""
         count = self.points.size
         rows = slice(1, -1) if parity == 0 else slice(1, (count + 1) // 2)
         ends = [0, -1] if parity == 0 else [0]
@@ -121,9 +121,7 @@ class Grid:
 
 def chebyshev_grid(annulus: Annulus, radial: int, axial: int) -> Grid:
     """``radial`` by ``axial`` intervals."""
-    return Grid(
-        line(annulus.inner, annulus.outer, radial, radial=True), line(0.0, annulus.height, axial, radial=False)
-    )
+    return Grid(line(annulus.inner, annulus.outer, radial, radial=True), line(0.0, annulus.height, axial, radial=False))
 
 
 def line(begin: float, end: float, count: int, *, radial: bool) -> Line:

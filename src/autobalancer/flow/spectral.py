@@ -46,7 +46,7 @@ class SpectralFlow:
         self._parities: tuple[Parity, Parity] = (1, -1) if walls.bottom == walls.top else (0, 0)
         self._families = grid.r.family(smooth=smooth), *(grid.z.family(part, smooth=smooth) for part in self._parities)
         self._plan = self._make_plan()
-        self._state = _state(*self._plan.odd_rates.shape, self._plan.d.shape[0])
+        self._state = _state(self._plan)
         self._clock = np.zeros(kernel.CLOCK)
         self.swirl = self.walls.copy()  # g = r^2 (W - w), m^2/s; (radius, height)
         self.vorticity = np.zeros_like(self.swirl)  # q = r eta, m/s
@@ -164,7 +164,11 @@ class SpectralFlow:
         state, level, parities = self._state, int(self._clock[kernel.HEAD]), self._parities
         stream = r.backward @ state.psi_share @ odd.backward.T
         vorticity = r.backward @ state.q_share[level] @ odd.backward.T
-        self.swirl, self.vorticity, self.stream = self.walls.copy(), np.zeros_like(self.walls), np.zeros_like(self.walls)
+        self.swirl, self.vorticity, self.stream = (
+            self.walls.copy(),
+            np.zeros_like(self.walls),
+            np.zeros_like(self.walls),
+        )
         for whole, inner, parity in (
             (self.swirl, state.g[level], parities[0]),
             (self.vorticity, vorticity, parities[1]),
@@ -245,7 +249,8 @@ def _corners(c: Matrix, d: Matrix, p: Matrix, s: Matrix) -> tuple[Matrix, Matrix
     return right, left
 
 
-def _state(m: int, n: int, lids: int) -> kernel.State:
+def _state(plan: kernel.Plan) -> kernel.State:
+    (m, n), lids = plan.odd_rates.shape, plan.d.shape[0]
     size = 2 * n + lids * m
     shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
         ("g", "g_share", "q_share", "g_rate", "q_rate", "g_wave", "q_wave"), (kernel.LEVELS, m, n)
