@@ -19,7 +19,7 @@ from autobalancer.flow.track import Track
 Progress = Callable[[float, float], None]
 Fields = tuple[Floats, Floats, Floats, float, float]
 
-SHARE = 0.02  # of the error asked for that a single step may make
+SHARES = {2: 0.002, 3: 0.02}  # of the error asked for that a single step may make, by the order of the integration
 
 
 def by_solver(
@@ -54,7 +54,7 @@ def by_solver(
             _affordable(annulus, seen, chosen)
         flow, track = _resolved(annulus, walls, end, moments, seen, chosen, points is None, error, kept, progress)
         if seen.unsteady and points is None:
-            uncertainty = _uncertainty(flow, track, walls, end, seen, SHARE * error)
+            uncertainty = _uncertainty(flow, track, walls, end, seen, SHARES[flow.order] * error)
     times, _, orbit = track.arrays()
     swirl, stream, vorticity, torque, momentum = _stacked(kept)
     return Solved(
@@ -107,7 +107,9 @@ def _resolved(
             kept.append(_fields(flow, walls, time))
 
         try:
-            track = flow.march(walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
+            track = flow.march(
+                walls, end, tolerance=SHARES[flow.order] * error, stops=moments, at_stop=keep, progress=progress
+            )
         except QuestionError:
             better = finer(points) if more else None
             if better is None:
