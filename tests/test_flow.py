@@ -8,13 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from autobalancer.flow.annulus import Annulus, Walls
+from autobalancer.flow.chebyshev import chebyshev_grid
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.modes import mode_table
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl, relaxation_modes
 from autobalancer.flow.spectral import SpectralFlow
-from autobalancer.flow.speed import wall_speed
+from autobalancer.flow.speed import recorded_speed, wall_speed
 from autobalancer.machine import Hill, Ramp
 
 RIG = Annulus(69.3e-3, 83.1e-3, 20e-3, 76.95e-3, 20e-6, 950.0)  # Spannan 2021, table 6.2
@@ -98,10 +100,10 @@ def test_impulsive_spin_up_of_a_viscous_fluid_follows_the_exact_series(name: str
 def test_the_diffusive_lag_behind_a_ramp_solves_poissons_equation() -> None:
     """Lag over rate is -g/r^2 with nu D2 g = r^2: the sum over all modes against one spectral solution."""
     flow = SpectralFlow(RIG, 24, 24)
-    shares = flow.grid.forward(np.broadcast_to(flow.radius[1:-1, None] ** 2, (23, 23)).copy()) / (
-        RIG.viscosity * flow.grid.laplacian
-    )
-    flow.swirl[1:-1, 1:-1] = flow.grid.backward(shares)
+    r, z = flow.grid.r.family(), flow.grid.z.family()
+    shares = r.forward @ np.tile(flow.radius[1:-1, None] ** 2, 23) @ z.forward.T
+    shares /= RIG.viscosity * (r.rates[:, None] + z.rates)
+    flow.swirl[1:-1, 1:-1] = r.backward @ shares @ z.backward.T
     assert all_modes(RIG).ramp_lag == pytest.approx(-flow.orbit_speed(), rel=1e-4)
 
 
@@ -265,3 +267,72 @@ def test_energy_of_the_relative_flow_falls_by_what_viscosity_takes() -> None:
     lost = step / 3.0 * (loss[0] + loss[-1] + 4.0 * loss[1:-1:2].sum() + 2.0 * loss[2:-1:2].sum())  # Simpson
     assert secondary.max() > 0.004
     assert energy[0] - energy[-1] == pytest.approx(lost, rel=1e-5)
+
+
+def test_half_of_a_symmetric_flow_is_the_whole_of_it() -> None:
+    """Against the whole height, where a lid with hardly a speed of its own takes the symmetry away; even and odd intervals."""
+    annulus, speed = oil(50e-6), wall_speed(Ramp(end=40.0, duration=0.2))
+    for points in (20, 21):
+        half, whole = (SpectralFlow(annulus, 16, points, walls=Walls(bottom=b)) for b in (None, 1e-12))
+        for flow in (half, whole):
+            flow.march(speed, 0.2, tolerance=1e-6, fixed=1e-3)
+        for one, other in ((half.swirl, whole.swirl), (half.stream, whole.stream), (half.vorticity, whole.vorticity)):
+            assert np.abs(one - other).max() < 1e-8 * np.abs(other).max() + 1e-12
+        assert np.abs(half.stream).max() > 1e-6
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_implicit_waves_give_what_explicit_ones_do_in_far_fewer_steps(smooth: bool) -> None:
+    """A slow run-up to a high speed, where the lag is small and the waves are fast."""
+    annulus, speed = oil(20e-6), wall_speed(Ramp(end=125.0, duration=60.0))
+    tracks = [
+        SpectralFlow(annulus, 16, 20, order=order, waves=waves, smooth=smooth).march(speed, 8.0, tolerance=tolerance)
+        for order, waves, tolerance in ((3, False, 2e-5), (2, True, 2e-6))
+    ]
+    one, other = (CubicSpline(track.times, track.orbit)(np.linspace(0.0, 8.0, 101)) for track in tracks)
+    assert np.abs(one - other).max() < 2.5e-4 * 125.0 / 7.5
+    assert tracks[1].steps < 0.7 * tracks[0].steps
+
+
+def test_implicit_waves_have_order_two() -> None:
+    found = []
+    for steps in (200, 400, 3200):
+        flow = SpectralFlow(oil(100e-6), 16, 16, order=2, waves=True)
+        found.append(
+            flow.march(wall_speed(Hill(end=40.0, half_time=0.2, exponent=6.0)), 0.2, tolerance=1.0, fixed=0.2 / steps)
+        )
+    one, two, exact = (track.orbit[-1] for track in found)
+    assert math.log2(abs(one - exact) / abs(two - exact)) == pytest.approx(2.0, abs=0.25)
+    assert exact == pytest.approx(hill_run(16, 3, 3200), abs=2e-4)
+
+
+def test_the_filter_keeps_low_wave_numbers_and_takes_the_highest_away() -> None:
+    line = chebyshev_grid(RIG, 30, 30).r
+    x = (line.points[1:-1] - line.points.mean()) / (0.5 * RIG.width)
+    plain, smooth = line.family(), line.family(smooth=True)
+    kept = plain.backward @ smooth.filtered @ np.polynomial.chebyshev.chebval(x, np.eye(30)[:16].sum(axis=0))
+    assert np.abs(kept - np.polynomial.chebyshev.chebval(x, np.eye(30)[:16].sum(axis=0))).max() < 1e-9
+    highest = np.sin(29 * np.arccos(x)) / np.sin(np.arccos(x))
+    assert np.abs(plain.backward @ smooth.filtered @ highest).max() < 1e-9 * np.abs(highest).max()
+
+
+def test_a_record_of_the_speed_is_followed_like_the_profile_it_is_of() -> None:
+    profile = wall_speed(Hill(end=40.0, half_time=0.2, exponent=3.0))
+    times = np.linspace(0.0, 0.4, 401)
+    record = recorded_speed(times, profile.over(times))
+    assert record.at(0.1234)[0] == pytest.approx(profile.at(0.1234)[0], rel=1e-5)
+    assert record.at(0.1234)[1] == pytest.approx(profile.at(0.1234)[1], rel=1e-3)
+    one, other = (SpectralFlow(oil(100e-6), 14, 16).march(w, 0.4, tolerance=1e-6).orbit[-1] for w in (profile, record))
+    assert one == pytest.approx(other, abs=1e-4 * 40.0)
+    assert record.at(9.0) == (pytest.approx(profile.at(0.4)[0]), 0.0)
+
+
+def test_a_run_up_in_the_thinnest_oil_reaches_the_lag_of_ekman_layers_in_spite_of_its_vortices() -> None:
+    """1200 rpm within a minute in 0.65 mm^2/s, up to 20 s: lag is rate times H/(2 sqrt(nu w)), on the mean over 5 s."""
+    annulus, rate = oil(0.65e-6), 2.0 * math.pi * 20.0 / 60.0
+    flow = SpectralFlow(annulus, 30, 36, smooth=True)
+    times, speeds, orbit = flow.march(wall_speed(Ramp(end=rate * 30.0, duration=30.0)), 20.0, tolerance=2e-5).arrays()
+    late = np.linspace(15.0, 20.0, 501)
+    lag = np.interp(late, times, speeds - orbit).mean()
+    theory = rate * annulus.height / (2.0 * math.sqrt(annulus.viscosity * rate * 17.5))
+    assert lag == pytest.approx(theory, rel=0.2)

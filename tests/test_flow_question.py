@@ -6,6 +6,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.cli import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import load_machine
+from autobalancer.flow import choice, solve
 from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.question import annulus_flow
@@ -217,3 +219,33 @@ def test_the_command_prints_a_table_or_numbers_and_writes_files(tmp_path: Path) 
     assert numbers["points"] == [12, 14]
     assert len(numbers["fluid_speed"]) == 501
     assert run.invoke(app, [*command, "--points", "12"]).exit_code != 0
+
+
+def test_thin_oil_in_a_fast_run_up_is_solved_and_says_how_certain_it_is() -> None:
+    """5 mm^2/s, to 60 rad/s within a second: the layer at the inner wall breaks up."""
+    thin = replace(RIG, viscosity=5e-6)
+    flow = annulus_flow(thin, Ramp(end=60.0, duration=1.0), duration=1.2, samples=121)
+    assert flow.attrs["model"] == "chebyshev"
+    assert 0.002 < flow.attrs["uncertainty"] < 0.2
+    steady = annulus_flow(replace(RIG, viscosity=100e-6), Ramp(end=60.0, duration=1.0), duration=1.2)
+    assert steady.attrs["uncertainty"] == 0.0
+
+
+def test_a_flow_that_would_take_long_is_refused_at_once_with_what_to_do() -> None:
+    thin = replace(RIG, viscosity=0.3e-6)
+    start = process_time()
+    with pytest.raises(
+        QuestionError, match=r"lag by about .* turbulent .* minutes; speed up more slowly.*'modes'.*'points'"
+    ):
+        annulus_flow(thin, Ramp(end=2000.0, duration=60.0), duration=80.0)
+    assert process_time() - start < 5.0
+
+
+def test_too_few_points_are_replaced_by_more_unless_they_were_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    thin, ramp = replace(RIG, viscosity=0.65e-6), Ramp(end=60.0, duration=1.0)
+    monkeypatch.setattr(solve, "chosen_points", lambda *_: (30, 36))
+    monkeypatch.setattr(choice, "EDDIES", 0.0)
+    flow = annulus_flow(thin, ramp, duration=0.4, samples=51)
+    assert flow.attrs["points"][0] > 30
+    with pytest.raises(QuestionError, match="cannot pass"):
+        annulus_flow(thin, ramp, duration=0.4, points=(30, 36))

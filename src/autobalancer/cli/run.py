@@ -81,6 +81,8 @@ def run(
     else:
         plain = Console()
         plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
+        if "flow_text" in result.attrs:
+            plain.print(f"[yellow]note:[/yellow] {result.attrs['flow_text']}")
         if found is not None:
             plain.print(_table(found))
         plain.print(f"result: {out}")

@@ -8,13 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.flow.annulus import Annulus
+from autobalancer.flow.annulus import Annulus, Floats
 from autobalancer.flow.relaxation import RelaxationModes
 from autobalancer.flow.speed import WallSpeed
 
 SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
 LOOKS = 400  # instants at which the lag is looked at
 MOST = {"chebyshev": 160, "differences": 400}
+SLOW = 1.6  # lag at the orbit over that of one decaying number: the share (4/pi)^2 of the slowest mode
+SWIRLS = 500.0  # Reynolds number of the lag above which the layer at the inner wall breaks into vortices
+EDDIES, EDDIES_AT, EDDIES_POWER = 40.0, 8800.0, 0.3  # intervals over the gap that carry them, measured
+CONVECTION = 1.2  # rate of the convection limit over lag and intervals, measured
+STEP = (4e-6, 8.5e-10)  # s of one step on a common processor: alone, and over (intervals)^3
+LONGEST = 300.0  # s of computing that are begun without being asked
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,14 @@ class Expected:
     fastest: float  # rad/s
     lag: float  # greatest lag over the greatest speed, at most 1
     error: float  # of the fluid's speed at the orbit by diffusion alone, over the greatest speed
+    reynolds: float = 0.0  # of the greatest lag, over the gap
+    lagged: float = 0.0  # integral of the lag over time, rad
+    turned: float = 0.0  # integral of the speed over time, rad
+
+    @property
+    def unsteady(self) -> bool:
+        """Whether vortices at the inner wall are to be expected, which no grid follows one by one."""
+        return self.reynolds > SWIRLS
 
 
 def expected(annulus: Annulus, modes: RelaxationModes, speed: WallSpeed, end: float) -> Expected:
@@ -40,10 +54,27 @@ def expected(annulus: Annulus, modes: RelaxationModes, speed: WallSpeed, end: fl
     speeds = speed.over(times)
     lag = np.abs(speeds - modes.response(speed, times))
     share = np.minimum(1.0, SECONDARY * (speeds / annulus.decay_rate) ** 2)
-    # Ekman layers bring the fluid along within H / (2 sqrt(nu w)), whatever diffusion takes
-    ekman = 0.5 * annulus.height / np.sqrt(annulus.viscosity * np.maximum(np.abs(speeds), 1e-300))
-    jump = max(abs(speeds[0] - speed.before), float(np.abs(np.gradient(speeds, times) * ekman).max()))
-    return Expected(fastest, float(min(1.0, lag.max() / fastest, jump / fastest)), float((lag * share).max() / fastest))
+    behind = np.minimum(lag, _behind(annulus, speed.before, times, speeds))
+    return Expected(
+        fastest,
+        lag=float(min(1.0, behind.max() / fastest)),
+        error=float((lag * share).max() / fastest),
+        reynolds=float(behind.max() * annulus.orbit_radius * annulus.width / annulus.viscosity),
+        lagged=float(np.trapezoid(behind, times)),
+        turned=float(np.trapezoid(np.abs(speeds), times)),
+    )
+
+
+def _behind(annulus: Annulus, before: float, times: Floats, speeds: Floats) -> Floats:
+    """A guess of the lag where Ekman layers, at the rate 2 sqrt(nu w)/H, and diffusion bring the fluid along, rad/s."""
+    rates = annulus.decay_rate + 2.0 * np.sqrt(annulus.viscosity * np.abs(speeds)) / annulus.height
+    behind = np.empty_like(times)
+    behind[0] = abs(speeds[0] - before)
+    for i in range(1, times.size):
+        x = 0.5 * (rates[i - 1] + rates[i]) * (times[i] - times[i - 1])
+        rise = abs(speeds[i] - speeds[i - 1]) * -math.expm1(-x) / max(x, 1e-300)
+        behind[i] = behind[i - 1] * math.exp(-x) + rise
+    return np.asarray(SLOW * behind, np.float64)
 
 
 def layer(annulus: Annulus, fastest: float) -> float:
@@ -63,6 +94,9 @@ def points_for(annulus: Annulus, model: str, seen: Expected, error: float) -> tu
         if model == "chebyshev":
             base = math.sqrt(length / thin)
             low, good = 2.2 * base, (3.0 + 2.5 * seen.lag) * base
+            if seen.unsteady:
+                eddies = EDDIES * (seen.reynolds / EDDIES_AT) ** EDDIES_POWER
+                good = max(good, eddies * math.sqrt(length / annulus.width))
         else:
             low, good = 0.5 * length / thin, (1.5 + 1.5 * seen.lag) * length / thin
         finer = max(0.0, math.log10(1e-3 / error))
@@ -101,3 +135,15 @@ def chosen_points(
                 f"at the walls are only {1e3 * layer(annulus, seen.fastest):.3g} mm thin at {seen.fastest:.4g} rad/s"
             )
     return points or wanted
+
+
+def finer(points: tuple[int, int]) -> tuple[int, int] | None:
+    """The next grid for a flow that this one did not resolve; None beyond what the Chebyshev solver is made for."""
+    more = tuple(2 * math.ceil(0.65 * count) for count in points)
+    return (more[0], more[1]) if max(more) <= MOST["chebyshev"] else None
+
+
+def seconds(seen: Expected, points: tuple[int, int]) -> float:
+    """About how long the Chebyshev solver takes, s: steps within the limits of convection and waves times their cost."""
+    steps = CONVECTION * seen.lagged * points[1] + (2.0 * seen.turned if seen.unsteady else 0.0)
+    return float(steps / 0.56 * (STEP[0] + STEP[1] * (points[0] * points[1]) ** 1.5))

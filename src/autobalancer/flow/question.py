@@ -8,13 +8,12 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from autobalancer.assembly.profile import SpeedProfile
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.flow.annulus import Annulus, Floats, annulus_of
-from autobalancer.flow.choice import Expected, chosen_points, expected
+from autobalancer.flow.choice import expected
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl
 from autobalancer.flow.result import Solved, flow_dataset
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
@@ -23,13 +22,12 @@ from autobalancer.machine import Machine
 Model = Literal["auto", "modes", "chebyshev", "differences"]
 Progress = Callable[[float, float], None]
 
-SHARE = 0.02  # of the error asked for that a single step may make
 FIELD = 33  # points of a field of the modes in each direction
 
 
 def annulus_flow(
     chamber: Annulus | Machine | str | Path,
-    speed: SpeedProfile | float | None = None,
+    speed: SpeedProfile | WallSpeed | float | None = None,
     *,
     duration: float | None = None,
     initial_speed: float | None = None,
@@ -51,7 +49,8 @@ def annulus_flow(
     chamber
         An annulus, or a machine or the path of its file, of which ``balancer`` and ``race`` (from 1) are taken.
     speed
-        Profile of the rotor, or one speed in rad/s; by default that of the machine's drive.
+        Profile of the rotor, one speed in rad/s, or :func:`autobalancer.flow.speed.recorded_speed`; by default that of the
+        machine's drive.
     duration
         s; by default the ``run.duration`` of the machine.
     initial_speed
@@ -78,14 +77,16 @@ def annulus_flow(
         solid rotation) and ``diffusion_speed``, what diffusion alone would give. Over ``(moment, radius, height)``:
         ``fluid_angular_velocity``, ``stream_function``, ``vorticity``; over ``moment``: ``wall_torque`` and ``angular_momentum``.
         Attributes say which model was used and why, and give ``spin_up_time``: from the moment at which the rotor keeps its
-        speed until the lag has fallen to 1/e of what it was then.
+        speed until the lag has fallen to 1/e of what it was then. ``uncertainty`` is set where the flow is unsteady: the greatest
+        difference of the speed at the orbit from that on a coarser grid, over the greatest speed; nan if that is not known.
 
     Raises
     ------
     MachineError
         If the race has no proper chamber or fluid.
     QuestionError
-        If the speed is not known, an instant lies outside of the run, or the points cannot resolve the flow.
+        If the speed is not known, an instant lies outside of the run, or the points cannot resolve the flow, or take longer
+        than five minutes and are not asked for.
     """
     annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
     if model not in ("auto", "modes", "chebyshev", "differences"):
@@ -107,7 +108,9 @@ def annulus_flow(
     if solver == "modes":
         solved = _by_modes(annulus, walls, grid, diffusion, moments)
     else:
-        solved = _by_solver(annulus, walls, end, grid, moments, solver, seen, points, error, progress)
+        from autobalancer.flow.solve import by_solver
+
+        solved = by_solver(annulus, walls, end, grid, moments, solver, seen, points, error, progress)
     reason = (
         f"diffusion alone is wrong by at most {seen.error:.1e} of the greatest speed"
         if seen.error <= error
@@ -120,11 +123,11 @@ def annulus_flow(
 
 def _chamber(
     chamber: Annulus | Machine | str | Path,
-    speed: SpeedProfile | float | None,
+    speed: SpeedProfile | WallSpeed | float | None,
     duration: float | None,
     balancer: int,
     race: int,
-) -> tuple[Annulus, SpeedProfile | float, float, str]:
+) -> tuple[Annulus, SpeedProfile | WallSpeed | float, float, str]:
     if isinstance(chamber, Annulus):
         annulus, machine, name = chamber, None, "annulus"
     else:
@@ -143,10 +146,12 @@ def _chamber(
 
 
 def _with_corners(grid: Floats, walls: WallSpeed, end: float) -> Floats:
+    """``grid`` and the instants at which the rate of the speed jumps."""
     return np.unique(np.concatenate([grid, walls.corners(end)]))
 
 
 def _by_modes(annulus: Annulus, walls: WallSpeed, grid: Floats, orbit: Floats, moments: list[float]) -> Solved:
+    """By diffusion alone; ``orbit`` is what it gives at the orbit over ``grid``."""
     radius = np.linspace(annulus.inner, annulus.outer, FIELD)
     height = np.linspace(0.0, annulus.height, FIELD)
     times = _with_corners(np.concatenate([grid, moments]), walls, float(grid[-1]))
@@ -166,52 +171,4 @@ def _by_modes(annulus: Annulus, walls: WallSpeed, grid: Floats, orbit: Floats, m
         momentum=np.full(len(moments), np.nan),
         moment_speed=walls.over(np.array(moments)),
         steps=0,
-    )
-
-
-def _by_solver(
-    annulus: Annulus,
-    walls: WallSpeed,
-    end: float,
-    grid: Floats,
-    moments: list[float],
-    solver: str,
-    seen: Expected,
-    points: tuple[int, int] | None,
-    error: float,
-    progress: Progress | None,
-) -> Solved:
-    from autobalancer.flow.differences import DifferenceFlow
-    from autobalancer.flow.spectral import SpectralFlow
-
-    radial, axial = chosen_points(annulus, solver, seen, points, error)
-    flow = (SpectralFlow if solver == "chebyshev" else DifferenceFlow)(annulus, radial, axial)
-    r = flow.radius[:, None]
-    kept: list[tuple[Floats, Floats, Floats, float, float]] = []
-
-    def keep(time: float) -> None:
-        speed = walls.at(time)[0]
-        kept.append((flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed)))
-
-    if isinstance(flow, SpectralFlow):
-        track = flow.march(walls, end, tolerance=SHARE * error, stops=moments, at_stop=keep, progress=progress)
-    else:
-        track = flow.march(walls, end, stops=moments, at_stop=keep, progress=progress)
-    times, _, orbit = track.arrays()
-    swirl, stream, vorticity, torque, momentum = (np.array(part) for part in zip(*kept, strict=True))
-    return Solved(
-        model=solver,
-        times=grid,
-        speed=walls.over(grid),
-        orbit=CubicSpline(times, orbit)(grid),
-        radius=flow.radius,
-        height=flow.height,
-        moments=np.array(moments),
-        swirl=swirl,
-        stream=stream,
-        vorticity=vorticity,
-        torque=torque,
-        momentum=momentum,
-        moment_speed=walls.over(np.array(moments)),
-        steps=track.steps,
     )

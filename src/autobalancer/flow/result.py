@@ -48,6 +48,7 @@ class Solved:
     momentum: Floats
     moment_speed: Floats
     steps: int
+    uncertainty: float = 0.0  # of an unsteady flow, over the greatest speed
 
 
 def flow_dataset(
@@ -85,6 +86,7 @@ def flow_dataset(
         "greatest_lag": float(np.abs(lag).max()),
         "points": [solved.radius.size - 1, solved.height.size - 1],
         "steps": solved.steps,
+        "uncertainty": solved.uncertainty,
         **asdict(annulus),
     }
     return dataset

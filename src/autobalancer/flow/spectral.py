@@ -8,10 +8,12 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
-from autobalancer.flow.chebyshev import Grid, chebyshev_grid
+from autobalancer.flow.chebyshev import Parity, chebyshev_grid
 from autobalancer.flow.speed import WallSpeed
 from autobalancer.flow.track import Progress, Track
-from autobalancer.kernels.flow import spectral as kernel
+from autobalancer.kernels.flow import spectral_arrays as kernel
+from autobalancer.kernels.flow.spectral import march as march_steps
+from autobalancer.kernels.flow.spectral_terms import remember
 
 FIRST = 0.05  # first step over the diffusion time of the narrowest cell
 LEAST = 1e-3  # step over the first one, or over a radian of the rotor, that says the flow is not resolved
@@ -19,39 +21,41 @@ CHUNK = 2000  # steps between two looks at the progress bar
 
 
 class SpectralFlow:
-    """State and steps on ``radial`` by ``axial`` intervals; ``order`` of the time integration is 1, 2 or 3."""
+    """State and steps on ``radial`` by ``axial`` intervals.
+
+    ``order`` of the time integration is 1, 2 or 3. Waves of the turning fluid are implicit if ``waves``, and limit the step
+    otherwise. Where both lids turn alike the flow is symmetric about mid-height, and half of it is solved.
+    """
 
     def __init__(
-        self, annulus: Annulus, radial: int, axial: int, *, walls: Walls | None = None, order: int = 3
+        self,
+        annulus: Annulus,
+        radial: int,
+        axial: int,
+        *,
+        walls: Walls | None = None,
+        order: int = 3,
+        waves: bool = False,
+        smooth: bool = False,
     ) -> None:
-        self.annulus, self.order = annulus, order
+        self.annulus, self.order, self.waves = annulus, order, waves
         self.grid = grid = chebyshev_grid(annulus, radial, axial)
         self.radius, self.height = grid.r.points, grid.z.points
-        self.walls = (walls or Walls()).momentum(annulus, self.radius, self.height)
-        edge = self.walls
-        sides = grid.r.walls @ edge[[0, -1], 1:-1] + (grid.z.walls @ edge[1:-1, [0, -1]].T).T
-        self._plan = _plan(annulus, grid, annulus.viscosity * grid.forward(sides))
-        self._state = _state(radial - 1, axial - 1)
+        walls = walls or Walls()
+        self.walls = walls.momentum(annulus, self.radius, self.height)
+        self._parities: tuple[Parity, Parity] = (1, -1) if walls.bottom == walls.top else (0, 0)
+        self._families = grid.r.family(smooth=smooth), *(grid.z.family(part, smooth=smooth) for part in self._parities)
+        self._plan = self._make_plan()
+        self._state = _state(self._plan)
         self._clock = np.zeros(kernel.CLOCK)
-
-    @property
-    def swirl(self) -> Matrix:
-        """g = r^2 (W - w), m^2/s; (radius, height)."""
-        return self._state.g
-
-    @property
-    def vorticity(self) -> Matrix:
-        """q = r eta, m/s."""
-        return self._state.q
-
-    @property
-    def stream(self) -> Matrix:
-        """psi, m^3/s."""
-        return self._state.psi
+        self.swirl = self.walls.copy()  # g = r^2 (W - w), m^2/s; (radius, height)
+        self.vorticity = np.zeros_like(self.swirl)  # q = r eta, m/s
+        self.stream = np.zeros_like(self.swirl)  # psi, m^3/s
 
     def orbit_speed(self) -> float:
         """Angular velocity of the fluid at the orbit relative to the rotor, rad/s."""
-        return float(self._plan.orbit_r @ self.swirl @ self._plan.orbit_z)
+        r, z = self.grid.r.values_at(self.annulus.orbit_radius), self.grid.z.values_at(0.5 * self.annulus.height)
+        return float(r @ self.swirl @ z) / self.annulus.orbit_radius**2
 
     def momentum(self, speed: float) -> float:
         """Angular momentum of the fluid at the rotor speed ``speed``, kg m^2/s."""
@@ -119,7 +123,7 @@ class SpectralFlow:
             piece = speed.piece(float(clock[kernel.TIME]))
             numbers = np.array(piece.numbers, np.float64)
             while clock[kernel.TIME] < mark:
-                done = kernel.march(
+                done = march_steps(
                     self._plan, self._state, clock, piece.start, float(piece.kind), numbers, mark, fixed, goal, self.order, record
                 )  # fmt: skip
                 for time, w, lag in record[:done].tolist():
@@ -131,6 +135,8 @@ class SpectralFlow:
                     )
                 if progress is not None:
                     progress(float(clock[kernel.TIME]), end)
+            if mark in stops or mark == end:
+                self._gather()
             if mark in stops:
                 at_stop(mark)
             if mark in corners:  # the rate of the speed jumps, so the past is of no use
@@ -140,79 +146,116 @@ class SpectralFlow:
 
     def _begin(self, speed: float, fluid_speed: float) -> None:
         """Fluid turning as a solid with ``fluid_speed`` between walls that turn with ``speed``."""
-        self.swirl[:] = self.walls
-        self.swirl[1:-1, 1:-1] = self.radius[1:-1, None] ** 2 * (fluid_speed - speed)
-        self.vorticity[:], self.stream[:] = 0.0, 0.0
-        self._clock[:] = 0.0
-        self._clock[kernel.KNOWN] = 1.0
-        kernel.remember(self._plan, self._state, self._clock, speed)
+        r, even, _ = self._families
+        plan, state, clock = self._plan, self._state, self._clock
+        for part in state:
+            part[...] = 0.0
+        clock[:] = 0.0
+        clock[kernel.KNOWN], clock[kernel.WAVES] = 1.0, float(self.waves)
+        state.g[0] = self.radius[1:-1, None] ** 2 * (fluid_speed - speed)
+        state.g_share[0] = r.forward @ state.g[0] @ even.forward.T
+        state.a[:] = state.g_share[0] @ plan.even_backward
+        remember(plan, state, clock, speed)
+        self._gather()
 
+    def _gather(self) -> None:
+        """The fields with their walls, from the present level."""
+        r, _, odd = self._families
+        state, level, parities = self._state, int(self._clock[kernel.HEAD]), self._parities
+        stream = r.backward @ state.psi_share @ odd.backward.T
+        vorticity = r.backward @ state.q_share[level] @ odd.backward.T
+        self.swirl, self.vorticity, self.stream = (
+            self.walls.copy(),
+            np.zeros_like(self.walls),
+            np.zeros_like(self.walls),
+        )
+        for whole, inner, parity in (
+            (self.swirl, state.g[level], parities[0]),
+            (self.vorticity, vorticity, parities[1]),
+            (self.stream, stream, parities[1]),
+        ):
+            whole[1:-1, 1:-1] = self._unfold(inner, parity)
+        self.vorticity[[0, -1], 1:-1] = self._unfold(state.q_side, parities[1])
+        lids = state.q_lid
+        self.vorticity[1:-1, [0, -1]] = np.stack([lids[0], lids[-1] * (1.0 if lids.shape[0] == 2 else -1.0)], axis=1)
 
-def _plan(annulus: Annulus, grid: Grid, lift: Matrix) -> kernel.Plan:
-    r, z = grid.r, grid.z
-    c, d = r.forward @ r.walls, z.forward @ z.walls
-    p, s = r.derivative[[0, -1], 1:-1] @ r.backward, z.derivative[[0, -1], 1:-1] @ z.backward
-    right, left = _corners(c, d, p, s)
-    arrays = {
-        "radius": r.points[1:-1],
-        "space_r": np.gradient(r.points)[1:-1],
-        "space_z": np.gradient(z.points)[1:-1],
-        "orbit_r": r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2,
-        "orbit_z": z.values_at(0.5 * annulus.height),
-        "along_r": r.derivative[1:-1],
-        "along_z": z.derivative[1:-1].T,
-        "r_forward": r.forward,
-        "r_backward": r.backward,
-        "z_forward": z.forward.T,
-        "z_backward": z.backward.T,
-        "laplacian": grid.laplacian,
-        "c": c,
-        "d": d,
-        "p": p,
-        "s": s,
-        "right": right,
-        "left": left,
-        "lift": lift,
-    }
-    return kernel.Plan(
-        **{key: np.ascontiguousarray(value, np.float64) for key, value in arrays.items()}, viscosity=annulus.viscosity
-    )
+    def _unfold(self, inner: Floats, parity: Parity) -> Floats:
+        """Values between the lids to those over the whole height."""
+        edge = np.zeros((inner.shape[0], 1))
+        return inner if parity == 0 else self.grid.z.unfold(np.concatenate([edge, inner], axis=1), parity)[:, 1:-1]
+
+    def _make_plan(self) -> kernel.Plan:
+        grid, annulus = self.grid, self.annulus
+        r, even, odd = self._families
+        parity = self._parities[0]
+        inside = slice(1, -1) if parity == 0 else slice(1, 1 + even.rates.size)
+        edge, lids = self.walls, [0, -1] if parity == 0 else [0]
+        sides, lid = edge[[0, -1], inside], edge[1:-1, lids]
+        lift = r.forward @ (r.walls @ sides + lid @ even.walls.T) @ even.forward.T
+        c, d, p, s = (r.forward @ r.walls).T, (odd.forward @ odd.walls).T, r.ends, odd.ends
+        right, left = _corners(c, d, p, s)
+        at_r = grid.r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2
+        at_z = grid.z.values_at(0.5 * annulus.height)
+        radius = grid.r.points[1:-1]
+        arrays = {
+            "over_r": 1.0 / radius,
+            "over_dr": 1.0 / np.gradient(grid.r.points)[1:-1],
+            "over_dz": 1.0 / np.gradient(grid.z.points)[inside],
+            "orbit_r": at_r[1:-1],
+            "orbit_z": grid.z.fold(at_z, parity)[slice(1, -1) if parity == 0 else slice(1, None)],
+            "r_forward": r.filtered,
+            "r_backward": r.backward,
+            "r_slope": r.slope @ r.backward,
+            "even_forward": even.filtered.T,
+            "odd_forward": odd.filtered.T,
+            "even_backward": even.backward.T,
+            "odd_backward": odd.backward.T,
+            "even_slope": even.slope.T,
+            "odd_slope": odd.slope.T,
+            "to_even": (even.forward @ odd.slope @ odd.backward).T,
+            "to_odd": (odd.forward @ even.slope @ even.backward).T,
+            "even_rates": r.rates[:, None] + even.rates,
+            "odd_rates": r.rates[:, None] + odd.rates,
+            "source": r.forward @ np.tile(radius[:, None] ** 2, even.rates.size) @ even.forward.T,
+            "lift": annulus.viscosity * lift,
+            "wall_r": r.near @ sides,
+            "wall_z": lid @ even.near.T,
+            "wall_wave": r.forward @ lid @ even.near.T @ odd.forward.T,
+            "near_r": r.near.T,
+            "near_z": odd.near.T,
+            "c": c,
+            "d": d,
+            "p": p,
+            "s": s,
+            "right": right,
+            "left": left,
+        }
+        return kernel.Plan(
+            **{key: np.ascontiguousarray(value, np.float64) for key, value in arrays.items()},
+            viscosity=annulus.viscosity,
+            orbit_wall=float(at_r @ edge @ at_z),
+        )
 
 
 def _corners(c: Matrix, d: Matrix, p: Matrix, s: Matrix) -> tuple[Matrix, Matrix]:
     """Patterns of wall vorticity that act on no inner point, and combinations of slopes that always vanish."""
-    m, n = c.shape[0], d.shape[0]
-    right, left = np.zeros((2 * (m + n), 4)), np.zeros((2 * (m + n), 4))
-    for corner, (i, j) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
-        right[i * n : (i + 1) * n, corner] = d[:, j]
-        right[2 * n + j * m : 2 * n + (j + 1) * m, corner] = -c[:, i]
-        left[i * n : (i + 1) * n, corner] = s[j]
-        left[2 * n + j * m : 2 * n + (j + 1) * m, corner] = -p[i]
+    (_, m), (lids, n) = c.shape, d.shape
+    right, left = np.zeros((2 * lids, 2 * n + lids * m)), np.zeros((2 * lids, 2 * n + lids * m))
+    for corner, (i, j) in enumerate((i, j) for i in range(2) for j in range(lids)):
+        right[corner, i * n : (i + 1) * n] = d[j]
+        right[corner, 2 * n + j * m : 2 * n + (j + 1) * m] = -c[i]
+        left[corner, i * n : (i + 1) * n] = s[j]
+        left[corner, 2 * n + j * m : 2 * n + (j + 1) * m] = -p[i]
     return right, left
 
 
-def _state(m: int, n: int) -> kernel.State:
-    def zeros(*shape: int) -> Floats:
-        return np.zeros(shape)
-
-    size = 2 * (m + n)
-    return kernel.State(
-        g=zeros(m + 2, n + 2),
-        q=zeros(m + 2, n + 2),
-        psi=zeros(m + 2, n + 2),
-        g_past=zeros(5, m, n),
-        q_past=zeros(5, m, n),
-        g_rate=zeros(5, m, n),
-        q_rate=zeros(5, m, n),
-        work=zeros(6, m, n),
-        a=zeros(m, n),
-        b=zeros(m, n),
-        f=zeros(m, n),
-        scale=zeros(m, n),
-        influence=zeros(size, size),
-        pivots=zeros(size),
-        rows=zeros(size),
-        columns=zeros(size),
-        unknown=zeros(size),
-        weights=zeros(3, 5),
+def _state(plan: kernel.Plan) -> kernel.State:
+    (m, n), lids = plan.odd_rates.shape, plan.d.shape[0]
+    size = 2 * n + lids * m
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
+        ("g", "g_share", "q_share", "g_rate", "q_rate", "g_wave", "q_wave"), (kernel.LEVELS, m, n)
     )
+    shapes |= {"green": (m, n, n), "block": (n, n), "influence": (size, size), "weights": (3, 5)}
+    shapes |= {"q_side": (2, n), "q_lid": (lids, m), "speeds": (kernel.LEVELS,), "pivots": (max(size, n),)}
+    shapes |= dict.fromkeys(("rows", "columns", "unknown"), (size,))
+    return kernel.State(**{name: np.zeros(shapes.get(name, (m, n))) for name in kernel.State._fields})

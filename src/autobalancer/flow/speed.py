@@ -5,32 +5,62 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
+from autobalancer.assembly.fluid_numbers import table_numbers
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Floats
+from autobalancer.kernels.flow.speed import RECORD
 from autobalancer.kernels.system import HILL
 from autobalancer.machine import Constant, Machine
 from autobalancer.machine.drive import PrescribedSpeed
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """A speed known at instants, as one piece; ``numbers`` as ``kernels/flow/speed.py`` has them."""
+
+    start: float
+    kind: int
+    numbers: Floats
+
+    @cached_property
+    def times(self) -> Floats:
+        """Equally spaced, s."""
+        return np.asarray(self.start + self.numbers[0] * np.arange(int(self.numbers[1])), np.float64)
+
+    @cached_property
+    def curve(self) -> CubicHermiteSpline:
+        """The speed between the first and the last instant."""
+        return CubicHermiteSpline(self.times, self.numbers[2::2], self.numbers[3::2] / self.numbers[0])
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Speed and rate; constant outside."""
+        inside = min(max(time, self.start), float(self.times[-1]))
+        return float(self.curve(inside)), float(self.curve(inside, 1)) if inside == time else 0.0
+
+
+@dataclass(frozen=True)
 class WallSpeed:
     """Speed over time from the pieces of a profile; what happened before time zero is ``before``, rad/s."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[Piece | Recorded, ...]
     before: float
 
-    def piece(self, time: float) -> Piece:
+    def piece(self, time: float) -> Piece | Recorded:
         """The piece in force just after ``time``."""
         starts = [piece.start for piece in self.pieces]
         return self.pieces[max(bisect_right(starts, time) - 1, 0)]
 
-    def at(self, time: float, piece: Piece | None = None) -> tuple[float, float]:
+    def at(self, time: float, piece: Piece | Recorded | None = None) -> tuple[float, float]:
         """Speed (rad/s) and its rate (rad/s^2); ``piece`` tells sides apart at a corner."""
         piece = piece or self.piece(time)
+        if isinstance(piece, Recorded):
+            return piece.at(time)
         c0, c1, c2, c3 = piece.numbers
         if piece.kind == HILL:
             if time <= 0.0:
@@ -52,16 +82,37 @@ class WallSpeed:
     def settled(self) -> float:
         """Time from which the speed no longer changes, s; infinite if it always does."""
         last = self.pieces[-1]
-        return last.start if last.kind != HILL and last.numbers[1] == 0.0 else math.inf
+        return last.start if last.kind not in (HILL, RECORD) and last.numbers[1] == 0.0 else math.inf
 
     def fastest(self, end: float) -> float:
-        """Greatest magnitude of the speed up to ``end``, rad/s; every piece is monotonic."""
+        """Greatest magnitude of the speed up to ``end``, rad/s; every piece of a profile is monotonic."""
         times = np.array([0.0, *self.corners(end), end])
+        if isinstance(self.pieces[0], Recorded):
+            times = self.pieces[0].times
+            times = np.append(times[(times > 0.0) & (times < end)], [0.0, end])
         return float(max(np.abs(self.over(times)).max(), abs(self.before)))
 
 
-def wall_speed(profile: SpeedProfile | float, initial: float | None = None) -> WallSpeed:
+def recorded_speed(times: Floats, speeds: Floats) -> WallSpeed:
+    """A speed that was measured or simulated, for :func:`autobalancer.flow.question.annulus_flow`.
+
+    Parameters
+    ----------
+    times
+        Ascending, s; (time,). Speeds are smooth and monotone between them, and constant before and after.
+    speeds
+        rad/s; (time,).
+    """
+    _, step, count, *pairs = table_numbers(np.asarray(times, np.float64), np.asarray(speeds, np.float64))
+    piece = Recorded(float(times[0]), RECORD, np.array([step, count, *pairs]))
+    alone = WallSpeed((piece,), 0.0)
+    return WallSpeed((piece,), alone.at(0.0)[0])
+
+
+def wall_speed(profile: SpeedProfile | WallSpeed | float, initial: float | None = None) -> WallSpeed:
     """From a profile or one speed; the fluid turns with ``initial`` before time zero, by default with the profile."""
+    if isinstance(profile, WallSpeed):
+        return profile if initial is None else WallSpeed(profile.pieces, initial)
     part: SpeedProfile = Constant(speed=profile) if isinstance(profile, (int, float)) else profile
     pieces = tuple(profile_pieces(part))
     first = WallSpeed(pieces, 0.0).at(0.0, pieces[0])[0]

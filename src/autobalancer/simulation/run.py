@@ -9,7 +9,7 @@ from typing import Literal
 
 import xarray as xr
 
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -20,7 +20,6 @@ from autobalancer.kernels.integrators.memory import (
     REJECTED,
     TIME,
     Memory,
-    memory,
 )
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
@@ -29,8 +28,9 @@ from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.drag_range import drag_range_attributes
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
+from autobalancer.simulation.fluid_lag import fluid_lags
+from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, Samples, Sampling
 from autobalancer.units import to_si
@@ -104,7 +104,9 @@ def simulate(
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
-    assembly = prepare(machine, end, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+    known = fluid_lags(machine, end, seed=seed, max_steps=max_steps)
+    rotating = None if frame == "auto" else frame == "rotor"
+    assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
@@ -118,7 +120,7 @@ def simulate(
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     if not (interrupted or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly = prepare(machine, end, seed=seed, rotating=None if frame == "auto" else frame == "rotor")
+        assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags)
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
@@ -139,6 +141,7 @@ def simulate(
             "critical_speeds": list(assembly.critical_speeds),
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
+            **known.record,
             "outcome": ended.name,
             "outcome_text": ended.text,
             "duration": end,
@@ -153,19 +156,6 @@ def simulate(
     )
     run.attrs |= drag_range_attributes(assembly, run)
     return run
-
-
-def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.Tableau) -> Memory:
-    """A fresh integration of an assembled machine up to ``end``."""
-    return memory(
-        assembly.state,
-        end,
-        tolerance * assembly.scale,
-        tolerance * assembly.growing,
-        total=pair.total,
-        degree=pair.degree,
-        longest=end,
-    )
 
 
 def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.fluid_numbers import Lags
 from autobalancer.assembly.system import assemble, start_angles
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
@@ -42,6 +43,7 @@ from autobalancer.kernels.system import (
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.equations import equations
+from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
 from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
@@ -71,7 +73,8 @@ def basin(
     machine
         A machine or the path of a machine file; its unbalance is that after all schedules.
     speed
-        Final rotor speed, rad/s.
+        Final rotor speed, rad/s. Fluid that lags does so by diffusion, whatever model its race has: from starts at the final
+        speed it does not, and a run-up differs from start to start.
     axes
         Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
         (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
@@ -83,7 +86,7 @@ def basin(
         For random starts, and for balls without start angles.
     hold
         Longest time at the final speed, s; by default 400 revolutions or 25 decay times of the slowest mode of any
-        stable state, whichever is longer, at most 20000 revolutions.
+        stable state, and after a run-up of fluid that lags, whichever is longer, at most 20000 revolutions.
     workers
         Threads; the result does not depend on it.
     progress
@@ -110,8 +113,10 @@ def basin(
     axes = dict(axes or {})
     if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
         raise QuestionError("basin: give one or two axes, or a number of random starts")
-    assembly = assemble(machine, seed=seed, contact=False)
-    question = Question(machine, assembly, p, speed, hold or _long_enough(machine, p, speed), tolerance)
+    lags = diffusing_lags(machine)
+    assembly = assemble(machine, seed=seed, contact=False, lags=lags)
+    longest = hold or _long_enough(machine, p, speed, lags if "acceleration" in axes else {})
+    question = Question(machine, assembly, p, speed, longest, tolerance)
     starts, rates, shape = _starts(question, axes, random, seed)
     ends = _settle(question, starts, rates, workers, progress)
     states = np.array([end_state(question, end) for end in ends])
@@ -119,10 +124,11 @@ def basin(
     return _dataset(machine, question, axes, shape, ends, states, seed)
 
 
-def _long_enough(machine: Machine, p: Plane, speed: float) -> float:
-    """Some decay times of the slowest mode of all stable states."""
+def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
+    """Some decay times of the slowest mode of all stable states, and of fluid that a run-up left behind."""
     turn = 2.0 * math.pi / speed
     rates = [-growth(eigenvalues_of(machine, p, speed, state), state.freedom) for state in equilibria_of(p, speed)]
+    rates += [float(lag.rates.min()) for lag in lags.values()]
     slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
     return min(max(400.0 * turn, 25.0 / slowest if slowest else 0.0), 20000.0 * turn)
 
@@ -269,6 +275,7 @@ def _dataset(
         "hold": question.hold,
         "tolerance": question.tolerance,
         "seed": seed,
+        **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
     }
     return found
 

@@ -49,7 +49,7 @@ class Question:
 def end_state(question: Question, end: Floats) -> int:
     """Number of the end state of one row of the answer of :func:`autobalancer.kernels.settle.settle`."""
     p, n = question.p, question.p.moment.size
-    size = BALLS + 2 * n
+    size = question.assembly.state.size
     if end[size] == FAILED:
         return STATES.index("failed")
     speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]

@@ -29,8 +29,8 @@ from autobalancer.kernels.system import (
     X,
     Y,
 )  # fmt: skip
+from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.lateral import Floats, Matrix
 from autobalancer.stability.vector_field import Field

@@ -25,10 +25,10 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.results.series import released_at, settled_from, wrapped
 from autobalancer.simulation.equations import equations
+from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import Envelope
 
 LABELS = {
@@ -98,7 +98,7 @@ def sweep(
     end = float(duration) if duration is not None else float(machine.run.duration)  # type: ignore[union-attr]
     shape, points = _points(variations, grid)
     assemblies = [
-        prepare(_with(machine, variations, point), end, seed=seed + number * vary_seed)
+        prepare(_with(machine, variations, point), end, seed=seed + number * vary_seed, max_steps=max_steps)
         for number, point in enumerate(points)
     ]
     done = 0

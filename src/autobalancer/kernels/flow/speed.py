@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from numba import njit
 
+from autobalancer.kernels.curves import hermite
 from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.system import HILL, Floats
+
+RECORD = 2  # kind of a piece: a record, whose numbers are step, count and pairs of value and slope times step
 
 
 @njit(**INLINE)
 def wall_speed(time: float, start: float, kind: float, numbers: Floats) -> tuple[float, float]:
-    """Speed of the walls and its rate; ``kind`` and ``numbers`` as a segment of the drive."""
+    """Speed of the walls and its rate; ``kind`` and ``numbers`` as a segment of the drive, or a record."""
+    if kind == RECORD:
+        count = int(numbers[1])
+        place = (time - start) / numbers[0]
+        speed = hermite(numbers, 2, place, count)
+        if not 0.0 <= place <= count - 1.0:
+            return speed, 0.0
+        i = min(int(place), count - 2)
+        s, a = place - i, 2 + 2 * i
+        d = numbers[a + 2] - numbers[a]
+        m, n = numbers[a + 1] - d, d - numbers[a + 3]
+        return speed, (d + (1.0 - 2.0 * s) * (m * (1.0 - s) + n * s) + s * (1.0 - s) * (n - m)) / numbers[0]
     if kind == HILL:
         if time <= 0.0:
             return numbers[3], 0.0

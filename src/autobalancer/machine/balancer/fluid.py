@@ -16,7 +16,8 @@ class Fluid(Part):
     inertia (2 near a wall: Jan and Chen 1997; Spannan 2021, section 5.2.3).
 
     ``lag`` says how the fluid follows its chamber when the speed changes: at once (``none``), by diffusion (``modes``), by the
-    ``full`` equations of the flow, which need a prescribed speed, or whichever of both is needed (``auto``).
+    ``full`` equations of the flow, or whichever of both is needed (``auto``). With a drive that is a torque the full equations
+    take a few runs.
     """
 
     name: str | None = None
