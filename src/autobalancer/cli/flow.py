@@ -79,6 +79,13 @@ def flow(
         ("lag at the end", f"{float(found['speed'][-1] - found['fluid_speed'][-1]) * unit.factor:.4g} {unit.sign}"),
         ("spin-up time", f"{a['spin_up_time']:.4g} s" if math.isfinite(a["spin_up_time"]) else "not reached"),
     ]
+    if a["uncertainty"] != 0.0:
+        certain = (
+            f"two grids differ by {a['uncertainty']:.1%} of the greatest speed"
+            if math.isfinite(a["uncertainty"])
+            else "unknown"
+        )
+        lines.append(("unsteady flow, certainty", certain))
     for name, text in lines:
         typer.echo(f"{name:>36}  {text}")
     for path in (out, plot):
@@ -99,8 +106,8 @@ def _points(text: str) -> tuple[int, int] | None:
 
 def _numbers(found: Any) -> dict[str, Any]:
     keys = ("model", "model_reason", "ekman_number", "greatest_lag", "points", "steps", "inner", "outer", "height")
-    spin_up = found.attrs["spin_up_time"]
     answer = {key: found.attrs[key] for key in keys}
-    answer["spin_up_time"] = spin_up if math.isfinite(spin_up) else None
+    for key in ("spin_up_time", "uncertainty"):
+        answer[key] = found.attrs[key] if math.isfinite(found.attrs[key]) else None
     answer |= {name: found[name].values.tolist() for name in ("time", "speed", "fluid_speed", "diffusion_speed")}
     return answer

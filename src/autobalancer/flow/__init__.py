@@ -1,7 +1,7 @@
 """Flow of the fluid in the annulus of a race that turns with the rotor, not disturbed by the balls.
 
-``question.py`` asks, ``annulus.py`` is the chamber, ``spectral.py`` and ``differences.py`` solve the full equations,
-``modes.py`` and ``relaxation.py`` those of a fluid that only diffuses.
+``question.py`` asks, ``annulus.py`` is the chamber, ``spectral.py`` and ``differences.py`` solve the full equations as
+``choice.py`` and ``solve.py`` decide, ``modes.py`` and ``relaxation.py`` those of a fluid that only diffuses.
 
 Symbols: r, z coordinates from the axis and from the bottom; a, b, H inner and outer radius and height; w speed of the
 rotor; W = u_theta/r angular velocity of the fluid; G = r^2 W angular momentum, g = G - r^2 w its deviation from solid

@@ -111,12 +111,12 @@ def flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, An
     found: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
     if uncertainty != 0.0:
         share = (
-            f"within {uncertainty:.1%} of the greatest speed"
-            if math.isfinite(uncertainty)
-            else "within a share not known"
+            f"by up to {uncertainty:.1%}" if math.isfinite(uncertainty) else "by a share that could not be found out"
         )
         found["flow_uncertainty"] = uncertainty
-        found["flow_text"] = f"the flow in the race is unsteady; the speed of the fluid at the orbit is certain {share}"
+        found["flow_text"] = (
+            f"the flow in the race is unsteady: on two grids the fluid's speed at the orbit differs {share} of the greatest speed"
+        )
     return found
 
 

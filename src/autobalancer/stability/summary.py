@@ -125,7 +125,6 @@ def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
     known = {
         "friction": any(race.friction is not None for race in races),
         "drag that is not linear": any(ball.drag_curve is not None for ball in balls),
-        "the lag of the fluid": any(race.fluid is not None and race.fluid.lag != "none" for race in races),
         "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
         "partitions": any(race.partitions is not None for race in races),
         "resolved contact": any(race.resolved is not None for race in races),

@@ -16,8 +16,8 @@ from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 # clock; AGO: lengths of past steps
 (
-    TIME, LENGTH, CONVECTION, SHIFT, KNOWN, ACCEPTED, REJECTED, HEAD, LEAST, LOST, REFERENCE, WAVES, SPEED, AGO,
-) = range(14)  # fmt: skip
+    TIME, LENGTH, CONVECTION, SHIFT, KNOWN, ACCEPTED, REJECTED, HEAD, LEAST, LOST, REFERENCE, WAVES, AGO,
+) = range(13)  # fmt: skip
 CLOCK = AGO + 4
 LEVELS = 5  # of the past that are kept, one of them for the step that is tried
 

@@ -42,8 +42,8 @@ def _rows(p: Plan, s: State, shift: float, reference: float) -> None:
                 s.block[j, k] = 0.0
             for k in range(n):
                 x = p.to_odd[k, j] * s.scale[i, k] * squared * own
-                for i2 in range(n):
-                    s.block[j, i2] -= x * p.to_even[i2, k]
+                for other in range(n):
+                    s.block[j, other] -= x * p.to_even[other, k]
             s.block[j, j] += 1.0
         invert(s.block, s.pivots)
         for j in range(n):
