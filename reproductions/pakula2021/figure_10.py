@@ -15,7 +15,8 @@ from typing import Any
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.plots.chamber_study import plot_amplitudes
 from autobalancer.plots.save import save_picture
-from autobalancer.studies.chamber_amplitudes import chamber_amplitudes, optimal_means
+from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
+from autobalancer.studies.chamber_means import optimal_means
 from reproductions import compared
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
@@ -64,3 +65,13 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         )
         for name, target, obtained, tolerance in rows
     ]
+
+
+if __name__ == "__main__":
+    import sys
+
+    from reproductions.pakula2021._grid import complete
+
+    if "--full" not in sys.argv:
+        sys.exit("python -m reproductions.pakula2021.figure_10 --full [--fresh]: run what the table lacks")
+    complete(fresh="--fresh" in sys.argv)

@@ -23,7 +23,7 @@ def filling_sites(radius: float, depth: float, ball_radius: float) -> Array:
     pitch = 2.0 * ball_radius * AIR
     if half < 0.0 or reach < 0.0:
         return np.zeros((0, 3))
-    along = _line(half, min(pitch, max(2.0 * half, 1e-300)) if 2.0 * half < pitch else pitch)
+    along = _line(half, pitch)
     best = np.zeros((0, 3))
     for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
         for low in (0.0, 0.5):
@@ -43,9 +43,8 @@ def filling_sites(radius: float, depth: float, ball_radius: float) -> Array:
 
 
 def _line(half: float, pitch: float) -> Array:
-    count = math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1 if half > 0.0 else 1
-    if 2.0 * half < pitch:
-        count = 1
+    count = math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
+    pitch = min(pitch, 2.0 * half) if count > 1 else pitch
     return (np.arange(count) - 0.5 * (count - 1)) * pitch
 
 
