@@ -51,7 +51,7 @@ def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | Non
         low, high = chosen[str(layer)]
         within = several[names].sel(layers=layer, balls=(study["balls"] >= low) & (study["balls"] <= high))
         if within.sizes["balls"] == 0:
-            raise QuestionError(f"ranges: the study has no number of balls from {low} to {high} for {layer!r}")
+            raise QuestionError(f"ranges: the study has no number of balls from {low} to {high} for {str(layer)!r}")
         each = within.mean("balls", skipna=True, keep_attrs=True)
         mean = each.mean("seed", skipna=True, keep_attrs=True)
         for name in names:
