@@ -46,6 +46,7 @@ CHAMBER_MEANINGS = {
     "ChamberUnbalance.angle": "from y towards z at rotor angle zero",
     "ChamberUnbalance.position": "along x",
     "Chamber.radius": "of the wall",
+    "Chamber.inner_radius": "of a wall inside, which makes a ring; without it there is none",
     "Chamber.depth": "between the flat walls; left out, one layer of balls: the largest and 1 % more",
     "Chamber.position": "of its middle, along x",
     "Chamber.drag": "force of a fluid that turns with the chamber, over the speed of a ball in it",

@@ -30,3 +30,18 @@ def small_machine(**changed: Any) -> ChamberMachine:
         },
     }
     return ChamberMachine(**(described | changed))
+
+
+def free_machine(**changed: Any) -> ChamberMachine:
+    """A released body of 20 kg around a rotor of 3 kg, without supports, weight and unbalance, in soft contact."""
+    described: dict[str, Any] = {
+        "name": "Free machine",
+        "gravity": [0.0, 0.0, 0.0],
+        "body": {"freedom": "free", "mass": 20.0, "inertia": [0.5, 0.5, 0.5]},
+        "rotor": {"mass": 3.0, "polar_inertia": 0.5, "transverse_inertia": 0.32, "bearings": [0.1, -0.1]},
+        "chambers": [{"radius": 0.06, "depth": 0.1, "balls": [{"count": 8, "density": 7800.0, "mass": 0.1}]}],
+        "contact": {"law": "restitution", "restitution": 0.6, "friction": 0.4, "rolling_arm": 1e-4, "stiffness": 1e8},
+        "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}},
+    }
+    contact = described["contact"] | changed.pop("contact", {})
+    return ChamberMachine(**(described | changed | {"contact": contact}))

@@ -88,7 +88,7 @@ def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
     groups = ball_groups(machine)
     contact = machine.contact
     for number, one in groups:
-        walls = float(machine.chambers[number].radius), math.inf
+        walls = float(machine.chambers[number].radius), math.inf  # the inner wall is softer than a flat one
         pairs = [(wall_stiffness(contact, one.radius, wall), one.ball_mass) for wall in walls]
         for other_number, two in groups:
             if other_number == number:
@@ -118,6 +118,8 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         own[:, at.KIND], own[:, at.CHAMBER] = kind, number
         own[:, at.K_RACE] = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
         own[:, at.K_FLAT] = wall_stiffness(machine.contact, group.radius)
+        if chamber.inner_radius > 0.0:
+            own[:, at.K_INNER] = wall_stiffness(machine.contact, group.radius, -float(chamber.inner_radius))
         if group.velocities is not None:
             own[:, at.VEL : at.VEL + 3] = group.velocities
         if group.spins is not None:
@@ -132,7 +134,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         balls=rows,
         chambers=np.array(
             [
-                [c.position, c.radius, 0.5 * c.inner_depth, c.drag, c.square_drag]
+                [c.position, c.radius, 0.5 * c.inner_depth, c.drag, c.square_drag, c.inner_radius or -math.inf]
                 for c in machine.chambers
             ],
             np.float64,

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from typing import TYPE_CHECKING
 
 import typer
 
 from autobalancer.machine.chamber import ChamberMachine
+
+if TYPE_CHECKING:
+    from autobalancer.simulation.chamber.summary import ChamberFilling
 
 
 def check_chamber(described: ChamberMachine, as_json: bool) -> None:
@@ -16,7 +20,7 @@ def check_chamber(described: ChamberMachine, as_json: bool) -> None:
     from rich.table import Table
 
     from autobalancer.cli.check import _finite, _speed
-    from autobalancer.simulation.chamber.summary import ChamberFilling, chamber_summary
+    from autobalancer.simulation.chamber.summary import chamber_summary
 
     found = chamber_summary(described)
     if as_json:
@@ -39,7 +43,7 @@ def check_chamber(described: ChamberMachine, as_json: bool) -> None:
         one = filling.balls == 1
         return (
             f"{filling.balls} {'ball' if one else 'balls'} of {size}, {filling.ball_mass:.4g} kg{'' if one else ' together'}\n"
-            f"{1e3 * filling.depth:.4g} mm deep, room for {filling.room}: {100 * filling.balls / filling.room:.3g} % filled\n"
+            f"{1e3 * filling.depth:.4g} mm deep, {_room(filling)}\n"
             f"capability {filling.capability * 1e6:.5g} g mm{enough}"
         )
 
@@ -54,3 +58,9 @@ def check_chamber(described: ChamberMachine, as_json: bool) -> None:
     console.print(table)
     for warning in found.warnings:
         console.print(f"[yellow]note:[/yellow] {warning}")
+
+
+def _room(filling: ChamberFilling) -> str:
+    """Balls of mixed sizes may be more than there is room for of the largest."""
+    share = "" if filling.balls > filling.room else f": {100 * filling.balls / filling.room:.3g} % filled"
+    return f"room for {filling.room} of {1e3 * filling.largest_diameter:.4g} mm{share}"

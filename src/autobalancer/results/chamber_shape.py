@@ -14,11 +14,12 @@ from autobalancer.machine.chamber import Chamber, ChamberUnbalance
 
 @dataclass(frozen=True)
 class ChamberShape:
-    """A cylinder around the rotor's axis: radius and depth (m), place of its middle along the axis (m)."""
+    """A cylinder around the rotor's axis: radius and depth (m), place of its middle along the axis (m), inner radius (m)."""
 
     radius: float
     depth: float
     place: float = 0.0
+    inner_radius: float = 0.0
 
 
 def chambers_of(run: xr.Dataset) -> list[ChamberShape]:
@@ -30,7 +31,10 @@ def chambers_of(run: xr.Dataset) -> list[ChamberShape]:
     described = _machine(run).get("chambers")
     if described:
         parts = [Chamber(**entry) for entry in _listed(described)]
-        return [ChamberShape(float(part.radius), part.inner_depth, float(part.position)) for part in parts]
+        return [
+            ChamberShape(float(part.radius), part.inner_depth, float(part.position), float(part.inner_radius))
+            for part in parts
+        ]
     place = run["ball_position"].transpose("time", "ball", "axis").values
     radius, number = run["ball_radius"].values, run["chamber"].values.astype(int)
     reach = np.hypot(place[:, :, 1], place[:, :, 2]).max(axis=0) + radius

@@ -5,10 +5,11 @@ the angle theta of the rotor in space. The axis of the rotor points along (1, c,
 turned by theta into S (along y) and T (along z), and their couples about O likewise C, D:
 
     T_kin = T_body + m/2 |v|^2 + Jt/2 (b'^2 + c'^2) + Jp/2 w^2 - Jp w c' b (gyroscopic)
-          + x' (b' T - c' S) + w (S z' - T y' - C b' - D c')
+          + x' (b' T - c' S + w (b S + c T)) + w (S z' - T y' - C b' - D c')
 
 Locked coordinates have no rate; what holds them is the constraint force. Torque of the drive and of the bearings acts between
-body and rotor. Source: Pakuła (2021), (2), (5), (7), (13), (43)-(51), with the signs of the derivation.
+body and rotor, along the axis; so the moment of the contacts about the axis turns the rotor, and only that across it the body.
+Source: Pakuła (2021), (2), (5), (7), (13), (43)-(51), with the signs of the derivation.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -81,7 +82,7 @@ def body_rates(number, host, inertia, stiffness, damping, active, work, power, p
         work[i, 6] = 0.0
         work[i, 7] = -pull - resist
     power[P_SUPPORTS] = lost
-    xv, bv, cv = host[V], host[V + 4], host[V + 5]
+    bv, cv = host[V + 4], host[V + 5]
     polar = number[POLAR]
     work[0, 4] += t
     work[4, 0] += t
@@ -94,16 +95,19 @@ def body_rates(number, host, inertia, stiffness, damping, active, work, power, p
     work[6, 4] = work[4, 6] = -c
     work[6, 5] = work[5, 6] = -d
     work[6, 6] = polar
-    work[0, 7] += host[CONTACT] - w * (s * bv + t * cv)
+    lean, tip = host[Q + 4] * s + host[Q + 5] * t, host[Q + 4] * t - host[Q + 5] * s
+    work[0, 6] = work[6, 0] = lean
+    work[0, 7] += host[CONTACT] + tip * w * w - 2.0 * w * (s * bv + t * cv)
     work[1, 7] += host[CONTACT + 1] + s * w * w
     work[2, 7] += host[CONTACT + 2] + t * w * w
-    load_b = host[CONTACT + 4] + gx * t
-    load_c = host[CONTACT + 5] - gx * s
-    work[4, 7] += load_b - polar * w * cv - s * w * xv - d * w * w
-    work[5, 7] += load_c + polar * w * bv - t * w * xv + c * w * w
-    work[6, 7] = host[CONTACT + 3] + xv * (s * bv + t * cv) - gy * t + gz * s + gx * (host[Q + 4] * s + host[Q + 5] * t)
+    across_y, across_z = host[Q + 5], -host[Q + 4]  # of the axis
+    load_b = host[CONTACT + 4] - across_y * host[CONTACT + 3] + gx * t
+    load_c = host[CONTACT + 5] - across_z * host[CONTACT + 3] - gx * s
+    work[4, 7] += load_b - polar * w * cv - d * w * w
+    work[5, 7] += load_c + polar * w * bv + c * w * w
+    work[6, 7] = host[CONTACT + 3] - gy * t + gz * s + gx * lean
     # torques between body and rotor
-    slip = w - host[V + 3]
+    slip = w - host[V + 3] - across_y * bv - across_z * cv
     size = sqrt(host[P1] ** 2 + host[P1 + 1] ** 2 + host[P1 + 2] ** 2)
     size += sqrt(host[P2] ** 2 + host[P2 + 1] ** 2 + host[P2 + 2] ** 2)
     against = number[NECK] * size * min(max(slip / EVEN, -1.0), 1.0) + number[ROTOR_DAMPING] * slip
@@ -113,17 +117,20 @@ def body_rates(number, host, inertia, stiffness, damping, active, work, power, p
         motor = 2.0 * number[RATED] * number[OVERLOAD] * below * width / (width * width + below * below)
         work[6, 7] += motor - against
         work[3, 7] -= motor - against
+        work[4, 7] -= across_y * (motor - against)
+        work[5, 7] -= across_z * (motor - against)
     else:
         # the drive gives what the speed asks for, and the body bears it
         for i in range(6):
             work[i, 7] -= work[i, 6] * prescribed
         work[6, 7] -= polar * prescribed
-        for j in range(6):
+        for j in range(8):
             work[3, j] += work[6, j]
-        work[3, 7] += work[6, 7]
+            work[4, j] += across_y * work[6, j]
+            work[5, j] += across_z * work[6, j]
     _solve(host, active, work, free, prescribed)
     _reactions(number, host, active, work, free, motor, against, polar)
-    _bearings(number, host, w, s, t, c, d, polar, load_b, load_c)
+    _bearings(number, host, w, s, t, c, d, lean, tip, polar, load_b, load_c)
     power[P_MOTOR] = host[TORQUE] * slip
     power[P_BEARINGS] = against * slip
 
@@ -183,17 +190,26 @@ def _reactions(number, host, active, work, free, motor, against, polar):
 
 
 @njit(**APART)
-def _bearings(number, host, w, s, t, c, d, polar, load_b, load_c):
+def _bearings(number, host, w, s, t, c, d, lean, tip, polar, load_b, load_c):
     """Forces of both bearings on the rotor from its own balances, (43)-(51); the second one guides along the axis."""
     m = number[ROTOR_MASS]
     xa, ya, za, ba, ca, wa = host[NEW], host[NEW + 1], host[NEW + 2], host[NEW + 4], host[NEW + 5], host[NEW + 6]
-    xv, bv, cv = host[V], host[V + 4], host[V + 5]
-    px = m * xa + t * ba - s * ca + w * (s * bv + t * cv) - host[CONTACT] - m * number[GRAVITY_X]
+    bv, cv = host[V + 4], host[V + 5]
+    px = (
+        m * xa
+        + t * ba
+        - s * ca
+        + lean * wa
+        - tip * w * w
+        + 2.0 * w * (s * bv + t * cv)
+        - host[CONTACT]
+        - m * number[GRAVITY_X]
+    )
     py = m * ya - t * wa - s * w * w - host[CONTACT + 1] - m * number[GRAVITY_Y]
     pz = m * za + s * wa - t * w * w - host[CONTACT + 2] - m * number[GRAVITY_Z]
     jt = number[TRANSVERSE]
-    mb = jt * ba + t * xa - c * wa + polar * w * cv + s * w * xv + d * w * w - load_b
-    mc = jt * ca - s * xa - d * wa - polar * w * bv + t * w * xv - c * w * w - load_c
+    mb = jt * ba + t * xa - c * wa + polar * w * cv + d * w * w - load_b
+    mc = jt * ca - s * xa - d * wa - polar * w * bv - c * w * w - load_c
     # x1 P1y + x2 P2y = mc and -x1 P1z - x2 P2z = mb
     x1, x2 = number[BEARING_1], number[BEARING_2]
     span = 1.0 / (x1 - x2)

@@ -22,7 +22,9 @@ from autobalancer.kernels.chamber.layout import (
     GRAVITY_Y,
     GRAVITY_Z,
     HALF_DEPTH,
+    INNER_RADIUS,
     K_FLAT,
+    K_INNER,
     K_RACE,
     KIND,
     MASS,
@@ -126,7 +128,8 @@ def forces(
         power[i] = 0.0
     for i in range(6):
         host[CONTACT + i] = 0.0
-    w = host[V + 6]
+    # the spin, and the part along x of a tilting motion, which is across the axis
+    w = host[V + 6] + host[Q + 4] * host[V + 5] - host[Q + 5] * host[V + 4]
     ux, uy, uz = 1.0, host[Q + 5], -host[Q + 4]
     scale = 1.0 / sqrt(1.0 + uy * uy + uz * uz)
     ux, uy, uz = scale, scale * uy, scale * uz
@@ -161,6 +164,15 @@ def _walls(balls, chambers, wall_springs, number, host, power, counts, greatest,
             )  # fmt: skip
         else:
             _leave(ball, own, 0)
+        inward = chamber[INNER_RADIUS] + r - radial
+        if inward > 0.0:
+            one = -1.0 / radial
+            _wall(
+                number, ball, host, power, counts, greatest, own, 3, inward, ball[K_INNER],
+                one * rx, one * ry, one * rz, mx, my, mz, w, ux, uy, uz,
+            )  # fmt: skip
+        else:
+            _leave(ball, own, 3)
         side = abs(axial) + r - chamber[HALF_DEPTH]
         if side > 0.0:
             way = 1.0 if axial > 0.0 else -1.0

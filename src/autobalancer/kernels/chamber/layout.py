@@ -7,16 +7,17 @@ from numba import types
 # a row of ``balls``: position, velocity, spin, force, moment, rates of velocity and spin at the last evaluation
 POS, VEL, SPIN, FORCE, MOMENT, ACC, SPIN_ACC = 0, 3, 6, 9, 12, 15, 18
 RADIUS, MASS, INERTIA, KIND, CHAMBER = 21, 22, 23, 24, 25
-TOUCHES = 26  # race, wall at +x, wall at -x: 1 in contact
-K_RACE, K_FLAT = 29, 30  # N/m^1.5
-BALL_COLUMNS = 32
+TOUCHES = 26  # race, wall at +x, wall at -x, inner wall: 1 in contact
+K_RACE, K_FLAT, K_INNER = 30, 31, 32  # N/m^1.5
+BALL_COLUMNS = 34
 
-# ``springs``: stretch of the tangential springs at race and walls, three numbers each
-WALL_SPRINGS = 9
+# ``springs``: stretch of the tangential springs at race, walls and inner wall, three numbers each
+WALL_SPRINGS = 12
 
-# a row of ``chambers``: position along the rotor, radius, half depth, drag per speed and per speed squared
-CENTER, WALL_RADIUS, HALF_DEPTH, DRAG, SQUARE_DRAG = range(5)
-CHAMBER_COLUMNS = 5
+# a row of ``chambers``: position along the rotor, radius, half depth, drag per speed and per speed squared, radius of the
+# inner wall (minus infinity without one)
+CENTER, WALL_RADIUS, HALF_DEPTH, DRAG, SQUARE_DRAG, INNER_RADIUS = range(6)
+CHAMBER_COLUMNS = 6
 
 # ``host``: body displacement and rotation, rotor angle (7); their rates; second rates in use and new
 Q, V, A, NEW = 0, 7, 14, 21

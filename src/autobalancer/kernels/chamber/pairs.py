@@ -13,6 +13,7 @@ from autobalancer.kernels.chamber.contact import APART, TOUCH
 from autobalancer.kernels.chamber.layout import CHAMBER, OVERFLOW, PAIRS, RADIUS, REBUILDS, SKIN
 
 DIRECT = 100
+FAR = 1e6  # m
 
 
 @njit(**TOUCH)
@@ -77,6 +78,10 @@ def rebuild(
         low0, low1, low2 = min(low0, balls[i, 0]), min(low1, balls[i, 1]), min(low2, balls[i, 2])
         high0, high1, high2 = max(high0, balls[i, 0]), max(high1, balls[i, 1]), max(high2, balls[i, 2])
         radius = max(radius, balls[i, RADIUS])
+    wide = high0 - low0 + high1 - low1 + high2 - low2
+    if not wide < FAR:  # no motion to go on with; nor is there with a position that is no number
+        counts[OVERFLOW] = 2
+        return
     size = 2.0 * radius + number[SKIN]
     room = cells.shape[0] - 2
     while True:

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from autobalancer.machine.chamber.triple import Place3, Triple, triple
-from autobalancer.machine.part import Density, Length, Listed, Mass, Part, Position, quantity
+from autobalancer.machine.part import Density, Length, Listed, Mass, Offset, Part, Position, quantity
 
 Drag = Annotated[float, quantity("N*s/m", non_negative=True)]
 SquareDrag = Annotated[float, quantity("N*s^2/m^2", non_negative=True)]
@@ -57,13 +57,14 @@ class FreeBalls(Part):
 
 
 class Chamber(Part):
-    """A cylinder on the rotor with flat walls, its middle at ``position`` along x.
+    """A cylinder on the rotor with flat walls, its middle at ``position`` along x; a ring with an ``inner_radius``.
 
     ``drag`` and ``square_drag`` are the force of a fluid that turns with the chamber, over the speed of a ball in it and over
     the square of that speed. A ``depth`` left out is that of one layer: the largest ball and 1 % more.
     """
 
     radius: Length
+    inner_radius: Offset = 0.0
     depth: Length | None = None
     position: Position = 0.0
     drag: Drag = 0.0
@@ -74,6 +75,12 @@ class Chamber(Part):
     def _fits(self) -> Chamber:
         for number, balls in enumerate(self.balls, 1):
             place = f"balls[{number}]"
+            gap = self.radius - self.inner_radius
+            if self.inner_radius > 0.0 and 2.0 * balls.radius > gap * (1.0 + 1e-12):
+                raise ValueError(
+                    f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; the ring is only {1e3 * gap:.4g} mm wide, from "
+                    f"inner_radius to radius"
+                )
             if balls.radius >= self.radius:
                 raise ValueError(
                     f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; "

@@ -23,7 +23,7 @@ def energies(p: ChamberNumbers, hosts: Array, balls: Array) -> tuple[Array, Arra
     couple_c = number[at.COUPLE_C] * c - number[at.COUPLE_S] * s
     couple_s = number[at.COUPLE_C] * s + number[at.COUPLE_S] * c
     kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, p.inertia, v) + 0.5 * number[at.POLAR] * w**2
-    kinetic += v[:, 0] * (v[:, 4] * up - v[:, 5] * along)
+    kinetic += v[:, 0] * (v[:, 4] * up - v[:, 5] * along + w * (q[:, 4] * along + q[:, 5] * up))
     kinetic += w * (along * v[:, 2] - up * v[:, 1] - couple_c * v[:, 4] - couple_s * v[:, 5])
     mass, inertia = p.balls[:, at.MASS], p.balls[:, at.INERTIA]
     kinetic += 0.5 * np.einsum("i,tij->t", mass, balls[:, :, 3:6] ** 2)

@@ -1,4 +1,4 @@
-"""Balls put into a chamber in layers from the bottom, as many as fit (after Pakuła 2021, appendix 3)."""
+"""Balls put into their chambers, as many as fit."""
 
 from __future__ import annotations
 
@@ -6,46 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from autobalancer.errors import MachineError
-from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
+from autobalancer.simulation.chamber.packing import AIR, filling_sites
 
 Array = Any
-AIR = 1.002  # distance of neighbors over their diameter
-
-
-def filling_sites(radius: float, depth: float, ball_radius: float) -> Array:
-    """Places (sites, 3) for balls in a cylinder along x, from its middle; rows across are staggered.
-
-    Of two packings, columns of staggered rows and staggered columns of straight rows, the one with more places.
-    """
-    reach, half = radius - ball_radius, 0.5 * depth - ball_radius
-    pitch = 2.0 * ball_radius * AIR
-    if half < 0.0 or reach < 0.0:
-        return np.zeros((0, 3))
-    along = _line(half, pitch)
-    best = np.zeros((0, 3))
-    for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
-        for low in (0.0, 0.5):
-            sites = []
-            height, row = -reach * (1.0 - 1e-9) if low == 0.0 else -lift * math.floor(reach / lift), 0
-            while height <= reach:
-                width = math.sqrt(max(reach**2 - height**2, 0.0))
-                shift = 0.5 * pitch if (row % 2 and lift < pitch) else 0.0
-                count = math.floor((width - shift) / pitch)
-                offsets = np.arange(-count - (1 if shift else 0), count + 1) * pitch + shift
-                sites += [(x, y, height) for y in offsets if abs(y) <= width for x in along]
-                height += lift
-                row += 1
-            if len(sites) > len(best):
-                best = np.array(sites)
-    return best
-
-
-def _line(half: float, pitch: float) -> Array:
-    count = math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
-    pitch = min(pitch, 2.0 * half) if count > 1 else pitch
-    return (np.arange(count) - 0.5 * (count - 1)) * pitch
 
 
 def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
@@ -65,32 +32,74 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
         given = [group for group in groups if group.positions is not None]
         if given and len(given) < len(groups):
             raise MachineError(f"chambers[{number}]: give the positions of all balls in a chamber, or of none")
+        radii = np.concatenate([np.full(group.count, group.radius) for group in groups])
         if given:
             places = np.vstack([np.asarray(group.positions, np.float64) for group in groups])
-            radii = np.concatenate([np.full(group.count, group.radius) for group in groups])
-            _apart(places, radii, float(chamber.radius), chamber.inner_depth, number)
-            found.append(places)
-            continue
-        settle = True
-        radius = max(group.radius for group in groups)
-        sites = _turned(filling_sites(float(chamber.radius), chamber.inner_depth, radius), down)
-        wanted = sum(group.count for group in groups)
-        if wanted > len(sites):
-            raise MachineError(
-                f"chambers[{number}]: {wanted} balls of up to {2e3 * radius:.4g} mm do not fit into a chamber of radius "
-                f"{1e3 * chamber.radius:.4g} mm and depth {1e3 * chamber.inner_depth:.4g} mm; at most {len(sites)} do"
-            )
-        depth = np.round(sites @ -down / (1e-3 * radius))
-        order = np.lexsort((np.abs(sites[:, 0]), np.hypot(sites[:, 1], sites[:, 2]), depth))[:wanted]
-        chosen = sites[order]
-        # a trace of disorder, within the air between neighbors
-        chosen = chosen + random.uniform(-0.2, 0.2, chosen.shape) * (AIR - 1.0) * 2.0 * radius
-        free = 0.5 * chamber.inner_depth - radius
-        chosen[:, 0] = np.clip(chosen[:, 0], -free, free)
-        across = np.hypot(chosen[:, 1], chosen[:, 2])
-        chosen[:, 1:] *= np.minimum(1.0, (chamber.radius - radius) / np.maximum(across, 1e-300))[:, None]
-        found.append(chosen[random.permutation(wanted)] if len(groups) > 1 else chosen)
+            _apart(places, radii, chamber, number)
+        else:
+            settle = True
+            places = _loosened(_sites(chamber, number, down, random), radii, chamber, random)
+        found.append(places)
     return np.vstack(found), settle
+
+
+def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generator) -> Array:
+    """A place for each ball: all mixed on a grid as wide as the largest asks for, else size by size, the largest lowest."""
+    groups = chamber.balls
+    largest = max(group.radius for group in groups)
+    grid = _packing(chamber, largest, down)
+    wanted = sum(group.count for group in groups)
+    if wanted <= len(grid):
+        chosen = _lowest(grid, down, largest)[:wanted]
+        return chosen[random.permutation(wanted)] if len(groups) > 1 else chosen
+    placed, radii = np.zeros((0, 3)), np.zeros(0)
+    found: dict[int, Array] = {}
+    for k in sorted(range(len(groups)), key=lambda k: -groups[k].radius):
+        own, count = groups[k].radius, groups[k].count
+        free = _packing(chamber, own, down)
+        if len(placed):
+            free = free[(cdist(free, placed) >= AIR * (own + radii)).all(axis=1)]
+        if count > len(free):
+            raise MachineError(_no_room(chamber, number, k, max(len(free), len(grid) - wanted + count)))
+        found[k] = _lowest(free, down, own)[:count]
+        placed, radii = np.vstack([placed, found[k]]), np.concatenate([radii, np.full(count, own)])
+    return np.vstack([found[k] for k in range(len(groups))])
+
+
+def _packing(chamber: Chamber, radius: float, down: Array) -> Array:
+    sites = filling_sites(float(chamber.radius), chamber.inner_depth, radius, float(chamber.inner_radius))
+    return _turned(sites, down)
+
+
+def _no_room(chamber: Chamber, number: int, k: int, most: int) -> str:
+    group: FreeBalls = chamber.balls[k]
+    several = len(chamber.balls) > 1
+    place = f"chambers[{number}].balls[{k + 1}]" if several else f"chambers[{number}]"
+    inner = f"{1e3 * chamber.inner_radius:.4g} to " if chamber.inner_radius > 0.0 else ""
+    return (
+        f"{place}: {group.count} balls of {2e3 * group.radius:.4g} mm do not fit into a chamber of radius "
+        f"{inner}{1e3 * chamber.radius:.4g} mm and depth {1e3 * chamber.inner_depth:.4g} mm"
+        f"{' beside the others' if several else ''}; at most {max(most, 0)} do"
+    )
+
+
+def _lowest(sites: Array, down: Array, radius: float) -> Array:
+    """In the order of their heights, near the middle first."""
+    depth = np.round(sites @ -down / (1e-3 * radius))
+    return sites[np.lexsort((np.abs(sites[:, 0]), np.hypot(sites[:, 1], sites[:, 2]), depth))]
+
+
+def _loosened(places: Array, radii: Array, chamber: Chamber, random: np.random.Generator) -> Array:
+    """With a trace of disorder, within the air between neighbors, and inside the walls."""
+    places = places + random.uniform(-0.2, 0.2, places.shape) * (AIR - 1.0) * 2.0 * radii[:, None]
+    free = 0.5 * chamber.inner_depth - radii
+    places[:, 0] = np.clip(places[:, 0], -free, free)
+    across = np.maximum(np.hypot(places[:, 1], places[:, 2]), 1e-300)
+    within = np.minimum(across, chamber.radius - radii)
+    if chamber.inner_radius > 0.0:
+        within = np.maximum(within, chamber.inner_radius + radii)
+    places[:, 1:] *= (within / across)[:, None]
+    return places
 
 
 def _down(machine: ChamberMachine) -> Array:
@@ -108,11 +117,13 @@ def _turned(sites: Array, down: Array) -> Array:
     return np.column_stack([sites[:, 0], c * sites[:, 1] - s * sites[:, 2], s * sites[:, 1] + c * sites[:, 2]])
 
 
-def _apart(places: Array, radii: Array, radius: float, depth: float, number: int) -> None:
+def _apart(places: Array, radii: Array, chamber: Chamber, number: int) -> None:
     room = 1.0 + 1e-9
     for i, (place, own) in enumerate(zip(places, radii, strict=True)):
         across = math.hypot(place[1], place[2])
-        if across + own > radius * room or abs(place[0]) + own > 0.5 * depth * room:
+        inside = across + own <= chamber.radius * room and abs(place[0]) + own <= 0.5 * chamber.inner_depth * room
+        around = chamber.inner_radius == 0.0 or (across - own) * room >= chamber.inner_radius
+        if not (inside and around):
             raise MachineError(f"chambers[{number}]: ball {i + 1} stands in the wall; move it inside")
         for j in range(i):
             gap = float(np.linalg.norm(places[j] - place)) - own - radii[j]

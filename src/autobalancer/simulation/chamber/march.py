@@ -18,6 +18,7 @@ from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.settle import settled
 
 Array = Any
+DESCRIBED = ("number", "chambers", "pair_stiffness", "inertia", "stiffness", "damping", "active", "profile")
 
 
 class March:
@@ -118,7 +119,8 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
         )
     total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
     same = numbers.balls.shape[0] == total
-    if not same or not np.array_equal(numbers.number, assemble_chamber(machine, np.zeros((total, 3)), step).number):
+    asked = assemble_chamber(machine, np.zeros((total, 3)), step)
+    if not same or not all(np.array_equal(getattr(numbers, name), getattr(asked, name)) for name in DESCRIBED):
         raise QuestionError("resume: the checkpoint belongs to another machine; resume it with its own machine file")
     return March(machine, numbers, every, str(held["method"]), float(held["first_energy"]))
 

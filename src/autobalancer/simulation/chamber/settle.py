@@ -12,10 +12,11 @@ from autobalancer.kernels.chamber import layout as at
 from autobalancer.machine.chamber import ChamberMachine
 
 Array = Any
-DECAY = 40.0  # 1/s: drag that calms the balls, over their mass
-SOFT, LONGEST = 1e-2, 0.8  # stiffness, over the real one, with which they fall, and how long that may last, s
-HARD = 0.04  # s for the last part with the real stiffness
-SLOW = 1e-3  # m/s: faster than this a ball is not at rest
+DECAY = 40.0  # 1/s: at which velocities of the balls fade, the same for light and heavy ones
+FADE = 1e-3  # s: how often they are made to
+SOFT, LONGEST = 1e-2, 2.0  # stiffness, over the real one, with which they fall, and how long that may last at most, s
+HARD = 0.3  # s: the last part, with the real stiffness, lasts no longer
+SLOW = 3e-3  # m/s: faster than this a ball is not at rest; slower ones creep, as friction that always slides lets them
 LOOK = 0.02  # s
 
 
@@ -34,22 +35,22 @@ def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, l
 
     advance: Any = verlet
     p = assemble_chamber(machine, positions, step)
-    p.balls[:, [at.K_RACE, at.K_FLAT]] *= soft
+    p.balls[:, [at.K_RACE, at.K_FLAT, at.K_INNER]] *= soft
     p.pair_stiffness *= soft
     p.number[at.DRIVEN] = 0.0
     p.profile = np.zeros((1, 2))
     p.active = np.array([-1], np.int64)
     p.balls[:, at.VEL : at.VEL + 6] = 0.0
     p.host[at.V + 6] = 0.0
-    for number in range(len(machine.chambers)):
-        own = p.balls[:, at.CHAMBER] == number
-        p.chambers[number, at.DRAG] += DECAY * p.balls[own, at.MASS].mean()
     evaluate_first(p)
-    every = max(round(LOOK / step), 1)
+    every = max(round(FADE / step), 1)
+    fading = float(np.exp(-DECAY * every * step))
     rows, balls, ledgers = np.zeros((1, SAMPLE)), np.zeros((1, len(positions), 9)), np.zeros((1, at.POWERS))
     quiet = 0
     for _ in range(max(round(longest / LOOK), 1)):
-        advance(every, every, *[getattr(p, field.name) for field in fields(p)], rows, balls, ledgers)
+        for _ in range(round(LOOK / FADE)):
+            advance(every, every, *[getattr(p, field.name) for field in fields(p)], rows, balls, ledgers)
+            p.balls[:, at.VEL : at.VEL + 3] *= fading
         quiet = quiet + 1 if float(np.abs(balls[0, :, 3:6]).max()) < SLOW else 0
         if quiet == 2:
             break

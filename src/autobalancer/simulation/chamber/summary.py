@@ -13,7 +13,8 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
-from autobalancer.simulation.chamber.filling import fill, filling_sites
+from autobalancer.simulation.chamber.filling import fill
+from autobalancer.simulation.chamber.packing import filling_sites
 from autobalancer.simulation.chamber.run import default_step
 
 
@@ -116,7 +117,7 @@ def _filling(number: int, chamber: Chamber) -> ChamberFilling:
         smallest_diameter=2.0 * min(group.radius for group in groups),
         largest_diameter=2.0 * largest,
         depth=chamber.inner_depth,
-        room=len(filling_sites(float(chamber.radius), chamber.inner_depth, largest)),
+        room=len(filling_sites(float(chamber.radius), chamber.inner_depth, largest, float(chamber.inner_radius))),
         capability=chamber_capability(
             float(chamber.radius),
             chamber.inner_depth,

@@ -1,0 +1,67 @@
+"""Places for equal balls in a cylinder or ring, in layers from the bottom (after Pakuła 2021, appendix 3)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+Array = Any
+AIR = 1.002  # distance of neighbors over their diameter
+
+
+def filling_sites(radius: float, depth: float, ball_radius: float, inner_radius: float = 0.0) -> Array:
+    """Places (sites, 3) for balls in a cylinder along x, from its middle, with the bottom at -z.
+
+    Of several packings the one with most places: columns of staggered rows, staggered columns of straight rows, and around an
+    inner wall circles within each other.
+    """
+    reach, half = radius - ball_radius, 0.5 * depth - ball_radius
+    pitch = 2.0 * ball_radius * AIR
+    if half < 0.0 or reach < 0.0:
+        return np.zeros((0, 3))
+    along = _line(half, pitch)
+    best = np.zeros((0, 3))
+    for sites in [*_rows(reach, pitch, along), *([_circles(reach, pitch, along)] if inner_radius > 0.0 else [])]:
+        near = inner_radius + ball_radius if inner_radius > 0.0 else 0.0
+        inside = sites[np.hypot(sites[:, 1], sites[:, 2]) >= near * (1.0 - 1e-12)]
+        if len(inside) > len(best):
+            best = inside
+    return best
+
+
+def _line(half: float, pitch: float) -> Array:
+    count = math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
+    pitch = min(pitch, 2.0 * half) if count > 1 else pitch
+    return (np.arange(count) - 0.5 * (count - 1)) * pitch
+
+
+def _rows(reach: float, pitch: float, along: Array) -> list[Array]:
+    found = []
+    for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
+        for low in (0.0, 0.5):
+            sites = []
+            height, row = -reach * (1.0 - 1e-9) if low == 0.0 else -lift * math.floor(reach / lift), 0
+            while height <= reach:
+                width = math.sqrt(max(reach**2 - height**2, 0.0))
+                shift = 0.5 * pitch if (row % 2 and lift < pitch) else 0.0
+                count = math.floor((width - shift) / pitch)
+                offsets = np.arange(-count - (1 if shift else 0), count + 1) * pitch + shift
+                sites += [(x, y, height) for y in offsets if abs(y) <= width for x in along]
+                height += lift
+                row += 1
+            found.append(np.array(sites).reshape(-1, 3))
+    return found
+
+
+def _circles(reach: float, pitch: float, along: Array) -> Array:
+    sites = []
+    circle = reach
+    while circle > 0.5 * pitch:
+        turn = 2.0 * math.asin(0.5 * pitch / circle)
+        count = math.floor(2.0 * math.pi / turn * (1.0 + 1e-12))
+        angles = (np.arange(count) - count // 2) * turn
+        sites += [(x, circle * math.sin(angle), -circle * math.cos(angle)) for angle in angles for x in along]
+        circle -= pitch
+    return np.array(sites).reshape(-1, 3)
