@@ -7,7 +7,10 @@ as soon as it is done; ``--full --fresh`` starts from an empty table. Numbers ar
 from __future__ import annotations
 
 import csv
+import math
+import sys
 import time
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -76,11 +79,30 @@ def table() -> xr.Dataset:
     return gathered(list(held), list(held.values()))
 
 
+def deviation(cells: Sequence[Cell]) -> float:
+    """Greatest relative difference of any measure between ``cells`` run now and in the table; infinite if it lacks one."""
+    held = kept()
+    greatest = 0.0
+    for cell in cells:
+        now, then = run(cell), held.get(cell, {})
+        if now["outcome"] != then.get("outcome"):
+            return math.inf
+        for name in MEASURES:
+            one, two = now.get(name, math.nan), then.get(name, math.nan)
+            if math.isnan(one) != math.isnan(two):
+                return math.inf
+            if one != two and not math.isnan(one):
+                greatest = max(greatest, abs(one - two) / max(abs(one), abs(two)))
+    return greatest
+
+
 def complete(*, fresh: bool = False) -> None:
-    """Run what the table lacks."""
+    """Run what the table lacks; refuses to mix runs of other code or another processor with those of this one."""
     if fresh:
         TABLE.unlink(missing_ok=True)
     there = kept()
+    if there and deviation([next(iter(there))]) > 0.0:
+        sys.exit(f"{TABLE}: was made by other code, or on another processor; start it again with --full --fresh")
     missing = [cell for cell in wanted() if cell not in there]
     began = time.process_time()
     for number, cell in enumerate(missing, 1):
