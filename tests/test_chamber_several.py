@@ -214,9 +214,18 @@ def test_measures_count_the_couple_of_balls_in_both_chambers() -> None:
     ]  # fmt: skip
     run = simulate_chamber(small_machine(chambers=pair, unbalances=[], **turning), duration=0.05)
     mass = float(run.ball_mass[0])
-    own = balls_unbalance(run, np.array([0.12, -0.08]))
+    own = balls_unbalance(run)
+    np.testing.assert_array_equal(balls_unbalance(run, np.array([0.12, -0.08]))["couple"], own["couple"])
     assert np.hypot(*own["couple"].values[-1]) == pytest.approx(mass * reach * 0.2, rel=5e-3)
     measured = chamber_measures(run)
     assert float(measured["residual_unbalance"]) < 5e-3 * mass * reach
     assert float(measured["residual_couple"]) == pytest.approx(mass * reach * 0.2, rel=5e-3)
     assert math.isclose(float(measured["share_carried"]), 1.0)
+
+
+def test_a_motion_that_leaves_all_bounds_ends_the_run_and_keeps_what_was_good() -> None:
+    legs = [{"position": [x, y, 0.0], "stiffness": [1e14] * 3} for x in (0.3, -0.3) for y in (0.4, -0.4)]
+    run = simulate_chamber(mixed(supports=legs), duration=0.05, sample=1e-4)
+    assert run.attrs["outcome"] == "not finite"
+    assert run.sizes["time"] < 500
+    assert np.isfinite(run.ball_position.values).all()

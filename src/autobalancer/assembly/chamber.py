@@ -47,6 +47,7 @@ class ChamberNumbers:
     damping: Array  # (6, 6)
     active: Array  # free coordinates, then -1
     work: Array
+    block: Array  # (BLOCK_ROWS, BLOCK) contacts under evaluation
     profile: Array  # (p, 2) time, speed
     power: Array
     before: Array
@@ -115,6 +116,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         own[:, at.POS] += chamber.position
         own[:, at.RADIUS], own[:, at.MASS] = group.radius, group.ball_mass
         own[:, at.INERTIA] = 0.4 * group.ball_mass * group.radius**2
+        own[:, at.INVERSE_MASS], own[:, at.INVERSE_INERTIA] = 1.0 / own[:, at.MASS], 1.0 / own[:, at.INERTIA]
         own[:, at.KIND], own[:, at.CHAMBER] = kind, number
         own[:, at.K_RACE] = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
         own[:, at.K_FLAT] = wall_stiffness(machine.contact, group.radius)
@@ -158,6 +160,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         damping=damping,
         active=np.array([*active, -1], np.int64),
         work=np.zeros((14, 8)),
+        block=np.zeros((at.BLOCK_ROWS, at.BLOCK)),
         profile=_profile(machine),
         power=np.zeros(at.POWERS),
         before=np.zeros(at.STORED + 1 + 12),

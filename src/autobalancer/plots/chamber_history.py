@@ -11,7 +11,7 @@ from autobalancer.plots.axis_units import length_axis, speed_axis
 from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, ball_color, ball_label, legend, look, picture
 from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber_measures import collision_statistics
-from autobalancer.results.chamber_shape import chambers_of, unbalance_of
+from autobalancer.results.chamber_shape import unbalance_of
 
 LEDGER = {
     "loss_contact": ("collisions", BALLS[0]),
@@ -128,8 +128,7 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
 
 def _left(axes: Axes, run: xr.Dataset) -> None:
     static, couple = unbalance_of(run) or (0.0 + 0.0j, 0.0 + 0.0j)
-    places = np.array([chamber.place for chamber in chambers_of(run)])
-    found = residual_of_balls(run, static, couple, places)
+    found = residual_of_balls(run, static, couple)
     axes.plot(found["time"].values, 1e6 * found["static"].values, color=UNBALANCE, lw=0.8)
     if abs(static) > 0.0:
         axes.axhline(1e6 * abs(static), color="#707070", lw=0.8, ls="--", label="of the rotor alone")

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.chamber_shape import chambers_of
 
 Floats = NDArray[np.float64]
 CARRIED = 0.5  # a ball that turns faster than this share of the rotor speed goes around with the rotor
@@ -93,7 +94,7 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
     run
         Samples of a chamber.
     chamber_places
-        Places (m) of the chambers along the axis; by default that of one chamber in the plane of reference.
+        Places (m) of the chambers along the axis; by default those of the machine of the run.
 
     Returns
     -------
@@ -103,9 +104,9 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
     """
     place = ball_places_in_rotor(run)
     mass = run["ball_mass"].values
-    along = place.values[:, :, 0]
-    if chamber_places is not None:
-        along = along + np.asarray(chamber_places, float)[np.asarray(run["chamber"].values, int) - 1]
+    if chamber_places is None:
+        chamber_places = np.array([chamber.place for chamber in chambers_of(run)])
+    along = place.values[:, :, 0] + np.asarray(chamber_places, float)[np.asarray(run["chamber"].values, int) - 1]
     radial = place.values[:, :, 1:]
     static = np.einsum("b,tbp->tp", mass, radial)
     couple = np.einsum("b,tb,tbp->tp", mass, along, radial)

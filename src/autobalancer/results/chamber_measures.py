@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.results.chamber_balls import Floats, ball_settling_time, balls_carried, residual_of_balls, window
-from autobalancer.results.chamber_shape import chambers_of, unbalance_of
+from autobalancer.results.chamber_shape import unbalance_of
 
 DIRECTIONS = {
     "horizontal": ("body_position", 1, "m"),
@@ -166,8 +166,6 @@ def chamber_measures(
     if unbalance is None and described is not None:
         unbalance, couple = described
     if unbalance is not None:
-        if chamber_places is None:
-            chamber_places = np.array([chamber.place for chamber in chambers_of(run)])
         left = residual_of_balls(run.isel(time=window(run, last)), unbalance, couple, chamber_places)
         found["residual_unbalance"] = _scalar(
             float(left["static"].mean()), "kg m", "residual unbalance in steady state"

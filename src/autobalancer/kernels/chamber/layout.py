@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from numba import types
 
-# a row of ``balls``: position, velocity, spin, force, moment, rates of velocity and spin at the last evaluation
-POS, VEL, SPIN, FORCE, MOMENT, ACC, SPIN_ACC = 0, 3, 6, 9, 12, 15, 18
-RADIUS, MASS, INERTIA, KIND, CHAMBER = 21, 22, 23, 24, 25
-TOUCHES = 26  # race, wall at +x, wall at -x, inner wall: 1 in contact
-K_RACE, K_FLAT, K_INNER = 30, 31, 32  # N/m^1.5
-BALL_COLUMNS = 34
+# a row of ``balls``: what the search for contacts reads comes first; force, moment, rates are those of the last evaluation
+RADIUS, POS, VEL, SPIN = 0, 1, 4, 7
+MASS, INERTIA, KIND, CHAMBER = 10, 11, 12, 13
+INVERSE_MASS, INVERSE_INERTIA = 14, 15
+FORCE, MOMENT, ACC, SPIN_ACC = 16, 19, 22, 25
+K_RACE, K_FLAT = 28, 29  # N/m^1.5
+TOUCHES = 30  # sum of 1 at the race, 2 at the wall at +x, 4 at the wall at -x, 8 at the inner wall
+K_INNER = 31  # N/m^1.5
+BALL_COLUMNS = 32
+
+# ``block``: contacts that are evaluated at once, one to a column, so that vector registers take several of them
+BLOCK = 32
+LINE = 0  # from the ball to its partner, of any length (3)
+OFFSET, TAKEN = 3, 4  # overlap is OFFSET + TAKEN times the length of LINE
+STIFFNESS, LIGHTNESS, ROLL_RADIUS = 5, 6, 7  # N/m^1.5, sum of inverse masses, radius that rolls
+SHRINK = 8  # arms shrink by this times the overlap
+RATE, TURN, ROLL = 9, 12, 15  # relative velocity of the middles, sum of radius times spin, relative spin (3 each)
+STRETCH = 18  # of the tangential spring (3)
+PUSH, TWIST, RESIST = 21, 24, 27  # force, normal times force, rolling moment on the ball (3 each)
+ARM = 30  # over the radius
+LOST, SLID, ROLLED, HELD, NORMAL = 31, 32, 33, 34, 35  # losses, energy, normal force
+ONE, TWO, PLACE = 36, 37, 38  # ball; its partner, -1 for a wall; number of the pair or wall
+BLOCK_ROWS = 39
 
 # ``springs``: stretch of the tangential springs at race, walls and inner wall, three numbers each
 WALL_SPRINGS = 12
@@ -45,6 +62,7 @@ POWERS = 8
 # ``counts``
 BEGUN_BALL, BEGUN_WALL, PAIRS, PIECE, STEPS_DONE, REBUILDS, OVERFLOW = range(7)
 COUNTS = 8
+TOO_DENSE, LOST_BALLS = 1, 2  # OVERFLOW: more pairs than there is room for, balls far outside
 
 # ``greatest``: contact force since the last sample, way of the fastest ball since the pairs were listed
 FORCE_SEEN, WAY = 0, 1

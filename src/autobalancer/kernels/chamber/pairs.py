@@ -10,10 +10,22 @@ from __future__ import annotations
 from numba import njit
 
 from autobalancer.kernels.chamber.contact import APART, TOUCH
-from autobalancer.kernels.chamber.layout import CHAMBER, OVERFLOW, PAIRS, RADIUS, REBUILDS, SKIN
+from autobalancer.kernels.chamber.layout import (
+    CHAMBER,
+    LOST_BALLS,
+    OVERFLOW,
+    PAIRS,
+    POS,
+    RADIUS,
+    REBUILDS,
+    SKIN,
+    TOO_DENSE,
+    WAY,
+)
 
 DIRECT = 100
 FAR = 1e6  # m
+X, Y, Z = POS, POS + 1, POS + 2
 
 
 @njit(**TOUCH)
@@ -22,7 +34,7 @@ def _note(balls, i, j, number, first, second, touching, springs, old_row, old_se
         return
     if j < i:
         i, j = j, i
-    dx, dy, dz = balls[j, 0] - balls[i, 0], balls[j, 1] - balls[i, 1], balls[j, 2] - balls[i, 2]
+    dx, dy, dz = balls[j, X] - balls[i, X], balls[j, Y] - balls[i, Y], balls[j, Z] - balls[i, Z]
     square = dx * dx + dy * dy + dz * dz
     both = balls[i, RADIUS] + balls[j, RADIUS]
     reach = both + number[SKIN]
@@ -30,7 +42,7 @@ def _note(balls, i, j, number, first, second, touching, springs, old_row, old_se
         return
     k = counts[PAIRS]
     if k >= first.shape[0]:
-        counts[OVERFLOW] = 1
+        counts[OVERFLOW] = TOO_DENSE
         return
     first[k], second[k] = i, j
     touching[k] = 1 if square < both * both else 0
@@ -73,14 +85,14 @@ def rebuild(
         return
     low0 = low1 = low2 = 1e300
     high0 = high1 = high2 = -1e300
-    radius = 0.0
+    radius = away = 0.0
     for i in range(n):
-        low0, low1, low2 = min(low0, balls[i, 0]), min(low1, balls[i, 1]), min(low2, balls[i, 2])
-        high0, high1, high2 = max(high0, balls[i, 0]), max(high1, balls[i, 1]), max(high2, balls[i, 2])
+        away += abs(balls[i, X]) + abs(balls[i, Y]) + abs(balls[i, Z])
+        low0, low1, low2 = min(low0, balls[i, X]), min(low1, balls[i, Y]), min(low2, balls[i, Z])
+        high0, high1, high2 = max(high0, balls[i, X]), max(high1, balls[i, Y]), max(high2, balls[i, Z])
         radius = max(radius, balls[i, RADIUS])
-    wide = high0 - low0 + high1 - low1 + high2 - low2
-    if not wide < FAR:  # no motion to go on with; nor is there with a position that is no number
-        counts[OVERFLOW] = 2
+    if not away < FAR * n:  # there are no cells for balls that left all bounds, or whose places are no numbers
+        counts[OVERFLOW] = LOST_BALLS
         return
     size = 2.0 * radius + number[SKIN]
     room = cells.shape[0] - 2
@@ -93,7 +105,7 @@ def rebuild(
     for c in range(total + 2):
         cells[c] = 0
     for i in range(n):
-        a, b, c = int((balls[i, 0] - low0) / size), int((balls[i, 1] - low1) / size), int((balls[i, 2] - low2) / size)
+        a, b, c = int((balls[i, X] - low0) / size), int((balls[i, Y] - low1) / size), int((balls[i, Z] - low2) / size)
         places[i] = (a * c1 + b) * c2 + c
         cells[places[i] + 2] += 1
     for c in range(total):
@@ -116,3 +128,32 @@ def rebuild(
                             balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs,
                             counts,
                         )  # fmt: skip
+
+
+@njit(**APART)
+def follow(
+    balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts,
+    greatest, way, times, ahead,
+):  # fmt: skip
+    """Add to the way of the fastest ball, and list the pairs again when ``times`` as much is more than the margin.
+
+    ``ahead`` is the part of ``way`` that is still to be gone.
+    """
+    greatest[WAY] += way
+    if times * greatest[WAY] > number[SKIN]:
+        rebuild(
+            balls,
+            number,
+            first,
+            second,
+            touching,
+            springs,
+            old_row,
+            old_second,
+            old_springs,
+            cells,
+            order,
+            places,
+            counts,
+        )
+        greatest[WAY] = ahead

@@ -9,23 +9,19 @@ from numba import njit, types, void
 
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.layout import (
-    CONSTRAINT,
     DRIVEN,
     FORCE,
-    INERTIA,
-    MASS,
+    INVERSE_INERTIA,
+    INVERSE_MASS,
     MOMENT,
     NEW,
     OVERFLOW,
-    P1,
     POS,
-    SKIN,
     SPIN,
     STEP,
     STEPS_DONE,
     STORED,
     VEL,
-    WAY,
     Q,
     V,
     matrix,
@@ -33,9 +29,10 @@ from autobalancer.kernels.chamber.layout import (
     vector,
     whole,
 )
-from autobalancer.kernels.chamber.pairs import rebuild
-from autobalancer.kernels.chamber.verlet import note_sample, speed_at
+from autobalancer.kernels.chamber.pairs import follow
+from autobalancer.kernels.chamber.samples import add_reactions, speed_at, step_done
 from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.pointers import data
 
 PER_BALL = 9
 
@@ -43,15 +40,15 @@ PER_BALL = 9
 @njit(
     void(
         types.int64, types.int64, matrix, matrix, matrix, vector, matrix, short, short, types.int8[::1], matrix, short,
-        short, matrix, whole, short, short, vector, matrix, matrix, matrix, whole, matrix, matrix, vector, vector, vector,
-        vector, whole, matrix, types.float64[:, :, ::1], matrix, matrix,
+        short, matrix, whole, short, short, vector, matrix, matrix, matrix, whole, matrix, matrix, matrix, vector, vector,
+        vector, vector, whole, matrix, types.float64[:, :, ::1], matrix, matrix,
     ),
     **COMPILED,
 )  # fmt: skip
 def runge_kutta(
     steps, every, balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row,
-    old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before,
-    ledger, greatest, counts, samples, ball_samples, ledgers, memory,
+    old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, block, profile, power,
+    before, ledger, greatest, counts, samples, ball_samples, ledgers, memory,
 ):  # fmt: skip
     """Like ``verlet``; ``memory`` (2, 9 n + 14) holds the state at the start of a step and the sum of its slopes."""
     h = number[STEP]
@@ -74,15 +71,13 @@ def runge_kutta(
         for i in range(14):
             begin[body + i] = host[Q + i]
             total[body + i] = 0.0
-        greatest[WAY] += h * sqrt(fastest)
-        if 3.0 * greatest[WAY] > number[SKIN]:
-            rebuild(
-                balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places,
-                counts,
-            )  # fmt: skip
-            greatest[WAY] = h * sqrt(fastest)
-            if counts[OVERFLOW] != 0:
-                return
+        way = h * sqrt(fastest)
+        follow(
+            balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts,
+            greatest, way, 3.0, way,
+        )  # fmt: skip
+        if counts[OVERFLOW] != 0:
+            return
         for stage in range(4):
             ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
             then = 0.0 if stage == 3 else (h if stage == 2 else 0.5 * h)
@@ -92,21 +87,22 @@ def runge_kutta(
                 host[V + 6], prescribed = speed_at(profile, now + ahead, counts)
             forces(
                 balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia,
-                stiffness, damping, active, work, power, counts, greatest, prescribed,
+                stiffness, damping, active, work, block, power, counts, greatest, prescribed,
             )  # fmt: skip
             for i in range(n):
-                inverse, spun = 1.0 / balls[i, MASS], 1.0 / balls[i, INERTIA]
+                ball = data(balls[i])
+                inverse, spun = ball[INVERSE_MASS], ball[INVERSE_INERTIA]
                 o = PER_BALL * i
                 for j in range(3):
-                    speed = balls[i, VEL + j]
-                    rate = inverse * balls[i, FORCE + j]
-                    turn = spun * balls[i, MOMENT + j]
+                    speed = ball[VEL + j]
+                    rate = inverse * ball[FORCE + j]
+                    turn = spun * ball[MOMENT + j]
                     total[o + j] += weight * speed
                     total[o + 3 + j] += weight * rate
                     total[o + 6 + j] += weight * turn
-                    balls[i, POS + j] = begin[o + j] + then * speed
-                    balls[i, VEL + j] = begin[o + 3 + j] + then * rate
-                    balls[i, SPIN + j] = begin[o + 6 + j] + then * turn
+                    ball[POS + j] = begin[o + j] + then * speed
+                    ball[VEL + j] = begin[o + 3 + j] + then * rate
+                    ball[SPIN + j] = begin[o + 6 + j] + then * turn
             for i in range(7):
                 speed, rate = host[V + i], host[NEW + i]
                 total[body + i] += weight * speed
@@ -115,20 +111,12 @@ def runge_kutta(
                 host[V + i] = begin[body + 7 + i] + then * rate
             for i in range(STORED):
                 ledger[i] += weight * power[i]
-            for i in range(6):
-                before[STORED + 1 + i] += weight / h * host[P1 + i]
-                before[STORED + 7 + i] += weight / h * host[CONSTRAINT + i]
+            add_reactions(before, host, weight / h)
         for i in range(n):
             for j in range(PER_BALL):
                 balls[i, POS + j] = begin[PER_BALL * i + j] + total[PER_BALL * i + j]
         for i in range(14):
             host[Q + i] = begin[body + i] + total[body + i]
-        counts[STEPS_DONE] += 1
-        if counts[STEPS_DONE] % every == 0:
-            note_sample(
-                balls, chambers, host, before[STORED + 1 :], counts, greatest, power, float(every), samples[kept],
-                ball_samples[kept],
-            )  # fmt: skip
-            for i in range(STORED):
-                ledgers[kept, i] = ledger[i]
-            kept += 1
+        kept = step_done(
+            every, balls, chambers, host, before, counts, greatest, power, ledger, samples, ball_samples, ledgers, kept
+        )

@@ -11,29 +11,19 @@ from math import sqrt
 
 from numba import njit, types, void
 
-from autobalancer.kernels.chamber.contact import APART
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.layout import (
     ACC,
-    BEGUN_BALL,
-    BEGUN_WALL,
-    CENTER,
-    CHAMBER,
-    CONSTRAINT,
     DRIVEN,
     FORCE,
-    FORCE_SEEN,
-    HOST,
-    INERTIA,
-    MASS,
+    INVERSE_INERTIA,
+    INVERSE_MASS,
     MOMENT,
     NEW,
     OVERFLOW,
-    P1,
-    PIECE,
     POS,
-    SKIN,
     SPIN,
+    SPIN_ACC,
     STEP,
     STEPS_DONE,
     STORED,
@@ -47,62 +37,24 @@ from autobalancer.kernels.chamber.layout import (
     vector,
     whole,
 )
-from autobalancer.kernels.chamber.pairs import rebuild
+from autobalancer.kernels.chamber.pairs import follow, rebuild
+from autobalancer.kernels.chamber.samples import add_reactions, speed_at, step_done
 from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.pointers import data
-
-REACTIONS = 12  # bearing forces and constraints, means since the last sample
-SAMPLE = HOST + 20  # columns of a sample: host, means of reactions, counts, greatest force, energy in contacts
-
-
-@njit(**APART)
-def speed_at(profile, time, counts):
-    """Speed and its rate at ``time``, straight between the rows (time, speed), constant outside."""
-    last = profile.shape[0] - 1
-    k = counts[PIECE]
-    while k < last and time >= profile[k + 1, 0]:
-        k += 1
-    counts[PIECE] = k
-    if k == last or time < profile[0, 0]:
-        return profile[k, 1], 0.0
-    rate = (profile[k + 1, 1] - profile[k, 1]) / (profile[k + 1, 0] - profile[k, 0])
-    return profile[k, 1] + rate * (time - profile[k, 0]), rate
-
-
-@njit(**APART)
-def note_sample(balls, chambers, host, sums, counts, greatest, power, every, row, row_balls):
-    """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
-    for i in range(HOST):
-        row[i] = host[i]
-    for i in range(REACTIONS):
-        row[HOST + i] = sums[i] / every
-        sums[i] = 0.0
-    row[HOST + 12], row[HOST + 13] = counts[BEGUN_BALL], counts[BEGUN_WALL]
-    row[HOST + 14], row[HOST + 15] = greatest[FORCE_SEEN], power[STORED]
-    counts[BEGUN_BALL] = counts[BEGUN_WALL] = 0
-    greatest[FORCE_SEEN] = 0.0
-    a, b, c = host[Q + 3], host[Q + 4], host[Q + 5]
-    for i in range(balls.shape[0]):
-        x, y, z = balls[i, POS] - host[Q], balls[i, POS + 1] - host[Q + 1], balls[i, POS + 2] - host[Q + 2]
-        row_balls[i, 0] = x - (b * z - c * y) - chambers[int(balls[i, CHAMBER]), CENTER]
-        row_balls[i, 1] = y - (c * x - a * z)
-        row_balls[i, 2] = z - (a * y - b * x)
-        for j in range(6):
-            row_balls[i, 3 + j] = balls[i, VEL + j]
 
 
 @njit(
     void(
         types.int64, types.int64, matrix, matrix, matrix, vector, matrix, short, short, types.int8[::1], matrix, short,
-        short, matrix, whole, short, short, vector, matrix, matrix, matrix, whole, matrix, matrix, vector, vector, vector,
-        vector, whole, matrix, types.float64[:, :, ::1], matrix,
+        short, matrix, whole, short, short, vector, matrix, matrix, matrix, whole, matrix, matrix, matrix, vector, vector,
+        vector, vector, whole, matrix, types.float64[:, :, ::1], matrix,
     ),
     **COMPILED,
 )  # fmt: skip
 def verlet(
     steps, every, balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row,
-    old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before,
-    ledger, greatest, counts, samples, ball_samples, ledgers,
+    old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, block, profile, power,
+    before, ledger, greatest, counts, samples, ball_samples, ledgers,
 ):  # fmt: skip
     """Advance by ``steps`` steps and keep a sample after each ``every`` of them.
 
@@ -134,20 +86,17 @@ def verlet(
                 b[POS + j] += h * half
                 square += half * half
                 b[VEL + j] = half + change
-                b[SPIN + j] += h * b[ACC + 3 + j]
+                b[SPIN + j] += h * b[SPIN_ACC + j]
             fastest = max(fastest, square)
-        greatest[WAY] += h * sqrt(fastest)
-        if 2.0 * greatest[WAY] > number[SKIN]:
-            rebuild(
-                balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places,
-                counts,
-            )  # fmt: skip
-            greatest[WAY] = 0.0
-            if counts[OVERFLOW] != 0:
-                return
+        follow(
+            balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts,
+            greatest, h * sqrt(fastest), 2.0, 0.0,
+        )  # fmt: skip
+        if counts[OVERFLOW] != 0:
+            return
         forces(
             balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia,
-            stiffness, damping, active, work, power, counts, greatest, prescribed,
+            stiffness, damping, active, work, block, power, counts, greatest, prescribed,
         )  # fmt: skip
         for i in range(7):
             host[V + i] += 0.5 * h * (host[NEW + i] - host[A + i])
@@ -156,42 +105,34 @@ def verlet(
             host[V + 6] = speed
         for i in range(n):
             b = data(balls[i])
-            inverse, spun = 1.0 / b[MASS], 1.0 / b[INERTIA]
+            inverse, spun = b[INVERSE_MASS], b[INVERSE_INERTIA]
             for j in range(3):
                 new = inverse * b[FORCE + j]
                 b[VEL + j] += 0.5 * h * (new - b[ACC + j])
                 b[ACC + j] = new
                 new = spun * b[MOMENT + j]
-                b[SPIN + j] += 0.5 * h * (new - b[ACC + 3 + j])
-                b[ACC + 3 + j] = new
+                b[SPIN + j] += 0.5 * h * (new - b[SPIN_ACC + j])
+                b[SPIN_ACC + j] = new
         for i in range(STORED):
             ledger[i] += 0.5 * h * (before[i] + power[i])
             before[i] = power[i]
-        for i in range(6):
-            before[STORED + 1 + i] += host[P1 + i]
-            before[STORED + 7 + i] += host[CONSTRAINT + i]
-        counts[STEPS_DONE] += 1
-        if counts[STEPS_DONE] % every == 0:
-            note_sample(
-                balls, chambers, host, before[STORED + 1 :], counts, greatest, power, float(every), samples[kept],
-                ball_samples[kept],
-            )  # fmt: skip
-            for i in range(STORED):
-                ledgers[kept, i] = ledger[i]
-            kept += 1
+        add_reactions(before, host, 1.0)
+        kept = step_done(
+            every, balls, chambers, host, before, counts, greatest, power, ledger, samples, ball_samples, ledgers, kept
+        )
 
 
 @njit(
     void(
         matrix, matrix, matrix, vector, matrix, short, short, types.int8[::1], matrix, short, short, matrix, whole, short,
-        short, vector, matrix, matrix, matrix, whole, matrix, matrix, vector, vector, vector, whole,
+        short, vector, matrix, matrix, matrix, whole, matrix, matrix, matrix, vector, vector, vector, whole,
     ),
     **COMPILED,
 )  # fmt: skip
 def start(
     balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row, old_second,
-    old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, profile, power, before, greatest,
-    counts,
+    old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, block, profile, power, before,
+    greatest, counts,
 ):  # fmt: skip
     """List the pairs and evaluate once at time 0, so that the first step has its rates."""
     prescribed = 0.0
@@ -206,13 +147,13 @@ def start(
     for _ in range(2):  # the second time with the bearing forces of the first
         forces(
             balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia,
-            stiffness, damping, active, work, power, counts, greatest, prescribed,
+            stiffness, damping, active, work, block, power, counts, greatest, prescribed,
         )  # fmt: skip
     for i in range(7):
         host[A + i] = host[NEW + i]
     for i in range(balls.shape[0]):
         for j in range(3):
-            balls[i, ACC + j] = balls[i, FORCE + j] / balls[i, MASS]
-            balls[i, ACC + 3 + j] = balls[i, MOMENT + j] / balls[i, INERTIA]
+            balls[i, ACC + j] = balls[i, INVERSE_MASS] * balls[i, FORCE + j]
+            balls[i, SPIN_ACC + j] = balls[i, INVERSE_INERTIA] * balls[i, MOMENT + j]
     for i in range(STORED):
         before[i] = power[i]

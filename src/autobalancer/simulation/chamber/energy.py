@@ -49,7 +49,7 @@ def places(p: ChamberNumbers, hosts: Array, balls: Array) -> Array:
 
 def total_energy(machine: ChamberMachine, p: ChamberNumbers) -> float:
     """Energy of the state as it is, with that in contacts, J."""
-    from autobalancer.kernels.chamber.verlet import SAMPLE, note_sample
+    from autobalancer.kernels.chamber.samples import SAMPLE, note_sample
 
     row, balls = np.zeros((1, SAMPLE)), np.zeros((1, p.balls.shape[0], 9))
     note_sample(

@@ -38,7 +38,7 @@ class March:
 
     def first(self) -> xr.Dataset:
         """The sample of the state as it is, with reactions of this instant."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE, note_sample
+        from autobalancer.kernels.chamber.samples import SAMPLE, note_sample
 
         p = self.numbers
         row, balls = np.zeros((1, SAMPLE)), np.zeros((1, p.balls.shape[0], 9))
@@ -50,7 +50,7 @@ class March:
 
     def take(self, count: int) -> xr.Dataset:
         """The next ``count`` samples; fewer if the motion left all bounds, which ``failure`` then tells."""
-        from autobalancer.kernels.chamber.verlet import SAMPLE
+        from autobalancer.kernels.chamber.samples import SAMPLE
 
         p = self.numbers
         rows, balls = np.zeros((count, SAMPLE)), np.zeros((count, p.balls.shape[0], 9))
@@ -60,10 +60,10 @@ class March:
         _advance(self.method, count * self.every, self.every, *arrays, rows, balls, ledgers)
         got = self.samples - done
         finite = np.isfinite(rows[:got]).all(axis=1) & np.isfinite(balls[:got]).all(axis=(1, 2))
-        if p.counts[at.OVERFLOW]:
+        if p.counts[at.OVERFLOW] == at.TOO_DENSE:
             self.failure = ("too dense", "more balls came close to each other than can be; the contacts are too soft")
-        if not finite.all():
-            got = int(np.argmin(finite))
+        if p.counts[at.OVERFLOW] == at.LOST_BALLS or not finite.all():
+            got = got if finite.all() else int(np.argmin(finite))
             self.failure = ("not finite", "the motion left all bounds; shorten the step, check masses and stiffness")
         return self._labeled(done + 1, rows[:got], balls[:got], ledgers[:got])
 

@@ -30,7 +30,8 @@ def settled(machine: ChamberMachine, positions: Array, step: float) -> Array:
 
 
 def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, longest: float) -> Array:
-    from autobalancer.kernels.chamber.verlet import SAMPLE, verlet
+    from autobalancer.kernels.chamber.samples import SAMPLE
+    from autobalancer.kernels.chamber.verlet import verlet
     from autobalancer.simulation.chamber.march import evaluate_first
 
     advance: Any = verlet

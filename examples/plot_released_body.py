@@ -1,0 +1,68 @@
+"""
+A released body is balanced dynamically
+=======================================
+
+A drum with an unbalance and a couple stands on soft supports and may move in all six coordinates. A chamber with six balls at
+each end takes away both within seconds. A body that cannot tilt, or a single layer of balls, leaves the couple; one deep
+chamber finds its way along the axis, but slowly.
+"""
+
+# %%
+# The machine, and three others with the same rotor: a body held in planar motion, one layer in the middle, one deep chamber.
+
+import tomllib
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.chamber_balls import residual_of_balls
+from autobalancer.results.chamber_measures import chamber_measures
+from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.simulation.chamber import simulate_chamber
+
+here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+described = tomllib.loads((here / "machines" / "released_body.toml").read_text())
+steel = {"density": "7800 kg/m^3", "total_mass": "1 kg"}
+layer = {"radius": "100 mm", "balls": [{"count": 6, **steel}]}
+deep = {"radius": "100 mm", "depth": "300 mm", "balls": [{"count": 12, **steel}]}
+machines = {
+    "two chambers": described,
+    "two chambers, planar body": described | {"body": described["body"] | {"freedom": "planar"}},
+    "one layer": described | {"chambers": [layer]},
+    "one deep chamber": described | {"chambers": [deep]},
+}
+runs = {name: simulate_chamber(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
+
+# %%
+# What is left of unbalance and couple.
+
+static, couple = unbalance_of(runs["two chambers"])
+figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.0, 5.0), layout="constrained")
+for name, run in runs.items():
+    left = residual_of_balls(run, static, couple)
+    axes[0].plot(run["time"], left["static"] / abs(static), lw=0.9, label=name)
+    axes[1].plot(run["time"], left["couple"] / abs(couple), lw=0.9)
+axes[0].set_ylabel("unbalance left")
+axes[1].set_ylabel("couple left")
+axes[1].set_xlabel("time (s)")
+for each in axes:
+    each.set_yscale("log")
+    each.set_ylim(1e-3, 10.0)
+axes[0].legend(fontsize="small")
+
+# %%
+# In numbers: what is left in the last second, the tilting of the body, the force of a bearing about its mean.
+
+for name, run in runs.items():
+    measured = chamber_measures(run, last=1.0)
+    late = run.isel(time=slice(-1000, None))
+    tilt = np.abs(late["body_rotation"] - late["body_rotation"].mean("time")).max()
+    force = np.sqrt(((late["bearing_force"] - late["bearing_force"].mean("time")) ** 2).sum("axis").mean("time")).max()
+    print(
+        f"{name:26} unbalance {measured['residual_unbalance'] / abs(static):7.4f}  couple "
+        f"{measured['residual_couple'] / abs(couple):7.4f}  tilt {1e6 * tilt:6.0f} urad  bearing {force:6.1f} N"
+    )
+assert float(chamber_measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
+assert float(chamber_measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)
