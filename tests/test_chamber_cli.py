@@ -74,6 +74,7 @@ def test_what_has_no_meaning_for_a_chamber_is_refused_and_the_way_is_told(machin
     assert "method: given 'tsitouras'; must be 'verlet'" in told("run", str(machine), *wrong, code=2)
     assert "folder without a run in it" in told("plot", ".", code=2)
     archived_run(Archive("runs"), "small", small_machine(), duration=0.01)
+    assert "its archive is runs" in told("archive", "runs/small", code=2)
     assert "choose one of its runs: runs/small" in told("animate", "runs", code=2)
 
 

@@ -21,7 +21,9 @@ Last = Annotated[str, typer.Option(help="Time at the end that is the steady stat
 @app.command()
 def amplitudes(
     machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
-    balls: Annotated[str, typer.Option(help='Numbers of balls in the deep chamber, such as "3,5,8,20".')],
+    balls: Annotated[
+        str, typer.Option(help='Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.')
+    ],
     friction: Annotated[str, typer.Option(help='Coefficients, such as "0.3,0.5,0.7".')],
     duration: Annotated[str, typer.Option(help='Of each run, such as "20 s".')],
     single: Annotated[
@@ -53,9 +55,9 @@ def amplitudes(
     from autobalancer.studies.chamber_means import optimal_means
     from autobalancer.units import option_to_si
 
-    deep = _whole("balls", balls)
+    deep = [] if balls == "none" else _whole("balls", balls)
     other = [] if single == "none" else _whole("single", single) if single else deep
-    counts = {"deep": deep, **({"single": other} if other else {})}
+    counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
     out = out if out is not None else Path(f"{machine.stem}_amplitudes.nc")
     with _bar("runs") as update:
         found = chamber_amplitudes(
