@@ -100,3 +100,29 @@ def test_wrong_words_are_answered(machine: Path) -> None:
     assert "must be whole numbers" in told("study", "amplitudes", str(machine), "--balls", "2.5", *asked, code=2)
     Path("planar.toml").write_text((Path(__file__).parents[1] / "examples/machines/discoidal.toml").read_text())
     assert "has no 'chambers'" in told("study", "amplitudes", "planar.toml", "--balls", "2", *asked, code=2)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "restitution = 0.54",
+            "restitution = 1.2",
+            "contact.restitution: given 1.2; must be greater than 0 and at most 1",
+        ),
+        ("restitution = 0.54", "restitution = 0", "contact.restitution: given 0; must be greater than 0"),
+        ("friction = 0.5", "friction = -0.1", "contact.friction: given -0.1; must be between 0 and 5"),
+        ("total_mass = 1.0", "total_mass = 60.0", "3 balls of 169.8 mm do not fit"),
+        ("total_mass = 1.0", "total_mass = 200.0", "the chamber is only 200 mm"),
+        ("count = 3", "count = 2, positions = [[0, 0, 0], [0, 0, 0.01]]", "balls 1 and 2 overlap by"),
+        ("count = 3", "count = 1, positions = [[0, 0, 0.09]]", "ball 1 stands in the wall"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_place_and_leaves_nothing(
+    machine: Path, old: str, new: str, message: str
+) -> None:
+    text = machine.read_text()
+    assert text.count(old) == 1
+    machine.write_text(text.replace(old, new))
+    assert message in told("run", str(machine), "--duration", "0.01 s", code=2)
+    assert not Path("small.nc").exists()

@@ -1,4 +1,4 @@
-"""A chamber of one layer against balls resolved in the plane of their race: two models that share no line."""
+"""A chamber of one layer against balls resolved in the plane of their race: two models that share only the stiffness of Hertz."""
 
 from __future__ import annotations
 
