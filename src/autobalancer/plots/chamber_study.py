@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -11,6 +14,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import length_axis
 from autobalancer.plots.style import BALLS, INK, ball_color, legend, look, picture
 
+COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
@@ -59,9 +63,13 @@ def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
             # a number of balls that was asked for at one friction only makes no curve
             asked = held.notnull().any("seed") if "seed" in held.dims else held.notnull()
             several = study["balls"].values[asked.sum("friction").values > 1]
-            for i, balls in enumerate(several if several.size else study["balls"].values):
-                values = 100.0 * held.sel(balls=balls)
-                _curve(panel, study["friction"], values, ball_color(i), f"{balls} balls")
+            shown = several if several.size else study["balls"].values
+            beside = 0.02 * float(np.ptp(study["friction"].values)) / max(len(shown) - 1, 1)
+            for i, balls in enumerate(shown):
+                # side by side, for most are at one end or the other
+                friction = study["friction"] + (i - 0.5 * (len(shown) - 1)) * beside
+                color = matplotlib.colormaps[COLORS](0.9 * i / max(len(shown) - 1, 1))
+                _curve(panel, friction.rename("friction"), 100.0 * held.sel(balls=balls), color, f"{balls} balls")
             panel.set_title(NAMES.get(layer, layer))
             panel.set_xlabel("friction")
             panel.set_ylim(-4.0, 104.0)
@@ -71,7 +79,7 @@ def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
     return figure
 
 
-def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: str, label: str) -> None:
+def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label: str) -> None:
     """Values over ``x``; with a dimension ``seed`` their means and ranges."""
     if "seed" not in values.dims:
         values = values.expand_dims("seed")
