@@ -122,9 +122,9 @@ def test_balls_that_do_not_fit_are_a_gap_in_the_study() -> None:
         chambers=[{"radius": 0.1, "depth": 0.2, "balls": [{"count": 1, "density": 7800.0, "mass": 20.0}]}]
     )
     found = chamber_amplitudes(heavy, [1, 3], [0.5], duration=0.02, layers=["single"], workers=1)
-    assert "does not fit" in str(found["outcome"].values[0, 0, 1])
-    assert np.isnan(found["vertical_amplitude"].values[0, 0, 1])
-    assert np.isfinite(found["vertical_amplitude"].values[0, 0, 0])
+    assert "does not fit" in str(found["outcome"].values[0, 0, 1, 0])
+    assert np.isnan(found["vertical_amplitude"].values[0, 0, 1, 0])
+    assert np.isfinite(found["vertical_amplitude"].values[0, 0, 0, 0])
     with pytest.raises(QuestionError, match="frictions: given none"):
         chamber_amplitudes(MACHINE, [2], [], duration=0.02)
 

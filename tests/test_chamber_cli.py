@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import save_machine
+from autobalancer.results.archive import Archive
+from autobalancer.studies.chamber_runs import archived_run
 
 
 def told(*words: str, code: int = 0) -> str:
@@ -30,6 +32,11 @@ def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     asked = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--duration", "0.1 s", "--archive", "runs")
     assert "written: small_amplitudes.nc" in told("study", "amplitudes", str(machine), *asked, "--plot", "a.png")
     assert Path("a.png").stat().st_size > 10_000
+    drawn = told("plot", "small_amplitudes.nc", "--out", "d", "--kind", "carried")
+    assert drawn == "d/small_amplitudes_carried.png"
+    assert "no number of balls from 8 to 50 for 'deep'" in told(
+        "plot", "small_amplitudes.nc", "--kind", "means", code=2
+    )
     assert "2 runs" in told("archive", "runs")
     rows = json.loads(told("archive", "runs", "--where", "balls == 3", "--json"))
     assert [row["run"] for row in rows] == ["deep-n3-mu0.5-s0"]
@@ -39,6 +46,36 @@ def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     assert "written: b.png" in told("archive", "runs", "--plot", "b.png", "--by", "friction")
     assert "given 'color'" in told("archive", "runs", "--show", "color", code=2)
     assert "given 'speed'" in told("archive", "runs", "--where", "speed > 1", code=2)
+
+
+def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(machine: Path) -> None:
+    ran = told("run", str(machine), "--duration", "0.1 s", "--out", "x.nc")
+    assert "finished: reached 0.1 s" in ran
+    assert "share of the balls that go around with the rotor:" in ran
+    archived_run(Archive("runs"), "small", small_machine(), duration=0.05)
+    output = told("plot", "x.nc", "--out", "q", "--end", "0.05 s", "--deflection-unit", "mm")
+    kinds = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
+    assert output.split() == [f"q/x_{kind}.png" for kind in kinds]
+    assert told("plot", "runs/small", "--kind", "arrangement", "--time", "0.02 s", "--out", "r.svg") == "r.svg"
+    short = ("--seconds", "0.2 s", "--fps", "10", "--width", "320")
+    assert told("animate", "x.nc", "--out", "a.gif", *short, "--azimuth", "90", "--elevation", "0") == "a.gif"
+    assert told("animate", "runs/small", "--frame", "rotor", *short) == "runs/small.mp4"
+    for path in ("a.gif", "runs/small.mp4", "q/x_history.png"):
+        assert Path(path).stat().st_size > 2_000
+
+
+def test_what_has_no_meaning_for_a_chamber_is_refused_and_the_way_is_told(machine: Path) -> None:
+    told("run", str(machine), "--duration", "0.01 s", "--sample", "0.5 ms", "--out", "x.nc")
+    assert "of x.nc there are history, energy" in told("plot", "x.nc", "--kind", "orbit", code=2)
+    assert "--log: has no meaning for the pictures of a deep chamber" in told("plot", "x.nc", "--log", code=2)
+    assert "the run goes from 0 s to 0.01 s" in told("plot", "x.nc", "--start", "2 s", code=2)
+    assert "a deep chamber takes --step and --sample" in told("run", str(machine), "--samples", "9", code=2)
+    wrong = ("--method", "tsitouras", "--duration", "1 s")
+    assert "method: given 'tsitouras'; must be 'verlet'" in told("run", str(machine), *wrong, code=2)
+    assert "folder without a run in it" in told("plot", ".", code=2)
+    archived_run(Archive("runs"), "small", small_machine(), duration=0.01)
+    assert "its archive is runs" in told("archive", "runs/small", code=2)
+    assert "choose one of its runs: runs/small" in told("animate", "runs", code=2)
 
 
 def test_one_run_gives_all_pictures(machine: Path) -> None:

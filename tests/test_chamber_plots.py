@@ -16,11 +16,18 @@ from autobalancer.plots.chamber_arrangement import plot_arrangement
 from autobalancer.plots.chamber_film import animate_chamber
 from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
 from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
-from autobalancer.plots.chamber_study import plot_amplitudes, plot_catalogue, plot_optimal_means, plot_step_sizes
+from autobalancer.plots.chamber_study import (
+    plot_amplitudes,
+    plot_carried,
+    plot_catalogue,
+    plot_optimal_means,
+    plot_step_sizes,
+)
 from autobalancer.plots.chamber_view import Camera, poses_of
 from autobalancer.results.archive import Archive
 from autobalancer.results.chamber_shape import ChamberShape, chambers_of
 from autobalancer.results.chamber_unconstrained import pakula_body
+from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders
 from autobalancer.studies.step_size import step_size_study
 
 RUN = chamber_run(2.5)
@@ -147,8 +154,6 @@ def study() -> xr.Dataset:
 
 
 def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
-    from autobalancer.studies.chamber_amplitudes import optimal_means
-
     drawn(plot_amplitudes(study()))
     means = optimal_means(study())
     np.testing.assert_allclose(means["vertical_amplitude"], [[1.5e-5, 1e-5], [3.5e-5, 2.5e-5]])
@@ -169,3 +174,48 @@ def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
         plot_catalogue(archive.runs(), "balls", "state")
     with pytest.raises(QuestionError, match="no number of balls from 30 to 40"):
         optimal_means(study(), {"deep": (30, 40)})
+
+
+def seeded() -> xr.Dataset:
+    """Two fillings of each: amplitudes 1 and 3, carried from friction 0.5 and 8 balls on, in one filling from 3 balls on."""
+    coords = {"layers": ["deep"], "friction": [0.3, 0.5], "balls": [3, 8, 20], "seed": [0, 1]}
+    dims = ("layers", "friction", "balls", "seed")
+    amplitude = np.broadcast_to(np.array([1e-5, 3e-5]), (1, 2, 3, 2)).copy()
+    amplitude[0, 0, 0, 1] = np.nan
+    carried = np.zeros((1, 2, 3, 2))
+    carried[0, 1, 1:] = 1.0
+    carried[0, 1, 0, 1] = 1.0
+    return xr.Dataset({"vertical_amplitude": (dims, amplitude), "share_carried": (dims, carried)}, coords)
+
+
+def test_means_over_seeds_leave_out_what_failed_and_say_how_far_runs_lie_apart() -> None:
+    found = over_seeds(seeded())
+    np.testing.assert_allclose(found["vertical_amplitude"][0], [[1e-5, 2e-5, 2e-5], [2e-5, 2e-5, 2e-5]])
+    spread = found["vertical_amplitude_spread"].values[0]
+    assert np.isnan(spread[0, 0])
+    np.testing.assert_allclose(spread.ravel()[1:], np.sqrt(2.0) * 1e-5)
+    assert found["runs"].values.tolist() == [[[1, 2, 2], [2, 2, 2]]]
+    means = optimal_means(seeded(), {"deep": (8, 20)})
+    np.testing.assert_allclose(means["vertical_amplitude"], [[2e-5, 2e-5]])
+    np.testing.assert_allclose(means["vertical_amplitude_spread"], [[np.sqrt(2.0) * 1e-5] * 2])
+    assert means["runs"].values.tolist() == [[4, 4]]
+
+
+def test_balls_are_carried_from_a_least_friction_and_number_on() -> None:
+    found = pick_up_borders(seeded())
+    np.testing.assert_array_equal(found["least_friction"], [[np.nan, 0.5, 0.5]])
+    np.testing.assert_array_equal(found["least_balls"], [[np.nan, 8.0]])
+    assert pick_up_borders(seeded(), 0.5)["least_balls"].values.tolist()[0][1] == 3.0
+    with pytest.raises(QuestionError, match="share: given 2"):
+        pick_up_borders(seeded(), 2.0)
+
+
+def test_curves_have_bars_from_the_least_to_the_greatest_filling() -> None:
+    figure = plot_amplitudes(seeded())
+    drawn(figure)
+    (_, _, (bars,)) = figure.axes[0].containers[1]
+    np.testing.assert_allclose(np.array(bars.get_segments())[0][:, 1], [10.0, 30.0])
+    figure = plot_carried(seeded())
+    drawn(figure)
+    assert [line.get_label() for line in figure.axes[0].containers] == ["3 balls", "8 balls", "20 balls"]
+    np.testing.assert_allclose(figure.axes[0].containers[0][0].get_ydata(), [0.0, 50.0])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import logging
 import re
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -12,11 +14,15 @@ import pytest
 import tomli_w
 
 from autobalancer.assembly.system import assemble
-from autobalancer.files.machine_file import load_machine, parse_machine
+from autobalancer.files.machine_file import load_machine, machine_text, parse_any, parse_machine, read_machine
+from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.simulation.chamber.summary import chamber_summary
 
 ROOT = Path(__file__).resolve().parent.parent
 MEANT_WRONG = {"wrong", "misfit"}
-FILES = [path for path in sorted((ROOT / "docs" / "machines").glob("*.toml")) if path.stem not in MEANT_WRONG]
+WRITTEN = [path for path in sorted((ROOT / "docs" / "machines").glob("*.toml")) if path.stem not in MEANT_WRONG]
+FILES = [path for path in WRITTEN if isinstance(read_machine(path), Machine)]
 FENCE = re.compile(r"^```toml\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HOMES = {
     "drive": ("drive",),
@@ -72,6 +78,35 @@ def test_every_machine_of_the_pages_can_be_assembled(path: Path) -> None:
     machine = load_machine(path)
     assembly = assemble(machine)
     assert len(assembly.balls) == sum(race.ball_count for b in machine.balancers for race in b.races) > 0
+
+
+def test_the_deep_chamber_of_the_pages_can_be_run() -> None:
+    (described,) = [found for path in WRITTEN if isinstance(found := read_machine(path), ChamberMachine)]
+    assert chamber_summary(described).warnings == ()
+    assert parse_any(machine_text(described)) == described
+
+
+def test_every_key_has_its_meaning_and_every_meaning_its_key(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import key_tables
+
+    with caplog.at_level(logging.WARNING):
+        pages = key_tables.pages()
+    assert caplog.messages == []
+    assert "| `freedom` |" in pages["chamber_keys.md"]
+    assert "| `restitution` | number, > 0, ≤ 1 |" in pages["chamber_keys.md"]
+    assert "| `stiffness` | three of N/m, ≥ 0 |" in pages["chamber_keys.md"]
+    monkeypatch.delitem(key_tables.MEANINGS, "Chamber.radius")
+    monkeypatch.setitem(key_tables.MEANINGS, "Chamber.color", "of paint")
+    with caplog.at_level(logging.WARNING):
+        key_tables.pages()
+    assert [name in text for name, text in zip(("Chamber.radius", "Chamber.color"), caplog.messages, strict=True)] == [
+        True
+    ] * 2
+    for name in [name for name in sys.modules if name == "key_tables" or name.endswith("meanings")]:
+        monkeypatch.delitem(sys.modules, name)
 
 
 @pytest.mark.parametrize("page", ["machine_files.md", "drag.md"])

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = {
     "check_discoidal": "check examples/machines/discoidal.toml",
     "check_annotated": "check docs/machines/annotated.toml",
+    "check_chamber": "check docs/machines/chamber.toml",
     "check_wrong": "check docs/machines/wrong.toml",
     "check_misfit": "check docs/machines/misfit.toml",
     "check_thin_oil": "check docs/machines/thin_oil.toml",

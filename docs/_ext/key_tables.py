@@ -14,11 +14,13 @@ from pydantic.fields import FieldInfo
 from sphinx.util import logging
 
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
 
 TAGS = ("kind", "law")  # keys whose value says which class it is
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 
+ROOTS: dict[str, type[Part]] = {"machine_keys.md": Machine, "chamber_keys.md": ChamberMachine}
 _GROUPS = {1: "", 2: "pair of ", 3: "three of "}
 
 Variants = tuple[type[Part], ...]
@@ -26,16 +28,19 @@ Variants = tuple[type[Part], ...]
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {"machine_keys.md": machine_keys()}
-
-
-def machine_keys() -> str:
-    """One section for each table of the file, in the order in which the classes contain each other."""
     explained: set[str] = set()
-    text = "".join(_section(header, variants, explained) for header, variants in _tables("", (Machine,), set(), False))
+    made = {name: machine_keys(root, explained) for name, root in ROOTS.items()}
     for name in sorted(set(MEANINGS) - explained):
         logging.getLogger(__name__).warning("docs/_ext/meanings.py explains %s, which no machine has", name)
-    return text
+    return made
+
+
+def machine_keys(root: type[Part], explained: set[str]) -> str:
+    """One section for each table of the file, in the order in which the classes contain each other.
+
+    The keys that it has are added to ``explained``.
+    """
+    return "".join(_section(header, variants, explained) for header, variants in _tables("", (root,), set(), False))
 
 
 def _tables(path: str, variants: Variants, seen: set[type[Part]], many: bool) -> Iterator[tuple[str, Variants]]:
@@ -99,7 +104,8 @@ def _value(field: FieldInfo) -> str:
         return "list of tables" if several else "table"
     lowest = [extra.ge for extra in field.metadata if hasattr(extra, "ge")]
     text = " or ".join(dict.fromkeys(_leaf(leaf) for leaf in leaves)) + "".join(f", ≥ {bound}" for bound in lowest)
-    return f"{'list of ' if several else _GROUPS[_count(field.annotation)]}{text}"
+    # a validator of the whole field says itself how many it wants
+    return f"{'list of ' if several else '' if metadata else _GROUPS[_count(field.annotation)]}{text}"
 
 
 def _leaf(leaf: Any) -> str:
@@ -114,6 +120,11 @@ def _leaf(leaf: Any) -> str:
 def _quantity(read: Any) -> str:
     """Unit and bound with which a validator of ``machine.part`` was made."""
     made_with = getclosurevars(read).nonlocals
+    if "without_low" in made_with:
+        low, high = made_with["low"], made_with["high"]
+        return f"number, {'>' if made_with['without_low'] else '≥'} {low:g}, ≤ {high:g}"
+    if "single" in made_with and read.__module__.endswith("triple"):
+        return f"three of {_quantity(made_with['single'])}"
     if "single" in made_with:
         return f"{_quantity(made_with['single'])}; one, or a pair along x and y"
     if "unit" not in made_with:

@@ -1,5 +1,6 @@
 """What the keys of a machine file mean; their units, bounds and defaults come from the classes."""
 
+from chamber_meanings import CHAMBER_MEANINGS
 from race_meanings import RACE_MEANINGS
 from rig_meanings import RIG_MEANINGS
 from rotor_meanings import ROTOR_MEANINGS
@@ -111,6 +112,7 @@ MEANINGS = {
     "Start.deflection": "along x and y, in space",
     "Start.velocity": "along x and y, in space",
     "RunPlan.duration": "of a run",
+    **CHAMBER_MEANINGS,
     **RACE_MEANINGS,
     **RIG_MEANINGS,
     **ROTOR_MEANINGS,

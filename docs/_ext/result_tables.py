@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import xarray as xr
 from sphinx.util import logging
 
@@ -47,6 +49,7 @@ FREE_BALL = {
     "resolved": CONTACT,
 }
 RUBBING = with_parameter(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
+CHAMBER = ab.load_chamber_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
 RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
@@ -71,15 +74,17 @@ def result_variables() -> str:
         ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
         ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
+        ("of a deep chamber, with $x$ along the rotor", ab.simulate_chamber(CHAMBER, duration=0.005, settle=False)),
     ]
-    text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[str]()
+    text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[tuple[str, str]]()
     for wish, run in kept:
         text += f"| *{wish}* | | | | |\n"
-        for name in sorted(set(map(str, run.variables)) - listed, key=list(LABELS).index):
-            label, dimensions = LABELS[name], ", ".join(map(str, run[name].dims))
+        here = {(str(name), ", ".join(map(str, run[name].dims))) for name in run.variables}
+        for name, dimensions in sorted(here - listed, key=lambda row: list(LABELS).index(row[0])):
+            label = LABELS[name]
             text += f"| `{name}` | {dimensions} | {label.units} | {label.frame} | {label.long_name} |\n"
-            listed.add(name)
-    for name in sorted(set(LABELS) - listed):
+        listed |= here
+    for name in sorted(set(LABELS) - {name for name, _ in listed}):
         logging.getLogger(__name__).warning("no run holds %s, which results/labels.py explains", name)
     return text
 

@@ -57,6 +57,7 @@ __all__ = [
     "capability",
     "chamber_amplitudes",
     "chamber_measures",
+    "chamber_summary",
     "chamber_variant",
     "critical_speeds",
     "decay_rate",
@@ -93,7 +94,9 @@ __all__ = [
     "minimum_drag",
     "minimum_viscosity",
     "optimal_means",
+    "over_seeds",
     "peak_deflection",
+    "pick_up_borders",
     "planar_receptance",
     "plot_amplitudes",
     "plot_arrangement",
@@ -102,6 +105,7 @@ __all__ = [
     "plot_border_curve",
     "plot_branches",
     "plot_campbell",
+    "plot_carried",
     "plot_chamber_run",
     "plot_drag_laws",
     "plot_equilibrium_angles",
@@ -218,7 +222,7 @@ if TYPE_CHECKING:
     from autobalancer.plots.chamber_film import animate_chamber
     from autobalancer.plots.chamber_history import plot_chamber_run
     from autobalancer.plots.chamber_reactions import plot_reactions
-    from autobalancer.plots.chamber_study import plot_amplitudes
+    from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried
     from autobalancer.plots.drag import plot_drag_laws
     from autobalancer.plots.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
     from autobalancer.plots.equivalent_planar import plot_equivalent_planar
@@ -266,6 +270,7 @@ if TYPE_CHECKING:
     from autobalancer.rotordynamics.peaks import response_peaks
     from autobalancer.rotordynamics.response import unbalance_response
     from autobalancer.simulation.chamber.run import simulate_chamber
+    from autobalancer.simulation.chamber.summary import chamber_summary
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
@@ -280,8 +285,9 @@ if TYPE_CHECKING:
     from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
     from autobalancer.stability.windows import stable_windows
-    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes, optimal_means
+    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_machines import chamber_variant
+    from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders
     from autobalancer.studies.chamber_runs import archived_run
     from autobalancer.studies.frequency_response import frequency_response
     from autobalancer.studies.step_size import step_size_study

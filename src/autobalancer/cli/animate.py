@@ -9,7 +9,7 @@ import typer
 
 
 def animate(
-    result: Annotated[Path, typer.Argument(help="Result file of a run.")],
+    result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     out: Annotated[
         Path | None, typer.Option(help="Film, .mp4 or .gif; by default an .mp4 named as the result.")
     ] = None,
@@ -17,26 +17,46 @@ def animate(
     end: Annotated[str, typer.Option(help="End in the run.")] = "",
     seconds: Annotated[str, typer.Option(help='Length of the film, such as "10 s".')] = "10 s",
     fps: Annotated[int, typer.Option(help="Frames in a second of film.")] = 25,
-    frame: Annotated[str, typer.Option(help="rotor: it stands as under a stroboscope; space: it turns.")] = "rotor",
+    frame: Annotated[
+        str,
+        typer.Option(
+            help="rotor: it stands as under a stroboscope; space: it turns. By default rotor, of a deep chamber space."
+        ),
+    ] = "",
+    azimuth: Annotated[
+        float | None,
+        typer.Option(help="Deep chamber: degrees from the axis where one looks from, level; by default 35."),
+    ] = None,
+    elevation: Annotated[
+        float | None, typer.Option(help="Deep chamber: degrees above the level; by default 20.")
+    ] = None,
     deflection_scale: Annotated[float, typer.Option(help="How much larger it is drawn; 0 for what suits.")] = 0.0,
     speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
     width: Annotated[int, typer.Option(help="Pixels.")] = 960,
 ) -> None:
-    """Make a film of a result file: rotor, balls and unbalance beside speeds and deflection.
+    """Make a film of a result: rotor, balls and unbalance beside speeds and deflection; deep chambers in three dimensions.
 
     Example: autobalancer animate stall.nc --out slow.mp4 --start "7 s" --end "7.5 s" --frame space
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from autobalancer import animate as make_film
-    from autobalancer import load_run
+    from autobalancer import animate as film_of_races
+    from autobalancer import animate_chamber
+    from autobalancer.cli.pictures import is_chamber_run
+    from autobalancer.errors import QuestionError
+    from autobalancer.results.open_run import open_run
     from autobalancer.units import option_to_si
 
-    path = out if out is not None else result.with_suffix(".mp4")
+    path = out if out is not None else result.with_name(f"{result.stem if result.is_file() else result.name}.mp4")
     length = option_to_si(seconds, "s")
     first, last = (float(option_to_si(text, "s")) if text else None for text in (start, end))
-    run = load_run(result)
+    run = open_run(result)
+    asked = {"frame": frame or None, "azimuth": azimuth, "elevation": elevation}
+    given = {name: value for name, value in asked.items() if value is not None}
+    make_film = animate_chamber if is_chamber_run(run) else film_of_races
+    if make_film is film_of_races and given.keys() - {"frame"}:
+        raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
     columns = (TextColumn(path.name), BarColumn(), MofNCompleteColumn(), TextColumn("frames"), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("film")
@@ -47,10 +67,10 @@ def animate(
             end=last,
             duration=length,
             fps=fps,
-            frame=frame,  # type: ignore[arg-type]
             deflection_scale=deflection_scale or "auto",
             speed_unit=speed_unit,
             width=width,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
+            **given,  # type: ignore[arg-type]
         )
     typer.echo(made)

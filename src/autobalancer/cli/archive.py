@@ -37,6 +37,8 @@ def archive(
 
     if not folder.is_dir():
         raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer study with --archive")
+    if (folder / "run.json").exists():
+        raise QuestionError(f"{folder}: is one run; its archive is {folder.parent}, and autobalancer plot draws it")
     held = Archive(folder)
     if export:
         typer.echo(f"written: {held.export(export, out if out is not None else Path(f'{export}.nc'))}")

@@ -18,11 +18,21 @@ def check(
 ) -> None:
     """Check a machine file and print its masses, critical speeds, capability, drag and border speeds.
 
+    Of a machine with deep chambers: filling, contact time and step in place of drag and borders.
+
     Example: autobalancer check examples/machines/discoidal.toml
     """
     from autobalancer import summary
+    from autobalancer.files.machine_file import read_machine
+    from autobalancer.machine.chamber import ChamberMachine
 
-    found = summary(machine)
+    described = read_machine(machine)
+    if isinstance(described, ChamberMachine):
+        from autobalancer.cli.check_chamber import check_chamber
+
+        check_chamber(described, as_json)
+        return
+    found = summary(described)
     if as_json:
         typer.echo(json.dumps(_finite(found.as_dict()), indent=2))
         return

@@ -10,6 +10,7 @@ import typer
 
 
 def run(
+    context: typer.Context,
     machine: Annotated[Path, typer.Argument(help="Machine file.")],
     out: Annotated[Path | None, typer.Option(help="Result file; by default the machine's name with .nc here.")] = None,
     duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
@@ -17,8 +18,12 @@ def run(
     envelope: Annotated[int, typer.Option(help="Bins of the deflection envelope; 0 for none.")] = 1000,
     last_revolutions: Annotated[int, typer.Option(help="Revolutions kept in full at the end of the run.")] = 10,
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-8,
-    method: Annotated[str, typer.Option(help="dormand_prince_8 or tsitouras.")] = "dormand_prince_8",
-    seed: Annotated[int, typer.Option(help="For balls without start angles.")] = 0,
+    method: Annotated[
+        str, typer.Option(help="dormand_prince_8 or tsitouras; of a deep chamber verlet or runge_kutta.")
+    ] = "dormand_prince_8",
+    step: Annotated[str, typer.Option(help="Deep chamber: of the integration; by default from the contact time.")] = "",
+    sample: Annotated[str, typer.Option(help="Deep chamber: time between samples; by default 1 ms.")] = "",
+    seed: Annotated[int, typer.Option(help="For balls without start angles; of the filling of a chamber.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the measures for a program.")] = False,
 ) -> None:
     """Run a machine file and write a result file. Ctrl-C ends the run and keeps what was computed.
@@ -29,6 +34,7 @@ def run(
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from autobalancer import measures, save_run
+    from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
@@ -39,8 +45,10 @@ def run(
     if isinstance(described, ChamberMachine):
         from autobalancer.cli.run_chamber import run_chamber
 
-        run_chamber(described, option_to_si(duration, "s") if duration else None, seed, out, as_json)
+        run_chamber(context, described, out)
         return
+    if step or sample:
+        raise QuestionError("--step, --sample: are for deep chambers; balls in races take --tolerance and --samples")
     console = Console(stderr=True)
     wishes: list[Any] = []
     if samples:

@@ -21,7 +21,9 @@ Last = Annotated[str, typer.Option(help="Time at the end that is the steady stat
 @app.command()
 def amplitudes(
     machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
-    balls: Annotated[str, typer.Option(help='Numbers of balls in the deep chamber, such as "3,5,8,20".')],
+    balls: Annotated[
+        str, typer.Option(help='Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.')
+    ],
     friction: Annotated[str, typer.Option(help='Coefficients, such as "0.3,0.5,0.7".')],
     duration: Annotated[str, typer.Option(help='Of each run, such as "20 s".')],
     single: Annotated[
@@ -30,28 +32,32 @@ def amplitudes(
     archive: Annotated[Path | None, typer.Option(help="Folder that keeps all runs; a stopped study goes on.")] = None,
     step: Step = "",
     last: Last = "",
-    seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point.")] = 1,
+    seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point; pictures show mean and range.")] = 1,
     workers: Annotated[int, typer.Option(min=0, help="Threads; 0 for one each core.")] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Result file; by default the machine's name with _amplitudes.nc.")
     ] = None,
     plot: Plot = None,
     means: Annotated[Path | None, typer.Option(help="Picture of the means over the optimal ranges.")] = None,
+    carried: Annotated[
+        Path | None, typer.Option(help="Picture of the share of balls carried over friction, for each number.")
+    ] = None,
 ) -> None:
     """Vibration over number of balls and friction at equal total mass, deep chamber against single layer.
 
     Example: autobalancer study amplitudes deep_chamber.toml --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7
     --duration "20 s" --archive runs --plot amplitudes.png
     """
-    from autobalancer.plots.chamber_study import plot_amplitudes, plot_optimal_means
+    from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
     from autobalancer.plots.save import save_picture
     from autobalancer.results.store import save_run
-    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes, optimal_means
+    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
+    from autobalancer.studies.chamber_means import optimal_means
     from autobalancer.units import option_to_si
 
-    deep = _whole("balls", balls)
+    deep = [] if balls == "none" else _whole("balls", balls)
     other = [] if single == "none" else _whole("single", single) if single else deep
-    counts = {"deep": deep, **({"single": other} if other else {})}
+    counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
     out = out if out is not None else Path(f"{machine.stem}_amplitudes.nc")
     with _bar("runs") as update:
         found = chamber_amplitudes(
@@ -69,10 +75,13 @@ def amplitudes(
         )
     save_run(found, out)
     typer.echo(f"written: {out}")
-    if plot is not None:
-        typer.echo(f"written: {save_picture(plot_amplitudes(found), plot)}")
-    if means is not None:
-        typer.echo(f"written: {save_picture(plot_optimal_means(optimal_means(found)), means)}")
+    for path, draw in (
+        (plot, plot_amplitudes),
+        (means, lambda study: plot_optimal_means(optimal_means(study))),
+        (carried, plot_carried),
+    ):
+        if path is not None:
+            typer.echo(f"written: {save_picture(draw(found), path)}")
 
 
 @app.command()

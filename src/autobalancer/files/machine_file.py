@@ -91,8 +91,9 @@ def parse_any(text: str, source: str = "machine text", *, folder: str | Path = "
 def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
     if isinstance(found, ChamberMachine):
         raise MachineFileError(
-            f"{source}: its balls move freely in chambers; read it with load_chamber_machine, run it with simulate_chamber "
-            "or 'autobalancer run'"
+            f"{source}: its balls move freely in chambers, and this question is one about balls in races. For chambers there "
+            "are 'autobalancer check', 'run' and 'study'; in Python load_chamber_machine, chamber_summary, simulate_chamber "
+            "and chamber_amplitudes"
         )
     return found
 

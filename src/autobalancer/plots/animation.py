@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.errors import QuestionError
-from autobalancer.plots.axis_units import round_down, significant, speed_axis
-from autobalancer.plots.film_files import Frame, film_format, write_film
+from autobalancer.plots.axis_units import significant, speed_axis
+from autobalancer.plots.film_canvas import frames_of
+from autobalancer.plots.film_files import film_format, write_film
+from autobalancer.plots.film_question import frame_count, frame_times, magnification, pace
 from autobalancer.plots.film_rotor import unit_length
 from autobalancer.plots.film_scene import Scene
 from autobalancer.plots.motion import Floats, Moments, Motion, races_of
@@ -86,21 +87,15 @@ def animate(
     path = Path(path)
     film_format(path)
     unit = speed_axis(speed_unit)
-    if frame not in ("rotor", "space"):
-        raise QuestionError(f"frame: given {frame!r}; must be 'rotor' or 'space'")
-    if not 1 <= fps <= 100:
-        raise QuestionError(f"fps: given {fps}; must be between 1 and 100 frames a second")
-    if not (np.isfinite(duration) and 2.0 <= round(duration * fps) <= 1e5):
-        raise QuestionError(f"duration: given {duration:g} s at {fps} frames a second; a film has 2 to 100000 frames")
-    if not 320 <= width <= 3840:
-        raise QuestionError(f"width: given {width} pixels; must be between 320 and 3840")
+    count = frame_count(frame, fps, duration, width)
     motion, races = Motion(run), races_of(run)
-    times = _frame_times(motion.time, start, end, round(duration * fps))
+    times = _frame_times(motion.time, start, end, count)
     moments = motion.at(times)
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
     turns = frame == "space"
-    scale = _magnification(moments, unit_length(moments, races), deflection_scale)
+    greatest = float(np.abs(moments.deflection_in_rotor).max())
+    scale = magnification(deflection_scale, greatest, unit_length(moments, races), 0.15)
     with look():
         scene = Scene(
             run,
@@ -112,30 +107,16 @@ def animate(
             magnification=scale,
             unit=unit,
             caption=_caption(moments, turns, duration, scale, bool(races.orbit_radius.size)),
-            width=width - width % 2,
+            width=width,
         )
-        write_film(path, _frames(scene, times.size, progress), fps)
+        write_film(path, frames_of(scene.frame, times.size, progress), fps)
     return path
-
-
-def _frames(scene: Scene, count: int, progress: Callable[[int, int], None] | None) -> Iterator[Frame]:
-    for k in range(count):
-        yield scene.frame(k)
-        if progress is not None:
-            progress(k + 1, count)
 
 
 def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:
     """Equal steps, moved to the nearest sample where the samples are the denser."""
-    first = float(samples[0]) if start is None else float(start)
-    last = float(samples[-1]) if end is None else float(end)
-    if not samples[0] - 1e-9 <= first < last <= samples[-1] + 1e-9:
-        raise QuestionError(
-            f"from {first:g} s to {last:g} s: the samples go from {samples[0]:g} s to {samples[-1]:g} s; "
-            "choose an interval within"
-        )
-    times = np.linspace(first, last, count)
-    inner = samples[(samples >= first) & (samples <= last)]
+    times = frame_times(samples, start, end, count)
+    inner = samples[(samples >= times[0]) & (samples <= times[-1])]
     if inner.size < 2 or np.diff(inner).max() > times[1] - times[0]:
         return times
     right = np.clip(np.searchsorted(inner, times), 1, inner.size - 1)
@@ -143,24 +124,7 @@ def _frame_times(samples: Floats, start: float | None, end: float | None, count:
     return np.asarray(inner[nearest])
 
 
-def _magnification(moments: Moments, length: float, asked: float | Literal["auto"]) -> float:
-    if asked != "auto":
-        if not (np.isfinite(asked) and asked > 0.0):
-            raise QuestionError(f"deflection_scale: given {asked!r}; must be 'auto' or a number greater than zero")
-        return float(asked)
-    greatest = float(np.abs(moments.deflection_in_rotor).max())
-    return round_down(0.15 * length / greatest) if greatest > 1e-12 * length else 1.0
-
-
 def _caption(moments: Moments, turns: bool, duration: float, scale: float, with_race: bool) -> str:
-    shown = float(np.ptp(moments.time))
-    ratio = duration / shown
-    if 0.95 < ratio < 1.05:
-        pace = "real time"
-    elif ratio > 1.0:
-        pace = f"slow motion, {significant(ratio)} times slower"
-    else:
-        pace = f"{significant(1.0 / ratio)} times faster than real"
     fastest = float(np.abs(np.diff(moments.rotor_angle)).max()) / (2.0 * np.pi)
     if not turns:
         view = "in the frame of the rotor, as under a stroboscope"
@@ -169,4 +133,4 @@ def _caption(moments: Moments, turns: bool, duration: float, scale: float, with_
     else:
         view = f"in space, up to {significant(fastest)} turns between two frames"
     size = f"deflection drawn {scale:g} times larger" if with_race else "not to scale"
-    return f"{view}\n{pace}, {size}"
+    return f"{view}\n{pace(duration, moments.time)}, {size}"

@@ -25,13 +25,15 @@ STORED = {"energy_kinetic": "motion", "energy_potential": "height and springs", 
 POINTS = 4000  # of a curve, more cannot be told apart in print
 
 
-def plot_chamber_run(run: xr.Dataset, *, speed_unit: str = "rpm", title: str | None = None) -> Figure:
+def plot_chamber_run(
+    run: xr.Dataset, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
+) -> Figure:
     """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time.
 
     Raises
     ------
     QuestionError
-        If the unit is unknown.
+        If a unit is unknown.
     """
     unit = speed_axis(speed_unit)
     time = run["time"].values
@@ -40,7 +42,7 @@ def plot_chamber_run(run: xr.Dataset, *, speed_unit: str = "rpm", title: str | N
         speed, body, balls, left = figure.subplots(4, 1, sharex=True)
         speed.plot(time, run["speed"].values * unit.factor, color=INK)
         speed.set_ylabel(f"rotor speed ({unit.sign})")
-        _body(body, run)
+        _body(body, run, deflection_unit)
         _angles(balls, run)
         _left(left, run)
         left.set_xlabel("time (s)")
@@ -98,9 +100,9 @@ def plot_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
     return figure
 
 
-def _body(axes: Axes, run: xr.Dataset) -> None:
+def _body(axes: Axes, run: xr.Dataset, wanted: str | None) -> None:
     body = run["body_position"].values - run["body_position"].values.mean(axis=0)
-    unit = length_axis(None, float(np.abs(body[:, 1:]).max(initial=0.0)))
+    unit = length_axis(wanted, float(np.abs(body[:, 1:]).max(initial=0.0)))
     for column, name, color in ((1, "horizontal", BALLS[4]), (2, "vertical", BALLS[0])):
         axes.plot(run["time"].values, body[:, column] * unit.factor, color=color, lw=0.7, label=name)
     axes.set_ylabel(f"displacement ({unit.sign})")

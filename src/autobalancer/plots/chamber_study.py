@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import matplotlib
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import length_axis
 from autobalancer.plots.style import BALLS, INK, ball_color, legend, look, picture
 
+COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
 def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
+
+    Of several seeds the mean, with bars from the least to the greatest of them.
 
     Raises
     ------
@@ -30,12 +37,8 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
         axes = figure.subplots(1, len(layers), squeeze=False, sharey=True)[0]
         for panel, layer in zip(axes, layers, strict=True):
             for i, friction in enumerate(study["friction"].values):
-                values = study[measure].sel(layers=layer, friction=friction)
-                there = np.isfinite(values.values)
-                panel.plot(
-                    study["balls"].values[there], values.values[there] * unit.factor, "o-", ms=4,
-                    color=ball_color(i), label=f"friction {friction:g}",
-                )  # fmt: skip
+                values = study[measure].sel(layers=layer, friction=friction) * unit.factor
+                _curve(panel, study["balls"], values, ball_color(i), f"friction {friction:g}")
             panel.set_title(NAMES.get(layer, layer))
             panel.set_xlabel("number of balls")
             panel.set_yscale("log")
@@ -45,8 +48,56 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
     return figure
 
 
+def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
+    """Share of the balls that go around with the rotor over friction, a curve for each number of balls.
+
+    Where a curve rises is the least friction that picks so many balls up from the bottom; the lowest curve that reaches
+    the top is the least number.
+    """
+    layers = [str(layer) for layer in study["layers"].values]
+    with look():
+        figure = picture(3.9 * len(layers), 3.4)
+        axes = figure.subplots(1, len(layers), squeeze=False, sharey=True)[0]
+        for panel, layer in zip(axes, layers, strict=True):
+            held = study["share_carried"].sel(layers=layer)
+            # a number of balls that was asked for at one friction only makes no curve
+            asked = held.notnull().any("seed") if "seed" in held.dims else held.notnull()
+            several = study["balls"].values[asked.sum("friction").values > 1]
+            shown = several if several.size else study["balls"].values
+            beside = 0.02 * float(np.ptp(study["friction"].values)) / max(len(shown) - 1, 1)
+            for i, balls in enumerate(shown):
+                # side by side, for most are at one end or the other
+                friction = study["friction"] + (i - 0.5 * (len(shown) - 1)) * beside
+                color = matplotlib.colormaps[COLORS](0.9 * i / max(len(shown) - 1, 1))
+                _curve(panel, friction.rename("friction"), 100.0 * held.sel(balls=balls), color, f"{balls} balls")
+            panel.set_title(NAMES.get(layer, layer))
+            panel.set_xlabel("friction")
+            panel.set_ylim(-4.0, 104.0)
+            panel.legend(loc="best")
+        axes[0].set_ylabel("balls carried (%)")
+        figure.suptitle(title if title is not None else str(study.attrs.get("machine_name", "")))
+    return figure
+
+
+def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label: str) -> None:
+    """Values over ``x``; with a dimension ``seed`` their means and ranges."""
+    if "seed" not in values.dims:
+        values = values.expand_dims("seed")
+    there = values.notnull().any("seed").values
+    if not there.any():
+        return
+    kept = values.isel({str(x.name): there})
+    mean = kept.mean("seed", skipna=True).values
+    away = np.stack([mean - kept.min("seed", skipna=True).values, kept.max("seed", skipna=True).values - mean])
+    bars = {"yerr": np.maximum(away, 0.0), "capsize": 2.0, "elinewidth": 0.8} if values.sizes["seed"] > 1 else {}
+    panel.errorbar(x.values[there], mean, fmt="o-", ms=4, color=color, label=label, **bars)
+
+
 def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
-    """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12)."""
+    """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
+
+    Bars show the spread over the seeds, where there are several.
+    """
     if measure not in means:
         raise QuestionError(f"measure: given {measure!r}; there are {', '.join(sorted(map(str, means.data_vars)))}")
     layers = [str(layer) for layer in means["layers"].values]
@@ -59,7 +110,9 @@ def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude"
         for i, layer in enumerate(layers):
             values = means[measure].sel(layers=layer).values * unit.factor
             at = place + (i - 0.5 * (len(layers) - 1)) * width
-            bars = panel.bar(at, values, width, color=BALLS[i], label=NAMES.get(layer, layer))
+            spread = means.get(f"{measure}_spread")
+            error = None if spread is None else spread.sel(layers=layer).values * unit.factor
+            bars = panel.bar(at, values, width, color=BALLS[i], label=NAMES.get(layer, layer), yerr=error, capsize=2.0)
             panel.bar_label(bars, fmt="%.3g", fontsize=8)
         panel.set_xticks(place, [f"{value:g}" for value in means["friction"].values])
         panel.set_xlabel("friction")

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
+from autobalancer.results.archive_lock import RunLock
 from autobalancer.results.archive_query import condition
 from autobalancer.results.archive_run import RunFolder, Write, plain, write_part
 from autobalancer.results.provenance import provenance
@@ -57,7 +58,7 @@ class Archive:
         QuestionError
             If the name is none, or a run of this name asks something else.
         ResultError
-            If the folder cannot be written.
+            If the folder cannot be written, or another process makes the run at this moment.
         """
         if not NAME.fullmatch(name):
             raise QuestionError(f"name: given {name!r}; use letters, digits, and . _ + - after the first")
@@ -75,11 +76,15 @@ class Archive:
         }
         try:
             path.mkdir(parents=True, exist_ok=True)
-            (path / "machine.toml").write_text(machine, encoding="utf-8")
-            (path / "run.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
+            with RunLock(path):
+                if not (path / "run.json").exists():
+                    (path / "machine.toml").write_text(machine, encoding="utf-8")
+                    (path / "run.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
         except OSError as reason:
             raise ResultError(f"{path}: cannot be written: {reason}") from None
-        return RunFolder(path, self.write)
+        run = RunFolder(path, self.write)
+        _compare(run, machine, question)
+        return run
 
     def names(self) -> list[str]:
         """Names of the runs."""

@@ -1,8 +1,9 @@
 """One run of an archive on disk: parts as they are computed, a checkpoint, and a note that says what it is.
 
 In the folder of a run are ``machine.toml``, ``run.json`` (parameters, state, measures), ``part-00000.nc`` and so on, and
-``checkpoint.npz``. Each file is written beside its place and moved there when complete, so that a crash, or a disk that is
-full, leaves what was there before. A part counts when the checkpoint after it is there: a run that goes on drops later ones.
+``checkpoint.npz``; while it is written also ``lock``, which names the writer. Each file is written beside its place and
+moved there when complete, so that a crash, or a disk that is full, leaves what was there before. A part counts when the
+checkpoint after it is there: a run that goes on drops later ones.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
+from autobalancer.results.archive_lock import RunLock
 from autobalancer.results.archive_parts import NETCDF, open_parts
 
 Write = Callable[[xr.Dataset, Path], Any]
@@ -45,12 +48,7 @@ class RunFolder:
 
     def __init__(self, path: Path, write: Write = write_part) -> None:
         self.path, self.write = path, write
-        try:
-            self.note: dict[str, Any] = json.loads((path / "run.json").read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise ResultError(f"{path}: no run of an archive; there is no run.json in it") from None
-        except (OSError, ValueError) as reason:
-            raise ResultError(f"{path / 'run.json'}: cannot be read: {reason}") from None
+        self.note = self._note()
 
     @property
     def name(self) -> str:
@@ -66,6 +64,19 @@ class RunFolder:
     def machine(self) -> str:
         """Text of the machine file."""
         return (self.path / "machine.toml").read_text(encoding="utf-8")
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """While it lasts, no other process writes this run; its note is read again at the beginning.
+
+        Raises
+        ------
+        ResultError
+            If another process writes it.
+        """
+        with RunLock(self.path):
+            self.note = self._note()
+            yield
 
     def parts(self) -> list[Path]:
         """Files of the samples in the order of time."""
@@ -139,6 +150,15 @@ class RunFolder:
         """Write ``run.json``."""
         text = json.dumps(self.note, indent=1) + "\n"
         self._put(self.path / "run.json", lambda file: file.write_text(text, encoding="utf-8"))
+
+    def _note(self) -> dict[str, Any]:
+        try:
+            note: dict[str, Any] = json.loads((self.path / "run.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ResultError(f"{self.path}: no run of an archive; there is no run.json in it") from None
+        except (OSError, ValueError) as reason:
+            raise ResultError(f"{self.path / 'run.json'}: cannot be read: {reason}") from None
+        return note
 
     def _put(self, path: Path, write: Callable[[Path], Any]) -> None:
         unfinished = path.with_name(f"unfinished-{path.name}")

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from autobalancer.errors import MachineError, QuestionError
@@ -18,12 +14,11 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive import Archive
 from autobalancer.results.chamber_measures import catalogue_measures, chamber_measures
-from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import chamber_variant
 from autobalancer.studies.chamber_runs import archived_run
-
-OPTIMAL = {"deep": (8, 50), "single": (3, 10)}  # ranges of figure 12
+from autobalancer.studies.in_threads import in_threads
 
 
 def chamber_amplitudes(
@@ -58,7 +53,7 @@ def chamber_amplitudes(
     archive
         Folder in which all runs are kept. With one, a study that was stopped goes on; what is finished is not run again.
     seeds
-        Of the filling; the measures are means over them.
+        Of the filling. How balls pile up and when they are carried away depends on the last digits of the start.
     last
         Seconds at the end that are the steady state.
     workers
@@ -69,8 +64,8 @@ def chamber_amplitudes(
     Returns
     -------
     xarray.Dataset
-        Over ``layers``, ``friction`` and ``balls`` every measure of :func:`chamber_measures` as a number, nan where the balls
-        do not fit or a run failed, and ``outcome``.
+        Over ``layers``, ``friction``, ``balls`` and ``seed`` every measure of :func:`chamber_measures` as a number, nan where
+        the balls do not fit or a run failed, and ``outcome``. :func:`over_seeds` makes means and spreads of it.
 
     Raises
     ------
@@ -83,126 +78,44 @@ def chamber_amplitudes(
         if len(values) == 0:
             raise QuestionError(f"{name}: given none; give at least one")
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
-    jobs = [(*cell, seed) for cell in product(layers, frictions, numbers) if cell[2] in each[cell[0]] for seed in seeds]
-    done = 0
+    cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
 
-    def one(job: tuple[str, float, int, int]) -> dict[str, Any]:
-        nonlocal done
-        layer, friction, balls, _ = job
-        told: dict[str, Any] = {}
+    def one(cell: Cell) -> dict[str, Any]:
         try:
-            variant = chamber_variant(machine, balls=balls, friction=friction, layers=layer)
-            told = _measured(variant, kept, job, duration, step, sample, last)
+            variant = chamber_variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
+            return _measured(variant, kept, cell, duration, step, sample, last)
         except MachineError as reason:
-            told = {"outcome": f"does not fit: {reason}"}
-        done += 1
-        if progress is not None:
-            progress(done, len(jobs))
-        return told
+            return {"outcome": f"does not fit: {reason}"}
 
-    workers = workers if workers is not None else os.cpu_count() or 1
-    if workers == 1:
-        rows = [one(job) for job in jobs]
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            rows = list(pool.map(one, jobs))
-    found = _dataset(jobs, rows, list(layers), list(frictions), numbers)
-    found.attrs.update(machine=machine_text(machine), machine_name=machine.name, duration=duration, seeds=list(seeds))
+    found = gathered(cells, in_threads(one, cells, workers, progress))
+    found.attrs.update(machine=machine_text(machine), machine_name=machine.name, duration=duration)
     return found
-
-
-def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
-    """Means of the amplitudes over the numbers of balls in a range for each of ``layers`` (Pakuła 2021, figure 12).
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``layers`` and ``friction``: means of the amplitudes, and ``runs``, how many of the study are in each.
-
-    Raises
-    ------
-    QuestionError
-        If the study has no number of balls in a range.
-    """
-    chosen = {**OPTIMAL, **(ranges or {})}
-    pieces = []
-    for layer in study["layers"].values:
-        low, high = chosen[str(layer)]
-        within = study.sel(layers=layer).where((study["balls"] >= low) & (study["balls"] <= high), drop=True)
-        if within.sizes["balls"] == 0:
-            raise QuestionError(f"ranges: the study has no number of balls from {low} to {high} for {layer!r}")
-        names = [str(name) for name in study.data_vars if str(name).endswith(("_amplitude", "_synchronous"))]
-        mean = within[names].mean("balls", skipna=True, keep_attrs=True)
-        mean["runs"] = within["vertical_amplitude"].notnull().sum("balls")
-        pieces.append(mean)
-    return xr.concat(pieces, "layers", coords="minimal", compat="override")
 
 
 def _measured(
     machine: ChamberMachine,
     archive: Archive | None,
-    job: tuple[str, float, int, int],
+    cell: Cell,
     duration: float,
     step: float | None,
     sample: float,
     last: float | None,
 ) -> dict[str, Any]:
-    layer, friction, balls, seed = job
     if archive is not None:
         run = archived_run(
             archive,
-            f"{layer}-n{balls}-mu{friction:g}-s{seed}",
+            f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}",
             machine,
             duration=duration,
-            parameters={"layers": layer},
+            parameters={"layers": cell.layers},
             step=step,
             sample=sample,
-            seed=seed,
+            seed=cell.seed,
             last=last,
         )
         return {"outcome": run.note["outcome"]["outcome"], **run.note["measures"]}
-    ended = simulate_chamber(machine, duration=duration, step=step, sample=sample, seed=seed)
+    ended = simulate_chamber(machine, duration=duration, step=step, sample=sample, seed=cell.seed)
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":
         return {"outcome": outcome}
     return {"outcome": outcome, **catalogue_measures(chamber_measures(ended, last=last))}
-
-
-def _dataset(
-    jobs: list[tuple[str, float, int, int]],
-    rows: list[dict[str, Any]],
-    layers: list[str],
-    frictions: list[float],
-    counts: list[int],
-) -> xr.Dataset:
-    dims = ("layers", "friction", "balls")
-    shape = (len(layers), len(frictions), len(counts))
-    names = sorted({name for row in rows for name in row if name != "outcome"})
-    values: dict[str, list[list[float]]] = {name: [[] for _ in range(math.prod(shape))] for name in names}
-    outcome = np.full(shape, "not asked", dtype=object)
-    for (layer, friction, balls, _), row in zip(jobs, rows, strict=True):
-        cell = (layers.index(layer), frictions.index(friction), counts.index(balls))
-        flat = int(np.ravel_multi_index(cell, shape))
-        outcome[cell] = row["outcome"]
-        for name in names:
-            value = row.get(name)
-            if value is not None:
-                values[name][flat].append(float(value))
-    found = xr.Dataset(coords={"layers": layers, "friction": frictions, "balls": counts}, attrs=provenance())
-    for name, cells in values.items():
-        means = [float(np.mean(cell)) if cell else np.nan for cell in cells]
-        found[name] = (
-            dims,
-            np.array(means).reshape(shape),
-            {"units": _unit(name), "long_name": name.replace("_", " ")},
-        )
-    found["outcome"] = (dims, outcome)
-    return found
-
-
-def _unit(name: str) -> str:
-    if name.startswith("rotation") and not name.endswith("time"):
-        return "rad"
-    if name.endswith(("_amplitude", "_synchronous", "_peak")):
-        return "m"
-    return "s" if name.endswith("time") else ""

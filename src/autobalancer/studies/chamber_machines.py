@@ -48,7 +48,10 @@ def chamber_variant(
     if layers == "single":
         chamber.pop("depth", None)
     elif machine.chambers[0].depth is None:
-        raise QuestionError("machine: its chamber has no depth, so it is one of a single layer; give chambers.depth")
+        raise QuestionError(
+            "machine: its chamber has no depth, so it is one of a single layer; give chambers.depth, or ask for the "
+            "single layer alone"
+        )
     if friction is not None:
         data["contact"]["friction"] = friction
     return ChamberMachine(**data)

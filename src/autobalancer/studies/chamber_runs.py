@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import xarray as xr
-
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
@@ -65,31 +63,37 @@ def archived_run(
     QuestionError
         If the archive has a run of this name that asks something else.
     ResultError
-        If the disk is full; what was written is kept.
+        If the disk is full; what was written is kept. If another process writes the run; the message names it.
     """
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)
     if run.state == "finished":
         return run
+    with run.writing():
+        if run.state != "finished":  # another process may have ended it by now
+            _go_on(run, machine, question, last, progress)
+    return run
+
+
+def _go_on(
+    run: RunFolder,
+    machine: ChamberMachine,
+    question: Mapping[str, Any],
+    last: float | None,
+    progress: Callable[[float, float], Any] | None,
+) -> None:
     checkpoint = run.checkpoint()
     run.end("running")
-
-    def keep(chunk: xr.Dataset, state: Mapping[str, Any]) -> None:
-        run.append(chunk, state)
-
+    asked = {key: value for key, value in question.items() if key != "part"}
     try:
         ended = simulate_chamber(
             machine,
-            duration=duration,
-            step=step,
-            sample=sample,
-            method=method,  # type: ignore[arg-type]
-            seed=seed,
+            **asked,
             resume=checkpoint,
-            on_chunk=keep,
+            on_chunk=run.append,
             keep=False,
-            chunk=part,
+            chunk=question["part"],
             progress=progress,
         )
     except KeyboardInterrupt:
@@ -104,7 +108,6 @@ def archived_run(
     if state == "finished":
         found = catalogue_measures(chamber_measures(run.samples(), last=last))
     run.end(state, outcome, found)
-    return run
 
 
 def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:

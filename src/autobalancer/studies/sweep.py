@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -30,6 +28,7 @@ from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope
+from autobalancer.studies.in_threads import in_threads
 
 LABELS = {
     "peak_deflection": ("greatest deflection", "m"),
@@ -101,22 +100,11 @@ def sweep(
         prepare(_with(machine, variations, point), end, seed=seed + number * vary_seed, max_steps=max_steps)
         for number, point in enumerate(points)
     ]
-    done = 0
 
     def one(assembly: Assembly) -> dict[str, Any]:
-        nonlocal done
-        found = _run(assembly, end, tolerance, bins, max_steps)
-        done += 1
-        if progress is not None:
-            progress(done, len(points))
-        return found
+        return _run(assembly, end, tolerance, bins, max_steps)
 
-    workers = workers if workers is not None else os.cpu_count() or 1
-    if workers == 1:
-        rows = [one(assembly) for assembly in assemblies]
-    else:
-        with ThreadPoolExecutor(workers) as pool:
-            rows = list(pool.map(one, assemblies))
+    rows = in_threads(one, assemblies, workers, progress)
     return _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
 
 

@@ -9,22 +9,21 @@ from pydantic import Field, PlainValidator, model_validator
 from autobalancer.machine.part import Offset, Part, Positive, Ratio, quantity
 
 
-def _fraction(value: Any) -> float:
-    number = float(quantity("").func(value))  # type: ignore[call-arg]
-    if not 0.0 < number <= 1.0:
-        raise ValueError(f"given {number:g}; must be greater than 0 and at most 1")
-    return number
+def _between(low: float, high: float, *, without_low: bool = False) -> PlainValidator:
+    """Validator of a number in an interval."""
+
+    def read(value: Any) -> float:
+        number = float(quantity("").func(value))  # type: ignore[call-arg]
+        if not low <= number <= high or (without_low and number == low):
+            bounds = f"greater than {low:g} and at most {high:g}" if without_low else f"between {low:g} and {high:g}"
+            raise ValueError(f"given {number:g}; must be {bounds}")
+        return number
+
+    return PlainValidator(read)
 
 
-def _friction(value: Any) -> float:
-    number = float(quantity("").func(value))  # type: ignore[call-arg]
-    if not 0.0 <= number <= 5.0:
-        raise ValueError(f"given {number:g}; must be between 0 and 5")
-    return number
-
-
-Fraction = Annotated[float, PlainValidator(_fraction)]
-Coefficient = Annotated[float, PlainValidator(_friction)]
+Fraction = Annotated[float, _between(0.0, 1.0, without_low=True)]
+Coefficient = Annotated[float, _between(0.0, 5.0)]
 Modulus = Annotated[float, quantity("Pa", positive=True)]
 HertzStiffness = Annotated[float, quantity("N/m^1.5", positive=True)]
 SlowSpeed = Annotated[float, quantity("m/s", positive=True)]

@@ -11,9 +11,9 @@ from autobalancer.assembly.chamber import ChamberNumbers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.chamber import layout as at
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.energy import energies
-from autobalancer.simulation.chamber.labels import label_chamber
 
 Array = Any
 
@@ -67,7 +67,7 @@ def chamber_dataset(
         "ball_mass": ("ball", p.balls[:, at.MASS].copy()),
         "chamber": ("ball", p.balls[:, at.CHAMBER].astype(np.int64) + 1),
     }
-    return label_chamber(xr.Dataset({key: (dims, np.array(value)) for key, (dims, value) in data.items()}, coordinates))
+    return label(xr.Dataset({key: (dims, np.array(value)) for key, (dims, value) in data.items()}, coordinates))
 
 
 def joined(parts: list[xr.Dataset]) -> xr.Dataset:

@@ -90,7 +90,7 @@ def simulate_chamber(
     if method == "runge_kutta" and machine.contact.law == "history":
         raise QuestionError("method: contacts with memory need 'verlet'")
     shortest = contact_time(machine)
-    h = _step(step, shortest, float(machine.contact.restitution))
+    h = default_step(machine) if step is None else _step(step, shortest)
     every = max(math.ceil(interval / h * (1.0 - 1e-9)), 1)
     h = interval / every
     attributes = {"step": h, "seed": seed, "method": method, "sample": interval, "contact_time": shortest}
@@ -135,10 +135,14 @@ def _duration(machine: ChamberMachine, duration: float | str | None) -> float:
     return end
 
 
-def _step(step: float | str | None, shortest: float, restitution: float) -> float:
-    if step is None:
-        # the error of the rebound speed goes with the jump of the force at the turning point, and with the step squared
-        return shortest / max(STEPS_IN_CONTACT, 15.0 * math.sqrt(restitution**-2 - 1.0))
+def default_step(machine: ChamberMachine) -> float:
+    """A twenty-fifth of the shortest contact at 4 m/s, less for a restitution below a half, s."""
+    # the error of the rebound speed goes with the jump of the force at the turning point, and with the step squared
+    jump = math.sqrt(float(machine.contact.restitution) ** -2 - 1.0)
+    return contact_time(machine) / max(STEPS_IN_CONTACT, 15.0 * jump)
+
+
+def _step(step: float | str, shortest: float) -> float:
     h = float(to_si(step, "s"))
     longest = shortest / LEAST_IN_CONTACT
     if not 0.0 < h <= longest * (1.0 + 1e-9):

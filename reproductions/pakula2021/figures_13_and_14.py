@@ -1,0 +1,91 @@
+"""Figures 13 and 14 and section 4.3: reactions that hold the body in planar motion, and the body let go under them.
+
+The source takes five balls and a friction of 0.5, which on our reference machine stay at the bottom; twelve are carried, and
+settle after as long a time as its five do. Orders of magnitude are compared, in decades. Equation (52) is taken with the
+squares of its lengths; h is not printed, 0.15 m is that of our reference machine. As in the source, reactions after the balls
+have settled do not drive the body.
+
+The body is hit harder here, along the axis by nearly a decade: balls reach 4 m/s along it on the way through the critical
+speeds, and mass and speed of those of the source are not printed. The forces of the source in steady state are those of a
+friction that changes its sign at nearly each step, of +-1500 N around a mean of 0.12 N. Here friction goes through zero within a
+slope, the balls come to rest along the axis, and the force falls to zero; what stays is the moment of the couple that balls at
+rest leave, +-13 N m, which turns with the rotor.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.plots.chamber_reactions import plot_reactions
+from autobalancer.plots.save import save_picture
+from autobalancer.results.chamber_balls import ball_settling_time
+from autobalancer.results.chamber_measures import reaction_measures
+from autobalancer.results.chamber_unconstrained import pakula_body, unconstrained_motion
+from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.studies.chamber_machines import chamber_variant
+from reproductions import compared
+from reproductions.pakula2021._grid import MACHINE
+
+HEIGHT = 0.15  # m
+ORDER = 0.5  # decades
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Greatest motion of the loose body and reactions, against the printed ones."""
+    machine = chamber_variant(load_chamber_machine(MACHINE), balls=12, friction=0.5)
+    run = simulate_chamber(machine, duration=16.0)
+    settled = float(ball_settling_time(run, last=1.0).max())
+    body = pakula_body(HEIGHT)
+    title = "12 balls, friction 0.5 (Pakuła 2021, figures 13 and 14)"
+    save_picture(plot_reactions(run, title=title), out / "figure_13.png")
+    save_picture(plot_reactions(run, body, until=settled, title=title), out / "figure_14.png")
+    moved = unconstrained_motion(run, body, settled)
+    greatest = {name: float(np.abs(moved[name].values).max()) for name in ("x", "rotation_y", "rotation_z")}
+    steady = reaction_measures(run, last=1.0).sel(stage="steady")
+    rows = [
+        ("duration of the transient", "s", 8.6, settled, 4.0),
+        (
+            "order of the greatest displacement along x, body let go",
+            "decades over 1 um",
+            50.0,
+            1e6 * greatest["x"],
+            ORDER,
+        ),
+        (
+            "order of the greatest rotation about y, body let go",
+            "decades over 1 °",
+            0.015,
+            np.rad2deg(greatest["rotation_y"]),
+            ORDER,
+        ),
+        (
+            "order of the greatest rotation about z, body let go",
+            "decades over 1 °",
+            0.0028,
+            np.rad2deg(greatest["rotation_z"]),
+            ORDER,
+        ),
+        ("greatest force along x in steady state", "N", 1500.0, float(steady["constraint_x_greatest"]), 750.0),
+        ("greatest moment about y in steady state", "N m", 350.0, float(steady["constraint_moment_y_greatest"]), 175.0),
+        ("mean force along x in steady state", "N", 0.12, abs(float(steady["constraint_x_mean"])), 1.0),
+        ("mean moment about y in steady state", "N m", 0.19, abs(float(steady["constraint_moment_y_mean"])), 1.0),
+    ]
+    return [_row(*row) for row in rows]
+
+
+def _row(name: str, unit: str, target: float, obtained: float, tolerance: float) -> dict[str, Any]:
+    if unit.startswith("decades"):
+        target, obtained = float(np.log10(target)), float(np.log10(obtained))
+    return compared(
+        source="Pakuła 2021",
+        figure="13 and 14",
+        quantity=name,
+        unit=unit,
+        target=target,
+        obtained=obtained,
+        tolerance=tolerance,
+    )

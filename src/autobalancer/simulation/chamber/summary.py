@@ -1,0 +1,151 @@
+"""What can be said of a machine with chambers before it runs."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.chamber import assemble_chamber, contact_time
+from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
+from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
+from autobalancer.simulation.chamber.filling import fill
+from autobalancer.simulation.chamber.packing import filling_sites
+from autobalancer.simulation.chamber.run import default_step
+
+
+@dataclass(frozen=True)
+class ChamberFilling:
+    """One chamber with its balls, SI. ``room`` is the number of balls of its largest size that the filling finds places for."""
+
+    chamber: int
+    balls: int
+    ball_mass: float
+    smallest_diameter: float
+    largest_diameter: float
+    depth: float
+    room: int
+    capability: float
+
+
+@dataclass(frozen=True)
+class ChamberSummary:
+    """Masses, critical speeds, unbalance, capability, filling, contact time and step, and what looks wrong. SI."""
+
+    name: str
+    freedom: str
+    total_mass: float
+    rotor_mass: float
+    ball_mass: float
+    critical_speeds: tuple[float, ...]
+    damping_ratios: tuple[float, ...]
+    unbalance: float
+    couple_unbalance: float
+    capability: float
+    chambers: tuple[ChamberFilling, ...]
+    friction: float
+    contact_time: float
+    step: float
+    duration: float | None
+    highest_speed: float
+    warnings: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return asdict(self)
+
+
+def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
+    """What can be said of a machine with chambers before it runs.
+
+    Critical speeds are undamped and with the balls at rest in the chambers. ``contact_time`` is that of the shortest contact
+    at 4 m/s, ``step`` the default one of :func:`simulate_chamber`. ``couple_unbalance`` counts from the middle of the rotor.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described, or its balls do not fit.
+    """
+    if not isinstance(machine, ChamberMachine):
+        machine = load_chamber_machine(machine)
+    fill(machine)
+    fillings = tuple(_filling(number, chamber) for number, chamber in enumerate(machine.chambers, 1))
+    moments = [part.size * np.exp(1j * part.angle) for part in machine.unbalances]
+    unbalance = float(abs(sum(moments)))
+    couple = float(abs(sum(m * part.position for m, part in zip(moments, machine.unbalances, strict=True))))
+    balls = sum(filling.ball_mass for filling in fillings)
+    capability = sum(filling.capability for filling in fillings)
+    critical, ratios = chamber_critical_speeds(machine)
+    drive = machine.drive
+    highest = (
+        float(drive.synchronous_speed)
+        if isinstance(drive, AsynchronousMotor)
+        else float(assemble_chamber(machine, np.zeros((sum(f.balls for f in fillings), 3)), 1e-6).profile[:, 1].max())
+    )
+    return ChamberSummary(
+        name=machine.name,
+        freedom=machine.body.freedom,
+        total_mass=float(machine.body.mass or 0.0) + float(machine.rotor.mass) + balls,
+        rotor_mass=float(machine.rotor.mass),
+        ball_mass=balls,
+        critical_speeds=critical,
+        damping_ratios=ratios,
+        unbalance=unbalance,
+        couple_unbalance=couple,
+        capability=capability,
+        chambers=fillings,
+        friction=float(machine.contact.friction),
+        contact_time=contact_time(machine),
+        step=default_step(machine),
+        duration=float(machine.run.duration) if machine.run is not None else None,
+        highest_speed=highest,
+        warnings=_warnings(machine, unbalance, couple, capability, critical, highest),
+    )
+
+
+def _filling(number: int, chamber: Chamber) -> ChamberFilling:
+    groups = chamber.balls
+    largest = max(group.radius for group in groups)
+    return ChamberFilling(
+        chamber=number,
+        balls=sum(group.count for group in groups),
+        ball_mass=sum(group.count * group.ball_mass for group in groups),
+        smallest_diameter=2.0 * min(group.radius for group in groups),
+        largest_diameter=2.0 * largest,
+        depth=chamber.inner_depth,
+        room=len(filling_sites(float(chamber.radius), chamber.inner_depth, largest, float(chamber.inner_radius))),
+        capability=chamber_capability(
+            float(chamber.radius),
+            chamber.inner_depth,
+            [(group.count, group.radius, group.ball_mass) for group in groups],
+        ),
+    )
+
+
+def _warnings(
+    machine: ChamberMachine,
+    unbalance: float,
+    couple: float,
+    capability: float,
+    critical: tuple[float, ...],
+    highest: float,
+) -> tuple[str, ...]:
+    found = []
+    if unbalance > capability:
+        found.append(
+            f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; take more, heavier or, in a "
+            "single layer, fewer and larger balls"
+        )
+    if machine.body.freedom == "fixed":
+        found.append("the body is fixed: nothing tells the balls where the unbalance is, so they do not balance it")
+    elif critical and highest < critical[0]:
+        found.append("the highest speed is below the critical speeds; there the balls gather on the heavy side")
+    elif critical and highest < critical[-1]:
+        found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+    if couple > 1e-12 and machine.body.freedom == "planar":
+        found.append("a planar body does not feel the couple unbalance; only a free one lets the balls balance it")
+    return tuple(found)

@@ -1,0 +1,114 @@
+"""Two processes and one run of an archive: the second is told who writes it, and what a dead writer left behind is no lock."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.references.chamber_machines import small_machine
+
+from autobalancer.errors import ResultError
+from autobalancer.results import archive_lock
+from autobalancer.results.archive import Archive
+from autobalancer.results.archive_lock import RunLock
+from autobalancer.studies.chamber_runs import archived_run
+
+HOLD = """
+import sys
+from pathlib import Path
+from autobalancer.results.archive_lock import RunLock
+with RunLock(Path(sys.argv[1])):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "one").mkdir()
+    return tmp_path / "one"
+
+
+@pytest.fixture
+def other(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    held = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(folder)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert held.stdout is not None
+    assert held.stdout.readline() == "held\n"
+    yield held
+    held.kill()
+    held.wait()
+    for pipe in (held.stdin, held.stdout):
+        if pipe is not None:
+            pipe.close()
+
+
+def note(folder: Path, process: int, host: str) -> None:
+    (folder / "lock").write_text(json.dumps({"process": process, "host": host, "since": "2026-01-01"}))
+
+
+def test_a_second_process_is_told_who_writes_the_run(folder: Path, other: subprocess.Popen[str]) -> None:
+    told = rf"process {other.pid} on {socket.gethostname()}, since .* writes this run; wait for it"
+    with pytest.raises(ResultError, match=told):
+        archived_run(Archive(folder.parent), "one", small_machine(), duration=0.02)
+    assert not list(folder.glob("part-*"))
+    assert other.stdin is not None
+    other.stdin.close()
+    other.wait(10.0)
+    assert not (folder / "lock").exists()
+    assert archived_run(Archive(folder.parent), "one", small_machine(), duration=0.02).state == "finished"
+    assert not (folder / "lock").exists()
+
+
+def test_the_lock_of_a_killed_process_is_none(folder: Path, other: subprocess.Popen[str]) -> None:
+    other.send_signal(signal.SIGKILL)
+    other.wait(10.0)
+    assert json.loads((folder / "lock").read_text())["process"] == other.pid
+    with RunLock(folder):
+        assert json.loads((folder / "lock").read_text())["process"] == os.getpid()
+
+
+def test_a_run_is_written_once_in_one_process_too(folder: Path) -> None:
+    with RunLock(folder), pytest.raises(ResultError, match=f"process {os.getpid()} on"), RunLock(folder):
+        pass
+    with RunLock(folder):
+        pass
+
+
+def test_a_writer_on_another_host_is_believed_until_a_person_says_otherwise(folder: Path) -> None:
+    note(folder, 12, "far away")
+    with pytest.raises(ResultError, match=r"process 12 on far away.*If it is gone, delete .*lock"), RunLock(folder):
+        pass
+    (folder / "lock").unlink()
+    with RunLock(folder):
+        pass
+
+
+@pytest.mark.parametrize("writer", ["alive", "dead"])
+def test_without_locks_of_the_system_the_number_of_the_process_counts(
+    writer: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(archive_lock, "fcntl", None)
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    note(folder, os.getppid() if writer == "alive" else ended.pid, socket.gethostname())
+    if writer == "dead":
+        with RunLock(folder):
+            assert json.loads((folder / "lock").read_text())["process"] == os.getpid()
+        return
+    with pytest.raises(ResultError, match=f"process {os.getppid()} on"), RunLock(folder):
+        pass
+
+
+def test_a_note_cut_off_in_the_middle_is_no_writer(folder: Path) -> None:
+    (folder / "lock").write_text('{"proc')
+    with RunLock(folder):
+        assert json.loads((folder / "lock").read_text())["process"] == os.getpid()
