@@ -16,7 +16,7 @@ import xarray as xr
 from autobalancer.plots.chamber_study import plot_optimal_means
 from autobalancer.plots.save import save_picture
 from autobalancer.studies.chamber_means import optimal_means, pick_up_borders
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.pakula2021._grid import COUNTS, table
 
 PRINTED, TOLERANCE = 83.0, 15.0  # %
@@ -40,18 +40,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             rows.append(
                 (f"{told} {max(first, 8)} to 50 against 3 to 10 balls, those carried", saved(own, kind, friction))
             )
-    return [
-        compared(
-            source="Pakuła 2021",
-            figure="12",
-            quantity=name,
-            unit="%",
-            target=PRINTED,
-            obtained=obtained,
-            tolerance=TOLERANCE,
-        )
-        for name, obtained in rows
-    ]
+    return compared_all("Pakuła 2021", "12", [(name, "%", PRINTED, obtained, TOLERANCE) for name, obtained in rows])
 
 
 def saved(means: xr.Dataset, kind: str, friction: float) -> float:

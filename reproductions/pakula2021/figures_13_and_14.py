@@ -27,7 +27,7 @@ from autobalancer.results.chamber_measures import reaction_measures
 from autobalancer.results.chamber_unconstrained import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
-from reproductions import compared
+from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import MACHINE
 
 HEIGHT = 0.15  # m
@@ -74,18 +74,10 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         ("mean force along x in steady state", "N", 0.12, abs(float(steady["constraint_x_mean"])), 1.0),
         ("mean moment about y in steady state", "N m", 0.19, abs(float(steady["constraint_moment_y_mean"])), 1.0),
     ]
-    return [_row(*row) for row in rows]
+    return compared_all("Pakuła 2021", "13 and 14", [_row(*row) for row in rows])
 
 
-def _row(name: str, unit: str, target: float, obtained: float, tolerance: float) -> dict[str, Any]:
+def _row(name: str, unit: str, target: float, obtained: float, tolerance: float) -> Found:
     if unit.startswith("decades"):
         target, obtained = float(np.log10(target)), float(np.log10(obtained))
-    return compared(
-        source="Pakuła 2021",
-        figure="13 and 14",
-        quantity=name,
-        unit=unit,
-        target=target,
-        obtained=obtained,
-        tolerance=tolerance,
-    )
+    return name, unit, target, obtained, tolerance

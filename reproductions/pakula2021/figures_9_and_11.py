@@ -19,7 +19,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.results.chamber_balls import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
-from reproductions import compared
+from reproductions import compared_all
 from reproductions.pakula2021._grid import MACHINE
 
 
@@ -65,18 +65,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             0.0,
         ),
     ]
-    return [
-        compared(
-            source="Pakuła 2021",
-            figure="9 and 11",
-            quantity=name,
-            unit=unit,
-            target=target,
-            obtained=obtained,
-            tolerance=tolerance,
-        )
-        for name, unit, target, obtained, tolerance in rows
-    ]
+    return compared_all("Pakuła 2021", "9 and 11", rows)
 
 
 def _run(layers: str, balls: int, friction: float, duration: float) -> xr.Dataset:
