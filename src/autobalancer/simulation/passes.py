@@ -26,6 +26,7 @@ from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Samples
 
 SAME = 5e-4  # greatest change of the speed from pass to pass over the greatest speed; the lag changes by twice that at most
+VAGUE = 0.1  # of the uncertainty of an unsteady flow, whose eddies differ from pass to pass; where this is more
 MOST = 8
 PRECISION = 1e-8  # of the runs that give the speed
 
@@ -45,9 +46,10 @@ def lags_by_passes(
     record says how many passes there were, how much the last one changed the speed, and whether that was little enough.
     """
     times = np.linspace(0.0, end, SAMPLES)
-    lags, change, passes, uncertain, models = dict(diffusing), np.inf, 0, 0.0, dict.fromkeys(chambers, "modes")
+    lags, models = dict(diffusing), dict.fromkeys(chambers, "modes")
+    passes, change, tolerance, uncertain = 0, np.inf, SAME, 0.0
     speeds = _speeds(assemble(machine, seed=seed, lags=lags), end, max_steps)
-    while change > SAME and passes < MOST:
+    while change > tolerance and passes < MOST:
         walls, passes, uncertain = recorded_speed(times, speeds), passes + 1, 0.0
         for place, model in asked.items():
             solved = solved_lag(chambers[place], walls, end, model)
@@ -57,16 +59,18 @@ def lags_by_passes(
             return KnownLags(diffusing, flow_record(models, 0.0))
         before, speeds = speeds, _speeds(assemble(machine, seed=seed, lags=lags), end, max_steps)
         change = float(np.abs(speeds - before).max()) / max(float(np.abs(speeds).max()), 1e-300)
+        tolerance = max(SAME, VAGUE * uncertain) if uncertain > 0.0 else SAME
     record = flow_record(models, uncertain) | {
         "flow_passes": passes,
         "flow_change": change,
-        "flow_tolerance": SAME,
-        "flow_converged": int(change <= SAME),
+        "flow_tolerance": tolerance,
+        "flow_converged": int(change <= tolerance),
     }
-    if change > SAME:
+    if change > tolerance:
         record["flow_text"] = (
             f"the flow in the race and the speed of the rotor did not agree after {passes} passes: the last one changed the "
-            f"speed by {change:.1e} of its greatest value, {SAME:.0e} is wanted; take fluid.lag = 'modes', or prescribe the speed"
+            f"speed by {change:.1e} of its greatest value, {tolerance:.0e} is wanted; take fluid.lag = 'modes', or prescribe "
+            "the speed"
         )
     return KnownLags(lags, record)
 
