@@ -64,7 +64,7 @@ def borders_of(machine: Machine, p: Described) -> tuple[Border, ...]:
     if p.moment.size == 0:
         raise QuestionError("border speeds: the machine has no balls")
     if isinstance(p, Stations):
-        return (worst_case_of(p), *exact(machine, p))
+        return (worst_case_of(p), *exact(machine, p), *release_of(machine, p))
     return (averaged(p), worst_case_of(p), *exact(machine, p), *release_of(machine, p))
 
 

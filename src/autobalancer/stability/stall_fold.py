@@ -1,0 +1,117 @@
+"""Where balls that hang together at a resonance break away: the joint torque balance with the whole receptance.
+
+The balances of all groups make a curve of rotor speed, whirl speed and phases between the groups. Its top is the fold above
+which they cannot hang.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalancer.stability.lateral import Floats
+from autobalancer.stability.stalled_groups import Loads
+from autobalancer.stability.whirling import Whirling
+
+BELOW = 0.4  # share of the greatest slip at which a curve is begun
+STEP, STEPS = 0.3, 100  # along the curve on which the fold is sought; one is a decay rate, or a radian
+STRAIGHT = 0.96  # cosine between neighboring tangents
+DIFFERENCE = 1e-6
+
+
+class Fold:
+    """The curve of balances of groups that hang together, near its greatest rotor speed.
+
+    Unknowns y: whirl speed in decay rates from the resonance, log of the slip, phases but the first. The balances are one
+    fewer; the curve is followed along its length, because the whirl speed may turn back on it. It is begun well below its
+    top, where balls are drawn together: beyond, there may be others on which they drive each other apart.
+    """
+
+    def __init__(self, rotor: Whirling, loads: Loads, k: int, speed: float) -> None:
+        """``loads`` of the groups that hang at mode ``k``, up to about ``speed`` by that mode alone."""
+        self.rotor, self.loads = rotor, loads
+        modes = rotor.modes(speed)
+        speed = float(modes.frequency[k]) + BELOW * (speed - float(modes.frequency[k]))
+        modes = rotor.modes(speed)
+        self.center, self.decay = float(modes.frequency[k]), float(modes.decay[k])
+        whirl, left = np.full(1, self.center), modes.left[k][loads.station]
+        carried = np.array([group.carried(speed - whirl, whirl, 0.0 * whirl)[0] for group in loads.groups])
+        strength = loads.moment * np.sqrt(np.abs(modes.right[k][loads.station] * left))
+        gain = self.center**4 / self.decay
+        theta = np.arcsin(np.minimum(carried / (strength * np.sqrt(gain * (loads.count * carried).sum())), 1.0))
+        lag = float(np.angle((loads.count * strength * np.exp(1j * theta)).sum()))
+        phases, off = theta - lag - np.angle(left), -1.0 / np.tan(lag)
+        slip = max(speed - self.center - off * self.decay, 1e-6 * speed)
+        self.start = np.array([off, np.log(slip), *(phases - phases[0])[1:]])
+
+    def found(self) -> tuple[float, float] | None:
+        """Rotor speed and whirl speed of the fold; none if the curve could not be followed to it."""
+        from scipy.optimize import brentq
+
+        y = self.corrected(self.start)
+        if y is None:
+            return None
+        along, step = self.tangent(y), STEP
+        for _ in range(STEPS):
+            after = self.corrected(y + step * along)
+            turned = along if after is None else self.tangent(after, along)
+            if after is None or along @ turned < STRAIGHT or np.linalg.norm(after - y) > 1.5 * step:
+                step *= 0.5  # or it might go over to another branch
+                continue
+            if self.rise(after, turned) <= 0.0:
+                break
+            y, along, step = after, turned, min(1.5 * step, STEP)
+        else:
+            return None
+
+        def between(share: float) -> float:
+            here = self.corrected(y + share * (after - y))
+            return np.nan if here is None else self.rise(here, self.tangent(here, along))
+
+        try:
+            top = self.corrected(y + float(brentq(between, 0.0, 1.0, xtol=1e-6)) * (after - y))
+        except ValueError:
+            return None
+        if top is None:
+            return None
+        speed, whirl = self.speeds(top[None])
+        return float(speed[0]), float(whirl[0])
+
+    def speeds(self, y: Floats) -> tuple[Floats, Floats]:
+        """Of rotor and whirl, of points (n, unknowns)."""
+        whirl = self.center + y[:, 0] * self.decay
+        return whirl + np.exp(y[:, 1]), whirl
+
+    def rise(self, y: Floats, along: Floats) -> float:
+        """Of the rotor speed along the curve."""
+        return float(self.decay * along[0] + np.exp(y[1]) * along[1])
+
+    def misfit(self, y: Floats) -> Floats:
+        """Brake over drive less one for each group, (n, groups)."""
+        speed, whirl = self.speeds(y)
+        phases = np.hstack([np.zeros((whirl.size, 1)), y[:, 2:]])
+        answer = self.loads.whirl(self.rotor.receptance(whirl, speed), whirl, phases)
+        return self.loads.braking(answer, whirl) / self.loads.carried(speed - whirl, answer, whirl) - 1.0
+
+    def misfit_and_jacobian(self, y: Floats) -> tuple[Floats, Floats]:
+        """At one point, (groups,) and (groups, unknowns)."""
+        steps = DIFFERENCE * np.vstack([np.zeros(y.size), np.eye(y.size), -np.eye(y.size)])
+        found = self.misfit(y + steps)
+        n = y.size
+        return found[0], ((found[1 : n + 1] - found[n + 1 :]) / (2.0 * DIFFERENCE)).T
+
+    def corrected(self, y: Floats) -> Floats | None:
+        """The point of the curve nearest to y, by Newton's method; none if it does not converge."""
+        for _ in range(15):
+            miss, jacobian = self.misfit_and_jacobian(y)
+            change = np.linalg.lstsq(jacobian, -miss, rcond=None)[0]
+            size = float(np.abs(change).max())
+            y = y + change * min(1.0, 0.5 / max(size, 1e-12))
+            if size < 1e-6:  # as it converges quadratically, twice the digits
+                return np.asarray(y)
+        return None
+
+    def tangent(self, y: Floats, like: Floats | None = None) -> Floats:
+        """Of unit length; on the side of ``like``, else the one on which the rotor speed rises."""
+        along = np.linalg.svd(self.misfit_and_jacobian(y)[1])[2][-1]
+        side = self.rise(y, along) if like is None else float(along @ like)
+        return np.asarray(along if side >= 0.0 else -along)
