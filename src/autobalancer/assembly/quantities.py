@@ -10,12 +10,15 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Balls, DragTorque, Fluid, Machine, PrescribedSpeed, Race, Unbalance
+from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Machine, PrescribedSpeed, Race, Unbalance
 from autobalancer.units import to_si
 
 QUANTITIES = {
     "viscosity": ("kinematic viscosity of the fluid", "m^2/s"),
+    "temperature": ("temperature of the fluid", "K"),
     "drag": ("drag torque of a ball over its speed", "N*m*s"),
+    "plateau": ("drag coefficient at high Reynolds numbers", ""),
+    "rolling_resistance": ("rolling resistance of the balls", ""),
     "ball_mass": ("mass of a ball", "kg"),
     "ball_diameter": ("diameter of a ball", "m"),
     "count": ("number of balls", ""),
@@ -46,7 +49,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         Left as it is.
     name
         A name of :data:`QUANTITIES`, which concerns all races and all balls at once, or a path of
-        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid,
+        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid; another
+        temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
         and its schedules are dropped.
     value
@@ -74,6 +78,10 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         return _with_races(machine, lambda where, race: _with_viscosity(where, race, value))
     if name == "drag":
         return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
+    if name == "rolling_resistance":
+        return _with_races(machine, lambda where, race: {"friction": _with_rolling(race, value)})
+    if name in ("temperature", "plateau"):
+        return _with_races(machine, lambda where, race: _with_entry(where, race, name, value))
     if name == "count" and sum(len(race.balls) for b in machine.balancers for race in b.races) > 1:
         raise QuestionError("quantity 'count': the machine has several groups of balls; give the path of one of them")
     balls = iter(resolve(machine))
@@ -119,9 +127,14 @@ def value_of(machine: Machine, name: str) -> float:
     balls = resolve(machine)
     if name == "count":
         return float(len(balls))
+    races = [race for balancer in machine.balancers for race in balancer.races]
     if name == "viscosity":
-        races = [race for balancer in machine.balancers for race in balancer.races]
         values = {fluid_numbers(race.fluid)[1] if race.fluid is not None else math.nan for race in races}
+    elif name == "rolling_resistance":
+        values = {float(race.friction.rolling_resistance) if race.friction is not None else 0.0 for race in races}
+    elif name in ("temperature", "plateau"):
+        given = [getattr(race.fluid if name == "temperature" else race.drag, name, None) for race in races]
+        values = {math.nan if entry is None else float(entry) for entry in given}
     else:
         key = {"drag": "drag", "ball_mass": "mass", "ball_diameter": "diameter"}[name]
         values = {float(getattr(ball, key)) for ball in balls}
@@ -168,6 +181,26 @@ def _with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
         )
     density, _ = fluid_numbers(race.fluid)
     return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass)}
+
+
+def _with_rolling(race: Race, value: float) -> Friction:
+    given = race.friction or Friction()
+    held = None if given.adherence is None else max(float(given.adherence), value)
+    return _changed(given, rolling_resistance=value, adherence=held)
+
+
+def _with_entry(where: str, race: Race, name: str, value: float) -> dict[str, Any]:
+    """The race with another temperature of its fluid or plateau of its law of drag."""
+    part, what = (race.fluid, "fluid") if name == "temperature" else (race.drag, "drag")
+    if part is None or name not in type(part).model_fields:
+        law = f"; its law is {part.law!r}" if what == "drag" else ", because it has no fluid"
+        raise QuestionError(f"quantity {name!r}: the {what} of {where} has none{law}")
+    if name == "temperature" and part.name is None:
+        raise QuestionError(
+            f"quantity 'temperature': the fluid of {where} is given by its density and viscosity, which no temperature "
+            "changes; name a fluid of the catalog"
+        )
+    return {what: _changed(part, **{name: value})}
 
 
 def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:

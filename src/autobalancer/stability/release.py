@@ -54,7 +54,7 @@ def release_border(p: Plane) -> Border:
         together += float(p.drag[i])
         released = max(released, _greatest(speeds, float(ratio[i]) ** 2 * together * pulls))
     if released == 0.0:
-        return Border(name, math.sqrt(max(p.stiffness) / p.mass), "the balls are damped so well that they never stall")
+        return Border(name, math.nan, "the balls are damped so well that they never stall")
     return Border(name, released, note)
 
 

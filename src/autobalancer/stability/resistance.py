@@ -16,7 +16,7 @@ from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import Described, highest_searched, lower_critical_speed
+from autobalancer.stability.planes import Described, highest_searched
 from autobalancer.stability.release import UNDAMPED, release_border
 from autobalancer.stability.stall_capture import capture_speed
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
@@ -26,25 +26,29 @@ from autobalancer.stability.whirling import Whirling
 
 RELEASE, CAPTURE = "release speed", "capture speed"
 HOW = "torque balance of stalled balls in line"
+PASS = "the balls never stall: drag and friction carry them through"
 CARRIED = "balls between partitions are carried along and never stall"
 
 
-def release_of(machine: Machine, p: Described) -> tuple[Border, ...]:
-    """*release speed* and, where balls stall and are let go, *capture speed*."""
+def release_of(machine: Machine, p: Described, *, capture: bool = True) -> tuple[Border, ...]:
+    """*release speed* and, if wanted and where balls stall and are let go, *capture speed*."""
     place = p.station if isinstance(p, Stations) else np.zeros(p.moment.size, np.int64)
     groups = stalled_groups(machine, place.tolist())
     if not groups:
-        return (Border(RELEASE, lower_critical_speed(p), CARRIED),)
+        return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
     top = highest_searched(p)
     if isinstance(p, Stations):
-        found = _joint(p, Loads(groups), top)
+        found = _joint(p, Loads(groups), top, capture)
     else:
         closed = release_border(p) if not left_out and all(group.plain for group in groups) else None
-        if closed is not None and math.isinf(closed.speed):
+        if closed is not None and (math.isinf(closed.speed) or not capture):
             return (closed,)
         several = len(groups) > 1 or left_out
-        found = _joint(stations(machine, largest=True), Loads(groups), top) if several else _in_one_plane(p, groups[0])
+        if several:
+            found = _joint(stations(machine, largest=True), Loads(groups), top, capture)
+        else:
+            found = _in_one_plane(p, groups[0])
         if closed is not None:
             found = (closed, *(one for one in found if one.name == CAPTURE))
     if left_out:
@@ -64,7 +68,7 @@ def _in_one_plane(p: Plane, group: StalledGroup) -> tuple[Border, ...]:
     ball = StalledBall(float(p.moment[0]), float(p.moment.sum()), group.ball.orbit_radius, drag, group.rolling)
     folds = stall_ranges(ball, planar_receptance(p.mass, p.stiffness, p.damping), critical)
     if not folds:
-        return (Border(RELEASE, max(critical), "the balls never stall: drag and friction carry them through"),)
+        return (Border(RELEASE, math.nan, PASS),)
     if math.isinf(folds[-1].release):
         return (Border(RELEASE, math.inf, "never: no drag is enough at a resonance"),)
     note = f"{HOW}, highest of all resonances" if len(critical) > 1 else HOW
@@ -73,31 +77,25 @@ def _in_one_plane(p: Plane, group: StalledGroup) -> tuple[Border, ...]:
     return (release, _capture(max(caught), "")) if caught else (release,)
 
 
-def _joint(st: Stations, loads: Loads, top: float) -> tuple[Border, ...]:
+def _joint(st: Stations, loads: Loads, top: float, capture: bool) -> tuple[Border, ...]:
     """Groups of balls that stall together at the resonances of any rotor."""
     rotor = Whirling(st)
     ranges = hanging_ranges(rotor, loads, top)
     met = [one for one in reached(ranges, st.critical_speeds) if one.closed]
     again = [one for one in ranges if one.closed and one not in met]
-    if not ranges:
-        speed = st.scale_speed
-        return (Border(RELEASE, speed, "the balls never stall: drag and friction carry them through"),)
     notes = [_again(one) for one in again[:1]]
     if not met:
-        return (Border(RELEASE, st.scale_speed, "; ".join(["a slow run-up leads the balls to no resonance", *notes])),)
+        return (Border(RELEASE, math.nan, "; ".join([PASS, *notes])),)
     last = max(met, key=lambda one: one.end)
+    captures = [(capture_speed(rotor, loads, one, top), one) for one in met if capture]
+    caught = [_capture(speed, f" of {one.whirl:.4g} rad/s") for speed, one in captures if not math.isnan(speed)]
+    highest = sorted(caught, key=lambda border: border.speed)[-1:]
     if math.isinf(last.end):
         at = "of an undamped rotor" if rotor.modes(top).decay[last.mode] <= 1e-12 * top else f"near {last.whirl:.4g} rad/s"
-        return (Border(RELEASE, math.inf, f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"),)
+        return Border(RELEASE, math.inf, f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"), *highest
     others = [f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s" for one in met if one is not last]
     notes = [f"{HOW} at the resonance of {last.whirl:.4g} rad/s", *others, *notes, *_supports(st, loads, last, top)]
-    release = Border(RELEASE, last.end, "; ".join(notes))
-    captures = [(capture_speed(rotor, loads, one, top), one) for one in met]
-    known = [one for one in captures if not math.isnan(one[0])]
-    if not known:
-        return (release,)
-    speed, where = max(known, key=lambda one: one[0])
-    return release, _capture(speed, f" of {where.whirl:.4g} rad/s")
+    return Border(RELEASE, last.end, "; ".join(notes)), *highest
 
 
 def _capture(speed: float, which: str) -> Border:

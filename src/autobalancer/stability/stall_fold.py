@@ -6,6 +6,8 @@ which they cannot hang.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from autobalancer.stability.lateral import Floats
@@ -14,8 +16,16 @@ from autobalancer.stability.whirling import Whirling
 
 BELOW = 0.4  # share of the greatest slip at which a curve is begun
 STEP, STEPS = 0.3, 100  # along the curve on which the fold is sought; one is a decay rate, or a radian
+PASSED = 12.0  # decay rates beyond the resonance; a curve without a fold up to there leads past it
 STRAIGHT = 0.96  # cosine between neighboring tangents
 DIFFERENCE = 1e-6
+
+
+class Point(NamedTuple):
+    """A point of the curve."""
+
+    y: Floats
+    jacobian: Floats
 
 
 class Fold:
@@ -23,12 +33,13 @@ class Fold:
 
     Unknowns y: whirl speed in decay rates from the resonance, log of the slip, phases but the first. The balances are one
     fewer; the curve is followed along its length, because the whirl speed may turn back on it. It is begun well below its
-    top, where balls are drawn together: beyond, there may be others on which they drive each other apart.
+    top, where balls are drawn together: beyond, there may be others on which they drive each other apart. ``passed``: it
+    leads past the resonance without a fold, so that balls do not stall there.
     """
 
     def __init__(self, rotor: Whirling, loads: Loads, k: int, speed: float) -> None:
         """``loads`` of the groups that hang at mode ``k``, up to about ``speed`` by that mode alone."""
-        self.rotor, self.loads = rotor, loads
+        self.rotor, self.loads, self.passed = rotor, loads, False
         modes = rotor.modes(speed)
         speed = float(modes.frequency[k]) + BELOW * (speed - float(modes.frequency[k]))
         modes = rotor.modes(speed)
@@ -44,36 +55,38 @@ class Fold:
         self.start = np.array([off, np.log(slip), *(phases - phases[0])[1:]])
 
     def found(self) -> tuple[float, float] | None:
-        """Rotor speed and whirl speed of the fold; none if the curve could not be followed to it."""
+        """Rotor speed and whirl speed of the fold; none without one, or if the curve could not be followed to it."""
         from scipy.optimize import brentq
 
-        y = self.corrected(self.start)
-        if y is None:
-            return None
-        along, step = self.tangent(y), STEP
+        here, step = self.corrected(self.start), STEP
+        along = None if here is None else self.tangent(here)
         for _ in range(STEPS):
-            after = self.corrected(y + step * along)
-            turned = along if after is None else self.tangent(after, along)
-            if after is None or along @ turned < STRAIGHT or np.linalg.norm(after - y) > 1.5 * step:
+            if here is None or along is None or self.passed:
+                return None
+            there = self.corrected(here.y + step * along)
+            turned = along if there is None else self.tangent(there, along)
+            if there is None or along @ turned < STRAIGHT or np.linalg.norm(there.y - here.y) > 1.5 * step:
                 step *= 0.5  # or it might go over to another branch
                 continue
-            if self.rise(after, turned) <= 0.0:
+            if self.rise(there.y, turned) <= 0.0:
                 break
-            y, along, step = after, turned, min(1.5 * step, STEP)
+            here, along, step = there, turned, min(1.5 * step, STEP)
+            self.passed = bool(here.y[0] > PASSED)
         else:
             return None
+        first, last = here.y, there.y
 
         def between(share: float) -> float:
-            here = self.corrected(y + share * (after - y))
-            return np.nan if here is None else self.rise(here, self.tangent(here, along))
+            point = self.corrected(first + share * (last - first))
+            return np.nan if point is None else self.rise(point.y, self.tangent(point, along))
 
         try:
-            top = self.corrected(y + float(brentq(between, 0.0, 1.0, xtol=1e-6)) * (after - y))
+            top = self.corrected(first + float(brentq(between, 0.0, 1.0, xtol=1e-6)) * (last - first))
         except ValueError:
             return None
         if top is None:
             return None
-        speed, whirl = self.speeds(top[None])
+        speed, whirl = self.speeds(top.y[None])
         return float(speed[0]), float(whirl[0])
 
     def speeds(self, y: Floats) -> tuple[Floats, Floats]:
@@ -99,7 +112,7 @@ class Fold:
         n = y.size
         return found[0], ((found[1 : n + 1] - found[n + 1 :]) / (2.0 * DIFFERENCE)).T
 
-    def corrected(self, y: Floats) -> Floats | None:
+    def corrected(self, y: Floats) -> Point | None:
         """The point of the curve nearest to y, by Newton's method; none if it does not converge."""
         for _ in range(15):
             miss, jacobian = self.misfit_and_jacobian(y)
@@ -107,11 +120,11 @@ class Fold:
             size = float(np.abs(change).max())
             y = y + change * min(1.0, 0.5 / max(size, 1e-12))
             if size < 1e-6:  # as it converges quadratically, twice the digits
-                return np.asarray(y)
+                return Point(y, jacobian)
         return None
 
-    def tangent(self, y: Floats, like: Floats | None = None) -> Floats:
+    def tangent(self, point: Point, like: Floats | None = None) -> Floats:
         """Of unit length; on the side of ``like``, else the one on which the rotor speed rises."""
-        along = np.linalg.svd(self.misfit_and_jacobian(y)[1])[2][-1]
-        side = self.rise(y, along) if like is None else float(along @ like)
+        along = np.linalg.svd(point.jacobian)[2][-1]
+        side = self.rise(point.y, along) if like is None else float(along @ like)
         return np.asarray(along if side >= 0.0 else -along)

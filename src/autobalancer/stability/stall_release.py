@@ -55,7 +55,7 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float) -> list[HangingRan
             if after == speeds.size:
                 result.append(HangingRange(k, begin, np.inf, float(rotor.modes(top).frequency[k])))
             else:
-                result.append(_ended(rotor, loads, k, begin, float(speeds[after - 1]), float(speeds[after])))
+                result += _ended(rotor, loads, k, begin, float(speeds[after - 1]), float(speeds[after]))
     return result
 
 
@@ -67,8 +67,8 @@ def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[Han
     return found
 
 
-def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, low: float, high: float) -> HangingRange:
-    """The end between a speed at which balls hang at mode k and one at which they do not."""
+def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, low: float, high: float) -> list[HangingRange]:
+    """It ends between a speed at which balls hang at mode k and one at which they do not; none if they pass without a fold."""
 
     def margin(speed: float) -> float:
         found = holds(loads, rotor.modes(speed), speed)
@@ -81,6 +81,9 @@ def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, low: float, high
     modes = rotor.modes(low)
     whirl = float(modes.frequency[k])
     if margin(low) > JUMP:
-        return HangingRange(k, begin, low, whirl, closed=False)
-    fold = Fold(rotor, loads.some(members(loads, modes, low, k)), k, low).found()
-    return HangingRange(k, begin, *fold) if fold is not None else HangingRange(k, begin, low, whirl)
+        return [HangingRange(k, begin, low, whirl, closed=False)]
+    fold = Fold(rotor, loads.some(members(loads, modes, low, k)), k, low)
+    top = fold.found()
+    if fold.passed:
+        return []
+    return [HangingRange(k, begin, *(top or (low, whirl)))]
