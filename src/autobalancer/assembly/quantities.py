@@ -15,16 +15,16 @@ from autobalancer.units import to_si
 
 QUANTITIES = {
     "viscosity": ("kinematic viscosity of the fluid", "m^2/s"),
-    "temperature": ("temperature of the fluid", "K"),
     "drag": ("drag torque of a ball over its speed", "N*m*s"),
-    "plateau": ("drag coefficient at high Reynolds numbers", ""),
-    "rolling_resistance": ("rolling resistance of the balls", ""),
     "ball_mass": ("mass of a ball", "kg"),
     "ball_diameter": ("diameter of a ball", "m"),
     "count": ("number of balls", ""),
     "unbalance": ("unbalance", "kg*m"),
     "damping": ("damping of the supports", "N*s/m"),
     "stiffness": ("stiffness of the supports", "N/m"),
+    "temperature": ("temperature of the fluid", "K"),
+    "plateau": ("drag coefficient at high Reynolds numbers", ""),
+    "rolling_resistance": ("rolling resistance of the balls", ""),
 }
 _UNITS = {  # of the last key of a path
     "mass": "kg",
@@ -80,8 +80,10 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
     if name == "rolling_resistance":
         return _with_races(machine, lambda where, race: {"friction": _with_rolling(race, value)})
-    if name in ("temperature", "plateau"):
-        return _with_races(machine, lambda where, race: _with_entry(where, race, name, value))
+    if name == "temperature":
+        return _with_races(machine, lambda where, race: {"fluid": _with_temperature(where, race, value)})
+    if name == "plateau":
+        return _with_races(machine, lambda where, race: {"drag": _with_plateau(where, race, value)})
     if name == "count" and sum(len(race.balls) for b in machine.balancers for race in b.races) > 1:
         raise QuestionError("quantity 'count': the machine has several groups of balls; give the path of one of them")
     balls = iter(resolve(machine))
@@ -186,21 +188,23 @@ def _with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
 def _with_rolling(race: Race, value: float) -> Friction:
     given = race.friction or Friction()
     held = None if given.adherence is None else max(float(given.adherence), value)
-    return _changed(given, rolling_resistance=value, adherence=held)
+    return Friction(rolling_resistance=value, adherence=held)
 
 
-def _with_entry(where: str, race: Race, name: str, value: float) -> dict[str, Any]:
-    """The race with another temperature of its fluid or plateau of its law of drag."""
-    part, what = (race.fluid, "fluid") if name == "temperature" else (race.drag, "drag")
-    if part is None or name not in type(part).model_fields:
-        law = f"; its law is {part.law!r}" if what == "drag" else ", because it has no fluid"
-        raise QuestionError(f"quantity {name!r}: the {what} of {where} has none{law}")
-    if name == "temperature" and part.name is None:
+def _with_temperature(where: str, race: Race, value: float) -> Fluid:
+    if race.fluid is None or race.fluid.name is None:
         raise QuestionError(
-            f"quantity 'temperature': the fluid of {where} is given by its density and viscosity, which no temperature "
-            "changes; name a fluid of the catalog"
+            f"quantity 'temperature': {where} has no fluid of the catalog, whose density and viscosity would change with it; "
+            "name one"
         )
-    return {what: _changed(part, **{name: value})}
+    changed: Fluid = _changed(race.fluid, temperature=value)
+    return changed
+
+
+def _with_plateau(where: str, race: Race, value: float) -> Any:
+    if "plateau" not in type(race.drag).model_fields:
+        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.law!r}, has none")
+    return _changed(race.drag, plateau=value)
 
 
 def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:

@@ -22,6 +22,9 @@ def borders(
     only: Annotated[
         str, typer.Option(help='Only these, with commas between: "release speed, capture speed" are found fast.')
     ] = "",
+    up_to: Annotated[
+        str, typer.Option(help="Highest speed of the run-up, for release and capture; else that of the drive.")
+    ] = "",
     minimum_viscosity_at: Annotated[str, typer.Option(help='Least viscosity for this speed, "1200 rpm".')] = "",
     minimum_drag_at: Annotated[str, typer.Option(help="Least drag for this speed.")] = "",
     out: Annotated[Path | None, typer.Option(help="With --over: result file (netCDF).")] = None,
@@ -48,14 +51,14 @@ def borders(
     size = option_to_si(unbalance, "kg*m") if unbalance else None
     names = _names(only)
     answer: dict[str, Any] = {
-        "borders": [vars(border) for border in border_speeds(described, size, only=names)],
+        "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=up_to or None)],
     }
     if windows_up_to:
         found = stable_windows(described, option_to_si(windows_up_to, "rad/s"), unbalance=size)
         answer["stable_windows"] = {"windows": [list(pair) for pair in found.windows], "note": found.note}
     answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
     if over:
-        answer["over"] = _curve(described, over, names, out, plot, speed_unit)
+        answer["over"] = _curve(described, over, (names, up_to), out, plot, speed_unit)
     if as_json:
         typer.echo(json.dumps(_finite({"machine": str(machine), **answer}), indent=2))
         return
@@ -66,7 +69,7 @@ def borders(
 
 
 def _names(only: str) -> tuple[str, ...]:
-    """"exact border, worst case" has a comma of its own."""
+    """ "exact border, worst case" has a comma of its own."""
     from autobalancer.stability.borders import NAMES
 
     left, found = only, []
@@ -103,7 +106,7 @@ def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
 
 
 def _curve(
-    machine: Any, over: str, names: tuple[str, ...], out: Path | None, plot: Path | None, speed_unit: str
+    machine: Any, over: str, which: tuple[tuple[str, ...], str], out: Path | None, plot: Path | None, speed_unit: str
 ) -> dict[str, Any]:
     from rich.console import Console
     from rich.progress import Progress
@@ -122,7 +125,8 @@ def _curve(
             machine,
             name.strip(),
             values,
-            only=names,
+            only=which[0],
+            up_to=which[1] or None,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if out is not None:

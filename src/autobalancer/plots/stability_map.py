@@ -138,8 +138,8 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
     if "speed" not in dims:
         rates = found["growth_rate"].transpose(*dims).values
         axes.contour(along[0].values, along[1].values, rates.T, levels=[0.0], colors=INK, linewidths=2.0)
-        handles = [Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")]
-        return handles + _released(axes, found, dims, along)
+        limit = Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")
+        return [limit, *_released(axes, found, dims, along)]
     place = dims.index("speed")
     other = dims[1 - place]
     coordinate = f"{other}_of_border"
@@ -170,7 +170,11 @@ def _released(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quanti
     over = np.log(np.clip(np.nan_to_num(rates.values, nan=0.0, posinf=np.inf), 0.1 * speed, 10.0 * speed) / speed)
     label = "release speed as high as the speed of the map"
     if (over > 0.0).all() or (over <= 0.0).all():
-        return [Line2D([], [], **{**style, "label": f"release speed: {'above' if over.min() > 0.0 else 'below'} it everywhere"})]
+        return [
+            Line2D(
+                [], [], **{**style, "label": f"release speed: {'above' if over.min() > 0.0 else 'below'} it everywhere"}
+            )
+        ]
     x, y = (rates[f"{dim}_of_border"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
     axes.contour(x, y, over.T, levels=[0.0], colors=style["color"], linewidths=style["lw"], linestyles=[style["ls"]])
     return [Line2D([], [], **{**style, "label": label})]

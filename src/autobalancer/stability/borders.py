@@ -25,6 +25,7 @@ from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
 from autobalancer.stability.windows import windows_of
+from autobalancer.units import to_si
 
 __all__ = ["Border", "border_speeds", "borders_of"]
 
@@ -42,7 +43,11 @@ NAMES = (
 
 
 def border_speeds(
-    machine: Machine | str | Path, unbalance: complex | float | None = None, *, only: Sequence[str] = ()
+    machine: Machine | str | Path,
+    unbalance: complex | float | None = None,
+    *,
+    only: Sequence[str] = (),
+    up_to: float | str | None = None,
 ) -> tuple[Border, ...]:
     """All border speeds of a machine.
 
@@ -55,6 +60,10 @@ def border_speeds(
     only
         Names of those that are wanted, such as ``("release speed", "capture speed")``, which are found much faster than
         the exact ones; by default all.
+    up_to
+        Rotor speed, rad/s or a string with a unit: release and capture speed are of the resonances that a run-up to it
+        meets. By default the highest speed that the drive prescribes if that is above a critical speed, else all count.
+        Planar rotors have two resonances at most, and both count.
 
     Returns
     -------
@@ -73,10 +82,22 @@ def border_speeds(
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    return borders_of(machine, described(machine, unbalance), only)
+    return borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to))
 
 
-def borders_of(machine: Machine, p: Described, only: Sequence[str] = ()) -> tuple[Border, ...]:
+def speed_or_none(speed: float | str | None) -> float | None:
+    """rad/s, above zero."""
+    if speed is None:
+        return None
+    value = float(to_si(speed, "rad/s"))
+    if not value > 0.0:
+        raise QuestionError(f"up_to: given {speed!r}; must be greater than zero")
+    return value
+
+
+def borders_of(
+    machine: Machine, p: Described, only: Sequence[str] = (), up_to: float | None = None
+) -> tuple[Border, ...]:
     """The border speeds of a machine with its numbers, whose unbalance counts; all, or ``only`` some by their names."""
     unknown = [name for name in only if name not in NAMES]
     if unknown:
@@ -92,7 +113,7 @@ def borders_of(machine: Machine, p: Described, only: Sequence[str] = ()) -> tupl
     if wanted & {"exact border", "exact border, best case"}:
         found += exact(machine, p)
     if wanted & {RELEASE, CAPTURE}:
-        found += release_of(machine, p, capture=CAPTURE in wanted)
+        found += release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)
     return tuple(border for border in found if border.name in wanted)
 
 

@@ -16,7 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.borders import NAMES, Border, borders_of, exact
+from autobalancer.stability.borders import NAMES, Border, borders_of, exact, speed_or_none
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.planes import described, lower_critical_speed
@@ -35,6 +35,7 @@ def border_curve(
     values: Sequence[Any] | Floats | None = None,
     *,
     only: Sequence[str] = (),
+    up_to: float | str | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """The border speeds over a parameter.
@@ -49,8 +50,8 @@ def border_curve(
     values
         SI, or strings with units. For the unbalance they may be left out: then from zero to the capability, dense about
         the values at which the border is highest.
-    only
-        Names of the borders that are wanted, see :func:`border_speeds`; by default all.
+    only, up_to
+        Names of the borders that are wanted, and the highest speed of the run-up, see :func:`border_speeds`.
     progress
         Called with (values done, values in all).
 
@@ -82,7 +83,7 @@ def border_curve(
         raise QuestionError(f"values: given none; give at least one of {parameter!r}")
     points = [value.item() if isinstance(value, np.generic) else value for value in values]
     numbers = [si_value(machine, parameter, value) for value in points]
-    rows, critical = [], []
+    rows, critical, top = [], [], speed_or_none(up_to)
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
@@ -90,7 +91,7 @@ def border_curve(
             rows.append((*(b for b in constant if not b.name.startswith("exact border")), *exact(changed, p)))
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")
         else:
-            constant = borders_of(changed, p, only)
+            constant = borders_of(changed, p, only, top)
             rows.append(constant)
         critical.append(lower_critical_speed(p))
         if progress is not None:

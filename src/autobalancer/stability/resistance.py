@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Floats, Plane
-from autobalancer.stability.planes import Described, highest_searched
+from autobalancer.stability.planes import Described, highest_searched, lower_critical_speed
 from autobalancer.stability.release import UNDAMPED, release_border
 from autobalancer.stability.stall_capture import capture_speed
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
@@ -30,23 +31,30 @@ PASS = "the balls never stall: drag and friction carry them through"
 CARRIED = "balls between partitions are carried along and never stall"
 
 
-def release_of(machine: Machine, p: Described, *, capture: bool = True) -> tuple[Border, ...]:
-    """*release speed* and, if wanted and where balls stall and are let go, *capture speed*."""
+def release_of(
+    machine: Machine, p: Described, *, capture: bool = True, up_to: float | None = None
+) -> tuple[Border, ...]:
+    """*release speed* and, if wanted and where balls stall and are let go, *capture speed*.
+
+    On rotors that tilt or bend, of the resonances that a run-up to ``up_to`` (rad/s) meets; by default to the highest
+    speed that the drive prescribes, else all.
+    """
     place = p.station if isinstance(p, Stations) else np.zeros(p.moment.size, np.int64)
     groups = stalled_groups(machine, place.tolist())
     if not groups:
         return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
     top = highest_searched(p)
+    limit = _limit(machine, p) if up_to is None else up_to
     if isinstance(p, Stations):
-        found = _joint(p, Loads(groups), top, capture)
+        found = _joint(p, Loads(groups), top, limit, capture)
     else:
         closed = release_border(p) if not left_out and all(group.plain for group in groups) else None
         if closed is not None and (math.isinf(closed.speed) or not capture):
             return (closed,)
         several = len(groups) > 1 or left_out
         if several:
-            found = _joint(stations(machine, largest=True), Loads(groups), top, capture)
+            found = _joint(stations(machine, largest=True), Loads(groups), top, math.inf, capture)
         else:
             found = _in_one_plane(p, groups[0])
         if closed is not None:
@@ -77,13 +85,21 @@ def _in_one_plane(p: Plane, group: StalledGroup) -> tuple[Border, ...]:
     return (release, _capture(max(caught), "")) if caught else (release,)
 
 
-def _joint(st: Stations, loads: Loads, top: float, capture: bool) -> tuple[Border, ...]:
+def _limit(machine: Machine, p: Described) -> float:
+    """The highest prescribed speed; infinite without one, or if it is below all critical speeds."""
+    highest = highest_prescribed(machine)
+    return highest if highest is not None and highest > lower_critical_speed(p) else math.inf
+
+
+def _joint(st: Stations, loads: Loads, top: float, limit: float, capture: bool) -> tuple[Border, ...]:
     """Groups of balls that stall together at the resonances of any rotor."""
     rotor = Whirling(st)
-    ranges = hanging_ranges(rotor, loads, top)
-    met = [one for one in reached(ranges, st.critical_speeds) if one.closed]
-    again = [one for one in ranges if one.closed and one not in met]
-    notes = [_again(one) for one in again[:1]]
+    ranges = [one for one in hanging_ranges(rotor, loads, top, limit) if one.closed]
+    known = reached(ranges, st.critical_speeds)
+    met = [one for one in known if one.begin <= limit]
+    notes = [_again(one) for one in ranges if one not in known][:1]
+    if len(met) < len(known):
+        notes.append(f"resonances above {limit:.4g} rad/s left out")
     if not met:
         return (Border(RELEASE, math.nan, "; ".join([PASS, *notes])),)
     last = max(met, key=lambda one: one.end)
@@ -91,11 +107,16 @@ def _joint(st: Stations, loads: Loads, top: float, capture: bool) -> tuple[Borde
     caught = [_capture(speed, f" of {one.whirl:.4g} rad/s") for speed, one in captures if not math.isnan(speed)]
     highest = sorted(caught, key=lambda border: border.speed)[-1:]
     if math.isinf(last.end):
-        at = "of an undamped rotor" if rotor.modes(top).decay[last.mode] <= 1e-12 * top else f"near {last.whirl:.4g} rad/s"
-        return Border(RELEASE, math.inf, f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"), *highest
+        at = (
+            "of an undamped rotor"
+            if rotor.modes(top).decay[last.mode] <= 1e-12 * top
+            else f"near {last.whirl:.4g} rad/s"
+        )
+        first = f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"
+    else:
+        first, notes = f"{HOW} at the resonance of {last.whirl:.4g} rad/s", [*notes, *_supports(st, loads, last, top)]
     others = [f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s" for one in met if one is not last]
-    notes = [f"{HOW} at the resonance of {last.whirl:.4g} rad/s", *others, *notes, *_supports(st, loads, last, top)]
-    return Border(RELEASE, last.end, "; ".join(notes)), *highest
+    return Border(RELEASE, last.end, "; ".join([first, *others, *notes])), *highest
 
 
 def _capture(speed: float, which: str) -> Border:
@@ -118,7 +139,7 @@ def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> lis
         stiffness=st.model.stiffness_at(last.whirl)[None],
     )
     fixed = replace(st, model=held)
-    met = [one for one in reached(hanging_ranges(Whirling(fixed), loads, top), fixed.critical_speeds) if one.closed]
-    ends = [one.end for one in met if one.mode == last.mode]
+    met = reached(hanging_ranges(Whirling(fixed), loads, top, last.end), fixed.critical_speeds)
+    ends = [one.end for one in met if one.closed and one.mode == last.mode]
     text = "supports as at the speed of the rotor"
     return [f"{text}; with those at the whirl speed {max(ends):.4g} rad/s" if ends else text]

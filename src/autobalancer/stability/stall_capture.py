@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from autobalancer.stability.lateral import Floats
+from autobalancer.stability.lateral import Complexes, Floats
 from autobalancer.stability.stall_release import HangingRange
 from autobalancer.stability.stalled_groups import Loads
 from autobalancer.stability.whirling import Whirling
@@ -51,7 +51,7 @@ def _greatest_surplus(rotor: Whirling, loads: Loads, k: int, speed: float) -> fl
 
     def surplus(whirl: Floats) -> Floats:
         receptance = rotor.receptance(whirl, speed)
-        return np.min([_surplus(loads, receptance, whirl, speed, side) for side in _sides(loads)], axis=0)
+        return np.asarray(np.min([_surplus(loads, receptance, whirl, speed, side) for side in _sides(loads)], axis=0))
 
     near = np.geomspace(1e-5, 0.5, POINTS)
     whirl = first + (last - first) * np.concatenate([near, 1.0 - near[-2::-1], [1.0]])
@@ -64,7 +64,7 @@ def _greatest_surplus(rotor: Whirling, loads: Loads, k: int, speed: float) -> fl
     return max(float(found[top]), -float(fine.fun))
 
 
-def _surplus(loads: Loads, receptance: Floats, whirl: Floats, speed: float, phases: Floats) -> Floats:
+def _surplus(loads: Loads, receptance: Complexes, whirl: Floats, speed: float, phases: Floats) -> Floats:
     answer = loads.whirl(receptance, whirl, phases)
     return np.asarray((loads.carried(speed - whirl, answer, whirl) - loads.braking(answer, whirl)) @ loads.count)
 

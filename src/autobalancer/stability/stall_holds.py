@@ -23,7 +23,6 @@ from autobalancer.stability.whirling import ForwardModes
 LEAST = 1e-300  # stands for zero in logarithms
 
 
-
 def holds(loads: Loads, modes: ForwardModes, speed: float) -> Floats:
     """How firmly balls hang at each of k modes while the rotor runs at ``speed``, (k,): above 0 they can.
 

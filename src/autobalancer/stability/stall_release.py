@@ -38,8 +38,8 @@ class HangingRange:
         return self.begin <= speed <= self.end
 
 
-def hanging_ranges(rotor: Whirling, loads: Loads, top: float) -> list[HangingRange]:
-    """All ranges up to the rotor speed ``top`` (rad/s), resonance by resonance."""
+def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
+    """All ranges up to the rotor speed ``top`` (rad/s), resonance by resonance; not refined if they begin above ``limit``."""
     critical = rotor.st.critical_speeds
     start = 0.2 * min([*critical, *rotor.modes(0.0).frequency[:1], top])
     even = np.geomspace(start, top, max(int(np.log(top / start) / np.log(RATIO)), 2))
@@ -54,6 +54,10 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float) -> list[HangingRan
             begin = float(speeds[first])
             if after == speeds.size:
                 result.append(HangingRange(k, begin, np.inf, float(rotor.modes(top).frequency[k])))
+            elif begin > limit:
+                result.append(
+                    HangingRange(k, begin, float(speeds[after]), float(rotor.modes(speeds[after - 1]).frequency[k]))
+                )
             else:
                 result += _ended(rotor, loads, k, begin, float(speeds[after - 1]), float(speeds[after]))
     return result
@@ -61,7 +65,9 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float) -> list[HangingRan
 
 def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:
     """The ranges into which a slow run-up leads: from a critical speed, or out of another one that ends in it."""
-    found = [one for one in ranges if any(one.begin <= w * (1.0 + 2.0 * ABOVE[-1]) <= 1.2 * one.begin for w in critical)]
+    found = [
+        one for one in ranges if any(one.begin <= w * (1.0 + 2.0 * ABOVE[-1]) <= 1.2 * one.begin for w in critical)
+    ]
     for one in found:  # grows as it is walked through
         found += [other for other in ranges if other not in found and other.holds(one.end) and other.whirl > one.whirl]
     return found
