@@ -22,6 +22,7 @@ from autobalancer.stability.release import UNDAMPED, release_border
 from autobalancer.stability.stall_capture import capture_speed
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
 from autobalancer.stability.stalled_groups import Loads, StalledGroup, stalled_groups
+from autobalancer.stability.station_reduction import reduced
 from autobalancer.stability.stations import Stations, stations
 from autobalancer.stability.whirling import Whirling
 
@@ -93,6 +94,8 @@ def _limit(machine: Machine, p: Described) -> float:
 
 def _joint(st: Stations, loads: Loads, top: float, limit: float, capture: bool) -> tuple[Border, ...]:
     """Groups of balls that stall together at the resonances of any rotor."""
+    if math.isfinite(limit):
+        st = reduced(st, 2.0 * limit)
     rotor = Whirling(st)
     ranges = [one for one in hanging_ranges(rotor, loads, top, limit) if one.closed]
     known = reached(ranges, st.critical_speeds)
@@ -103,8 +106,12 @@ def _joint(st: Stations, loads: Loads, top: float, limit: float, capture: bool) 
     if not met:
         return (Border(RELEASE, math.nan, "; ".join([PASS, *notes])),)
     last = max(met, key=lambda one: one.end)
-    captures = [(capture_speed(rotor, loads, one, top), one) for one in met if capture]
-    caught = [_capture(speed, f" of {one.whirl:.4g} rad/s") for speed, one in captures if not math.isnan(speed)]
+    captures = [(capture_speed(rotor, loads, one, met, top), one) for one in met if capture]
+    caught = [
+        _capture(speed, f" of {rotor.modes(speed).frequency[one.mode]:.4g} rad/s")
+        for speed, one in captures
+        if not math.isnan(speed)
+    ]
     highest = sorted(caught, key=lambda border: border.speed)[-1:]
     if math.isinf(last.end):
         at = (

@@ -23,12 +23,18 @@ SPEEDS = 12
 STATIONS = 6  # whose sides are all tried; beyond, balls stand on that of the first
 
 
-def capture_speed(rotor: Whirling, loads: Loads, at: HangingRange, top: float) -> float:
-    """The capture speed of one resonance, rad/s; nan if there is none up to the release speed."""
+def capture_speed(rotor: Whirling, loads: Loads, at: HangingRange, others: list[HangingRange], top: float) -> float:
+    """The capture speed of one resonance, rad/s; nan if there is none up to the release speed.
+
+    ``others`` are those at which balls can hang besides, ``top`` the highest rotor speed that is asked for.
+    """
     from scipy.optimize import brentq
 
     def surplus(speed: float) -> float:
-        return _greatest_surplus(rotor, loads, at.mode, speed)
+        frequencies = rotor.modes(speed).frequency
+        met = [float(frequencies[one.mode]) for one in [at, *others] if one.mode < frequencies.size]
+        last = min([v for v in met if met[0] < v < speed], default=speed)
+        return _greatest_surplus(rotor, loads, met[0], last, speed) if met[0] < speed else -math.inf
 
     low = math.nan
     for speed in np.geomspace(at.begin * (1.0 + 1e-6), min(at.end, top), SPEEDS).tolist():
@@ -39,15 +45,9 @@ def capture_speed(rotor: Whirling, loads: Loads, at: HangingRange, top: float) -
     return math.nan
 
 
-def _greatest_surplus(rotor: Whirling, loads: Loads, k: int, speed: float) -> float:
-    """N m, over all balls, at the whirl speed beyond mode k where it is greatest; of the sides that brake most there."""
+def _greatest_surplus(rotor: Whirling, loads: Loads, first: float, last: float, speed: float) -> float:
+    """N m, over all balls, at the whirl speed of a range where it is greatest; of the sides that brake most there."""
     from scipy.optimize import minimize_scalar
-
-    below = rotor.modes(speed).frequency
-    below = below[below < speed]
-    if k >= below.size:
-        return -math.inf
-    first, last = float(below[k]), float(below[k + 1]) if k + 1 < below.size else speed
 
     def surplus(whirl: Floats) -> Floats:
         receptance = rotor.receptance(whirl, speed)

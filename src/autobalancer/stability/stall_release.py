@@ -17,6 +17,7 @@ from autobalancer.stability.whirling import Whirling
 
 ABOVE = (1e-4, 1e-3, 5e-3, 0.02, 0.08)  # shares above a critical speed at which stalling is asked for
 RATIO = 1.12  # of neighboring speeds
+ALIKE = 1e-6
 JUMP = 0.05  # a margin that ends at more than this does not end: two modes have changed places
 
 
@@ -37,13 +38,20 @@ class HangingRange:
         """Whether a rotor speed is in the range."""
         return self.begin <= speed <= self.end
 
+    def same(self, other: HangingRange) -> bool:
+        """Whether both end in one fold, as they do where modes lie close to each other."""
+        near = abs(self.end - other.end) <= ALIKE * self.end if np.isfinite(self.end) else self.end == other.end
+        return near and abs(self.whirl - other.whirl) <= ALIKE * self.whirl
+
 
 def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
     """All ranges up to the rotor speed ``top`` (rad/s), resonance by resonance; not refined if they begin above ``limit``."""
     critical = rotor.st.critical_speeds
-    start = 0.2 * min([*critical, *rotor.modes(0.0).frequency[:1], top])
+    start = 0.98 * min(
+        [*critical, *rotor.modes(0.0).frequency[:1], top]
+    )  # below, no forward whirl is slower than the rotor
     even = np.geomspace(start, top, max(int(np.log(top / start) / np.log(RATIO)), 2))
-    near = [w * (1.0 + share) for w in critical[:6] for share in ABOVE]
+    near = [w * (1.0 + share) for w in critical[:6] if w <= limit for share in ABOVE]
     speeds = np.unique([w for w in (*even, *near) if w <= top])
     found = [holds(loads, rotor.modes(speed), speed) for speed in speeds]
     result = []
@@ -52,15 +60,18 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.
         edges = np.flatnonzero(np.diff(np.concatenate([[False], hangs, [False]])))
         for first, after in edges.reshape(-1, 2):
             begin = float(speeds[first])
+            if first and k < found[first - 1].size and np.isfinite(found[first - 1][k]):
+                begin = _edge(rotor, loads, k, float(speeds[first - 1]), begin)
             if after == speeds.size:
                 result.append(HangingRange(k, begin, np.inf, float(rotor.modes(top).frequency[k])))
-            elif begin > limit:
-                result.append(
-                    HangingRange(k, begin, float(speeds[after]), float(rotor.modes(speeds[after - 1]).frequency[k]))
-                )
-            else:
-                result += _ended(rotor, loads, k, begin, float(speeds[after - 1]), float(speeds[after]))
-    return result
+                continue
+            end = _edge(rotor, loads, k, float(speeds[after - 1]), float(speeds[after]))
+            result += (
+                [HangingRange(k, begin, end, float(rotor.modes(end).frequency[k]))]
+                if begin > limit
+                else _ended(rotor, loads, k, begin, end)
+            )
+    return [one for i, one in enumerate(result) if not any(one.same(other) for other in result[:i])]
 
 
 def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:
@@ -73,20 +84,24 @@ def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[Han
     return found
 
 
-def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, low: float, high: float) -> list[HangingRange]:
-    """It ends between a speed at which balls hang at mode k and one at which they do not; none if they pass without a fold."""
+def _margin(rotor: Whirling, loads: Loads, k: int, speed: float) -> float:
+    found = holds(loads, rotor.modes(speed), speed)
+    return float(np.clip(found[k], -1.0, None)) if k < found.size else -1.0
 
-    def margin(speed: float) -> float:
-        found = holds(loads, rotor.modes(speed), speed)
-        return float(np.clip(found[k], -1.0, None)) if k < found.size else -1.0
 
+def _edge(rotor: Whirling, loads: Loads, k: int, low: float, high: float) -> float:
+    """Between a speed at which balls hang at mode k and one at which they do not."""
     from scipy.optimize import brentq
 
-    root = float(brentq(margin, low, high, xtol=1e-8 * high))
-    low = root if margin(root) > 0.0 else root * (1.0 - 1e-7)
+    return float(brentq(lambda speed: _margin(rotor, loads, k, speed), low, high, xtol=1e-8 * high))
+
+
+def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, end: float) -> list[HangingRange]:
+    """The range with its end refined; none if balls pass the resonance without a fold."""
+    low = end if _margin(rotor, loads, k, end) > 0.0 else end * (1.0 - 1e-7)
     modes = rotor.modes(low)
     whirl = float(modes.frequency[k])
-    if margin(low) > JUMP:
+    if _margin(rotor, loads, k, low) > JUMP:
         return [HangingRange(k, begin, low, whirl, closed=False)]
     fold = Fold(rotor, loads.some(members(loads, modes, low, k)), k, low)
     top = fold.found()

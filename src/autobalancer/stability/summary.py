@@ -113,7 +113,7 @@ def summary(machine: Machine | str | Path) -> Summary:
 
 
 def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
-    """What the machine has and its averaged and exact borders do not know."""
+    """What the machine has and its border speeds do not know."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     known = {
         "friction": any(race.friction is not None for race in races),
@@ -124,10 +124,15 @@ def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
         "resolved contact": any(race.resolved is not None for race in races),
         "excitations": bool(machine.excitations),
     }
+    counted = {"friction", "drag that is not linear", "partitions"}  # for balls that stall
+    adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
+    left = {**known, "adherence": adheres}
     found = [name for name, there in known.items() if there]
-    if not found:
-        return ()
-    return (f"averaged and exact border do not count {', '.join(found)}; simulate the machine to see what they do",)
+    stalled = [name for name, there in left.items() if there and name not in counted]
+    texts = [("averaged and exact border do", found), ("release and capture speed do", stalled)]
+    return tuple(
+        f"{which} not count {', '.join(names)}; simulate the machine to see what they do" for which, names in texts if names
+    )
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
