@@ -154,6 +154,19 @@ def test_only_resonances_that_the_run_up_meets_count() -> None:
     assert math.isinf(found(m, up_to="40000 rpm")["release speed"].speed)
 
 
+def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_through() -> None:
+    m = machine(rotor(0.08, (2e4, 3e4)), (-0.1, 0.15), beta=2e-4)
+    curve = ab.border_curve(m, "rolling_resistance", np.linspace(0.0, 0.03, 12), only=("release speed",))
+    release = curve["release_speed"].values
+    known = np.isfinite(release)
+    assert 4 <= known.sum() < 12
+    assert not known[known.sum() :].any()
+    folds = known & np.array(["mode alone" not in note for note in curve["release_speed_note"].values])
+    assert folds.sum() >= known.sum() - 1
+    assert (np.diff(release[folds]) < 0.0).all()
+    assert (np.abs(np.diff(release[folds], 2)) < 0.1).all()
+
+
 def test_balls_between_partitions_do_not_stall() -> None:
     m = machine(rotor(), (0.03,))
     walls = with_parameter(m, "balancers[1].races[1].partitions", {"count": 2})

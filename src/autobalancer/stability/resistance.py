@@ -121,7 +121,9 @@ def _joint(st: Stations, loads: Loads, top: float, limit: float, capture: bool) 
         )
         first = f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"
     else:
-        first, notes = f"{HOW} at the resonance of {last.whirl:.4g} rad/s", [*notes, *_supports(st, loads, last, top)]
+        alone = "" if last.refined else ", of its mode alone"
+        first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s{alone}"
+        notes += _supports(st, loads, last, top)
     others = [f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s" for one in met if one is not last]
     return Border(RELEASE, last.end, "; ".join([first, *others, *notes])), *highest
 

@@ -14,10 +14,12 @@ from autobalancer.stability.lateral import Floats
 from autobalancer.stability.stalled_groups import Loads
 from autobalancer.stability.whirling import Whirling
 
-BELOW = 0.4  # share of the greatest slip at which a curve is begun
-STEP, STEPS = 0.3, 100  # along the curve on which the fold is sought; one is a decay rate, or a radian
+BELOW = 0.65  # sine of the angle by which the weakest lags where a curve is begun; 1 at the top
+SHARES = np.linspace(0.95, 0.05, 19)  # of the greatest slip
+STEP, STEPS = 0.2, 150  # along the curve on which the fold is sought; one is a decay rate, or a radian
 PASSED = 12.0  # decay rates beyond the resonance; a curve without a fold up to there leads past it
-STRAIGHT = 0.96  # cosine between neighboring tangents
+SLIPS = 1e-6  # balls that slip by less of the speed are held by rolling resistance and turn with the rotor
+STRAIGHT = 0.98  # cosine between neighboring tangents
 DIFFERENCE = 1e-6
 
 
@@ -34,24 +36,28 @@ class Fold:
     Unknowns y: whirl speed in decay rates from the resonance, log of the slip, phases but the first. The balances are one
     fewer; the curve is followed along its length, because the whirl speed may turn back on it. It is begun well below its
     top, where balls are drawn together: beyond, there may be others on which they drive each other apart. ``passed``: it
-    leads past the resonance without a fold, so that balls do not stall there.
+    leads past the resonance without a fold, or to where balls turn with the rotor, so that they do not stall there.
     """
 
     def __init__(self, rotor: Whirling, loads: Loads, k: int, speed: float) -> None:
         """``loads`` of the groups that hang at mode ``k``, up to about ``speed`` by that mode alone."""
         self.rotor, self.loads, self.passed = rotor, loads, False
-        modes = rotor.modes(speed)
-        speed = float(modes.frequency[k]) + BELOW * (speed - float(modes.frequency[k]))
-        modes = rotor.modes(speed)
-        self.center, self.decay = float(modes.frequency[k]), float(modes.decay[k])
-        whirl, left = np.full(1, self.center), modes.left[k][loads.station]
-        carried = np.array([group.carried(speed - whirl, whirl, 0.0 * whirl)[0] for group in loads.groups])
-        strength = loads.moment * np.sqrt(np.abs(modes.right[k][loads.station] * left))
-        gain = self.center**4 / self.decay
-        theta = np.arcsin(np.minimum(carried / (strength * np.sqrt(gain * (loads.count * carried).sum())), 1.0))
+        greatest = speed - float(rotor.modes(speed).frequency[k])
+        for share in SHARES:
+            begun = speed - (1.0 - share) * greatest
+            modes = rotor.modes(begun)
+            self.center, self.decay = float(modes.frequency[k]), float(modes.decay[k])
+            whirl, left = np.full(1, self.center), modes.left[k][loads.station]
+            carried = np.array([group.carried(begun - whirl, whirl, 0.0 * whirl)[0] for group in loads.groups])
+            strength = loads.moment * np.sqrt(np.abs(modes.right[k][loads.station] * left))
+            sines = carried / (strength * np.sqrt(self.center**4 / self.decay * (loads.count * carried).sum()))
+            if sines.max() <= BELOW:
+                break
+        self.steep = bool(sines.max() > BELOW and len(loads.groups) > 1)
+        theta = np.arcsin(np.minimum(sines, 1.0))
         lag = float(np.angle((loads.count * strength * np.exp(1j * theta)).sum()))
         phases, off = theta - lag - np.angle(left), -1.0 / np.tan(lag)
-        slip = max(speed - self.center - off * self.decay, 1e-6 * speed)
+        slip = max(begun - self.center - off * self.decay, 1e-6 * begun)
         self.start = np.array([off, np.log(slip), *(phases - phases[0])[1:]])
 
     def found(self) -> tuple[float, float] | None:
@@ -86,8 +92,10 @@ class Fold:
             return None
         if top is None:
             return None
-        speed, whirl = self.speeds(top.y[None])
-        return float(speed[0]), float(whirl[0])
+        speed, whirl = (float(one[0]) for one in self.speeds(top.y[None]))
+        self.passed = speed - whirl < SLIPS * speed
+        apart = self.steep and top.y[0] > 0.0  # begun too near the top, it may be on a branch where balls part
+        return None if self.passed or apart else (speed, whirl)
 
     def speeds(self, y: Floats) -> tuple[Floats, Floats]:
         """Of rotor and whirl, of points (n, unknowns)."""

@@ -25,7 +25,8 @@ JUMP = 0.05  # a margin that ends at more than this does not end: two modes have
 class HangingRange:
     """Rotor speeds between which balls can hang at one resonance, rad/s, and their ``whirl`` speed at the end.
 
-    ``end`` is infinite if they still do at the highest speed that was asked for. ``closed``: it is a fold of the balance.
+    ``end`` is infinite if they still do at the highest speed that was asked for. ``closed``: balls break away there;
+    ``refined``: it is a fold of the whole balance, not of that of the mode alone.
     """
 
     mode: int  # of those with forward whirl that the stations see, from 0
@@ -33,6 +34,7 @@ class HangingRange:
     end: float
     whirl: float
     closed: bool = True
+    refined: bool = True
 
     def holds(self, speed: float) -> bool:
         """Whether a rotor speed is in the range."""
@@ -107,4 +109,4 @@ def _ended(rotor: Whirling, loads: Loads, k: int, begin: float, end: float) -> l
     top = fold.found()
     if fold.passed:
         return []
-    return [HangingRange(k, begin, *(top or (low, whirl)))]
+    return [HangingRange(k, begin, *(top or (low, whirl)), refined=top is not None)]

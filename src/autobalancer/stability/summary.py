@@ -131,7 +131,9 @@ def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
     stalled = [name for name, there in left.items() if there and name not in counted]
     texts = [("averaged and exact border do", found), ("release and capture speed do", stalled)]
     return tuple(
-        f"{which} not count {', '.join(names)}; simulate the machine to see what they do" for which, names in texts if names
+        f"{which} not count {', '.join(names)}; simulate the machine to see what they do"
+        for which, names in texts
+        if names
     )
 
 
