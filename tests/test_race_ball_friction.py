@@ -201,5 +201,5 @@ def test_the_borders_say_that_they_do_not_count_friction_between_balls() -> None
     machine = ab.load_machine("examples/machines/discoidal.toml")
     rubbing: Machine = ab.with_parameter(machine, "balancers[1].races[1].contact", pair(0.2))
     assert not any("friction between balls" in text for text in ab.summary(machine).warnings)
-    assert any("no border, release and capture included, counts friction between balls" in text
+    assert any("release and capture" in text and "friction between balls" in text
                for text in ab.summary(rubbing).warnings)  # fmt: skip

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from autobalancer.errors import MachineError
 from autobalancer.kernels.system import HILL, LINEAR
-from autobalancer.machine import Constant, Dwell, Hill, Ramp, Reduction, Table
+from autobalancer.machine import Constant, Dwell, Hill, Machine, PrescribedSpeed, Ramp, Reduction, Table
 from autobalancer.machine.unbalance import Unbalance
 
 SpeedProfile = Constant | Ramp | Table | Dwell | Hill | Reduction
@@ -85,6 +85,16 @@ def _straight(points: list[tuple[float, float]]) -> list[Piece]:
     if len(points) > 1:
         pieces.append(Piece(points[-1][0], LINEAR, (points[-1][1], 0.0, 0.0, 0.0)))
     return pieces
+
+
+def highest_prescribed(machine: Machine) -> float | None:
+    """The highest speed that the drive prescribes, rad/s; none if the speed follows from a torque."""
+    if not isinstance(machine.drive, PrescribedSpeed):
+        return None
+    pieces = profile_pieces(machine.drive.profile)
+    return max(
+        float(max(piece.numbers[0], piece.numbers[3]) if piece.kind == HILL else piece.numbers[0]) for piece in pieces
+    )
 
 
 def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False) -> float:

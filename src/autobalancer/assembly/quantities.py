@@ -10,7 +10,7 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Balls, DragTorque, Fluid, Machine, PrescribedSpeed, Race, Unbalance
+from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Machine, PrescribedSpeed, Race, Unbalance
 from autobalancer.units import to_si
 
 QUANTITIES = {
@@ -22,6 +22,9 @@ QUANTITIES = {
     "unbalance": ("unbalance", "kg*m"),
     "damping": ("damping of the supports", "N*s/m"),
     "stiffness": ("stiffness of the supports", "N/m"),
+    "temperature": ("temperature of the fluid", "K"),
+    "plateau": ("drag coefficient at high Reynolds numbers", ""),
+    "rolling_resistance": ("rolling resistance of the balls", ""),
 }
 _UNITS = {  # of the last key of a path
     "mass": "kg",
@@ -46,7 +49,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         Left as it is.
     name
         A name of :data:`QUANTITIES`, which concerns all races and all balls at once, or a path of
-        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid,
+        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid; another
+        temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
         and its schedules are dropped.
     value
@@ -74,6 +78,12 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         return _with_races(machine, lambda where, race: _with_viscosity(where, race, value))
     if name == "drag":
         return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
+    if name == "rolling_resistance":
+        return _with_races(machine, lambda where, race: {"friction": _with_rolling(race, value)})
+    if name == "temperature":
+        return _with_races(machine, lambda where, race: {"fluid": _with_temperature(where, race, value)})
+    if name == "plateau":
+        return _with_races(machine, lambda where, race: {"drag": _with_plateau(where, race, value)})
     if name == "count" and sum(len(race.balls) for b in machine.balancers for race in b.races) > 1:
         raise QuestionError("quantity 'count': the machine has several groups of balls; give the path of one of them")
     balls = iter(resolve(machine))
@@ -119,9 +129,14 @@ def value_of(machine: Machine, name: str) -> float:
     balls = resolve(machine)
     if name == "count":
         return float(len(balls))
+    races = [race for balancer in machine.balancers for race in balancer.races]
     if name == "viscosity":
-        races = [race for balancer in machine.balancers for race in balancer.races]
         values = {fluid_numbers(race.fluid)[1] if race.fluid is not None else math.nan for race in races}
+    elif name == "rolling_resistance":
+        values = {float(race.friction.rolling_resistance) if race.friction is not None else 0.0 for race in races}
+    elif name in ("temperature", "plateau"):
+        given = [getattr(race.fluid if name == "temperature" else race.drag, name, None) for race in races]
+        values = {math.nan if entry is None else float(entry) for entry in given}
     else:
         key = {"drag": "drag", "ball_mass": "mass", "ball_diameter": "diameter"}[name]
         values = {float(getattr(ball, key)) for ball in balls}
@@ -168,6 +183,28 @@ def _with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
         )
     density, _ = fluid_numbers(race.fluid)
     return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass)}
+
+
+def _with_rolling(race: Race, value: float) -> Friction:
+    given = race.friction or Friction()
+    held = None if given.adherence is None else max(float(given.adherence), value)
+    return Friction(rolling_resistance=value, adherence=held)
+
+
+def _with_temperature(where: str, race: Race, value: float) -> Fluid:
+    if race.fluid is None or race.fluid.name is None:
+        raise QuestionError(
+            f"quantity 'temperature': {where} has no fluid of the catalog, whose density and viscosity would change with it; "
+            "name one"
+        )
+    changed: Fluid = _changed(race.fluid, temperature=value)
+    return changed
+
+
+def _with_plateau(where: str, race: Race, value: float) -> Any:
+    if "plateau" not in type(race.drag).model_fields:
+        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.law!r}, has none")
+    return _changed(race.drag, plateau=value)
 
 
 def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:

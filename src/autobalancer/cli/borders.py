@@ -19,6 +19,12 @@ def borders(
     over: Annotated[
         str, typer.Option(help='Parameter, such as unbalance or viscosity, or "name=from:to:count[:log]".')
     ] = "",
+    only: Annotated[
+        str, typer.Option(help='Only these, with commas between: "release speed, capture speed" are found fast.')
+    ] = "",
+    up_to: Annotated[
+        str, typer.Option(help="Highest speed of the run-up, for release and capture; else that of the drive.")
+    ] = "",
     minimum_viscosity_at: Annotated[str, typer.Option(help='Least viscosity for this speed, "1200 rpm".')] = "",
     minimum_drag_at: Annotated[str, typer.Option(help="Least drag for this speed.")] = "",
     out: Annotated[Path | None, typer.Option(help="With --over: result file (netCDF).")] = None,
@@ -26,7 +32,7 @@ def borders(
     speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
     as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
 ) -> None:
-    """Print averaged border, exact border and release speed, each under its name and with what there is to say.
+    """Print averaged border, exact border, release and capture speed, each under its name and with what there is to say.
 
     Example: autobalancer borders examples/machines/discoidal.toml --over unbalance --plot borders.png
     --minimum-viscosity-at "1200 rpm"
@@ -43,15 +49,16 @@ def borders(
         raise QuestionError(f"--over {over}: say where the curve goes with --plot or --out, or print it with --json")
     described = load_machine(machine)
     size = option_to_si(unbalance, "kg*m") if unbalance else None
+    names = _names(only)
     answer: dict[str, Any] = {
-        "borders": [vars(border) for border in border_speeds(described, size)],
+        "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=up_to or None)],
     }
     if windows_up_to:
         found = stable_windows(described, option_to_si(windows_up_to, "rad/s"), unbalance=size)
         answer["stable_windows"] = {"windows": [list(pair) for pair in found.windows], "note": found.note}
-    answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size)
+    answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
     if over:
-        answer["over"] = _curve(described, over, out, plot, speed_unit)
+        answer["over"] = _curve(described, over, (names, up_to), out, plot, speed_unit)
     if as_json:
         typer.echo(json.dumps(_finite({"machine": str(machine), **answer}), indent=2))
         return
@@ -61,7 +68,21 @@ def borders(
             typer.echo(f"written: {path}")
 
 
-def _minima(machine: Any, viscosity_at: str, drag_at: str, unbalance: float | None) -> dict[str, Any]:
+def _names(only: str) -> tuple[str, ...]:
+    """ "exact border, worst case" has a comma of its own."""
+    from autobalancer.stability.borders import NAMES
+
+    left, found = only, []
+    for name in sorted(NAMES, key=len, reverse=True):
+        if name in left:
+            found.append(name)
+            left = left.replace(name, "")
+    return tuple(found) if not left.strip(" ,") else (left.strip(" ,"),)
+
+
+def _minima(
+    machine: Any, viscosity_at: str, drag_at: str, unbalance: float | None, names: tuple[str, ...]
+) -> dict[str, Any]:
     from autobalancer.stability.minimum import minimum_drag, minimum_viscosity
     from autobalancer.units import option_to_si
 
@@ -71,20 +92,22 @@ def _minima(machine: Any, viscosity_at: str, drag_at: str, unbalance: float | No
             speed = option_to_si(text, "rad/s")
             found[f"minimum_{key}"] = {
                 "speed": float(speed),
-                **{name: ask(machine, speed, name, unbalance=unbalance) for name in _asked(machine)},
+                **{name: ask(machine, speed, name, unbalance=unbalance) for name in _asked(machine, names)},
             }
     return found
 
 
-def _asked(machine: Any) -> list[str]:
+def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
     from autobalancer.stability.borders import border_speeds
 
     kinds = ("exact border", "exact border, worst case", "averaged border", "release speed", "capture speed")
-    there = {border.name for border in border_speeds(machine) if not math.isnan(border.speed)}
+    there = {border.name for border in border_speeds(machine, only=names) if not math.isnan(border.speed)}
     return [name for name in kinds if name in there]
 
 
-def _curve(machine: Any, over: str, out: Path | None, plot: Path | None, speed_unit: str) -> dict[str, Any]:
+def _curve(
+    machine: Any, over: str, which: tuple[tuple[str, ...], str], out: Path | None, plot: Path | None, speed_unit: str
+) -> dict[str, Any]:
     from rich.console import Console
     from rich.progress import Progress
 
@@ -102,6 +125,8 @@ def _curve(machine: Any, over: str, out: Path | None, plot: Path | None, speed_u
             machine,
             name.strip(),
             values,
+            only=which[0],
+            up_to=which[1] or None,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if out is not None:

@@ -21,9 +21,10 @@ def map_(
     plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
     speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
 ) -> None:
-    """Draw where the balanced state is stable, with averaged border, exact border and release speed.
+    """Draw where the balanced state is stable, with averaged border, exact border, release and capture speed.
 
-    A parameter is speed, viscosity, drag, ball_mass, ball_diameter, count, unbalance, damping, stiffness, or a path.
+    A parameter is speed, viscosity, drag, ball_mass, ball_diameter, count, unbalance, damping, stiffness, temperature,
+    plateau, rolling_resistance, or a path.
 
     Example: autobalancer map examples/machines/discoidal.toml --x speed "50 rad/s:130 rad/s:400"
     --y viscosity "0.2 mm^2/s:100 mm^2/s:400:log" --plot map.png

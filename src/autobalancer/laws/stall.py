@@ -30,7 +30,7 @@ Torque = Callable[[Floats], Floats]
 
 POINTS = 600  # on each side of a resonance
 LOW, HIGH = 0.5, 9.0  # farthest points, in resonance speeds below and above it
-BISECTIONS = 60
+STEPS = 60  # at most
 
 
 @dataclass(frozen=True)
@@ -181,13 +181,21 @@ def _slip(drag: Torque, needed: Floats) -> Floats:
         if not short.any():
             break
         high = np.where(short, 4.0 * high, high)
-    never = drag(high) < needed
-    low = np.zeros_like(needed)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        short = drag(middle) < needed
-        low, high = np.where(short, middle, low), np.where(short, high, middle)
-    return np.where(never, math.inf, np.where(needed > 0.0, 0.5 * (low + high), 0.0))
+    above = drag(high) - needed
+    never = above < 0.0
+    low, below, new = np.zeros_like(needed), drag(np.zeros_like(needed)) - needed, high
+    for _ in range(STEPS):  # Ridders' method
+        middle, before = 0.5 * (low + high), new
+        at = drag(middle) - needed
+        root = np.sqrt(np.maximum(at * at - below * above, 0.0))
+        new = np.clip(middle - (middle - low) * np.divide(at, root, out=np.zeros_like(at), where=root > 0.0), low, high)
+        for point, value in ((middle, at), (new, drag(new) - needed)):
+            lower, upper = (value < 0.0) & (point > low), (value >= 0.0) & (point < high)
+            low, below = np.where(lower, point, low), np.where(lower, value, below)
+            high, above = np.where(upper, point, high), np.where(upper, value, above)
+        if np.all(never | (np.abs(new - before) <= 1e-14 * new) | (needed <= 0.0)):
+            break
+    return np.where(never, math.inf, np.where(needed > 0.0, new, 0.0))
 
 
 def _fold(curve: Callable[[ArrayLike], Floats], whirl: Floats, at: int, sign: float) -> tuple[float, float]:

@@ -20,13 +20,14 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
     "exact_border_worst_case": {"color": INK, "lw": 1.4, "ls": (0, (1, 1.2)), "label": "exact border, worst case"},
     "averaged_border": {"color": BALLS[0], "lw": 1.6, "ls": (0, (6, 2)), "label": "averaged border"},
     "release_speed": {"color": UNBALANCE, "lw": 1.6, "ls": (0, (5, 1.5, 1, 1.5)), "label": "release speed"},
+    "capture_speed": {"color": UNBALANCE, "lw": 1.3, "ls": (0, (2, 1.5)), "label": "capture speed"},
 }
 
 
 def plot_border_curve(
     found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | None = None, log_speed: bool = False
 ) -> Figure:
-    """Draw averaged border, exact border and release speed over a parameter, each in its own style.
+    """Draw border speeds over a parameter, each in its own style.
 
     A border that is *never* leaves the picture at the top, or says so in the legend. Above the exact border the
     balanced state is stable and the picture green.
@@ -47,10 +48,10 @@ def plot_border_curve(
     QuestionError
         If ``found`` is no result of ``border_curve``, or the unit is unknown.
     """
-    if "exact_border" not in found or found["exact_border"].ndim != 1 or "parameter" not in found.attrs:
+    if not any(name in found and found[name].ndim == 1 for name in BORDERS) or "parameter" not in found.attrs:
         raise QuestionError("plot_border_curve: this is no result of border_curve()")
     unit = speed_axis(speed_unit)
-    dim = str(found["exact_border"].dims[0])
+    dim = str(found["critical_speed"].dims[0])
     found = found.sortby(dim)
     axis = quantity_axis(found[dim], speed_unit)
     critical = found["critical_speed"].values * unit.factor
@@ -65,10 +66,11 @@ def plot_border_curve(
         if log_speed:
             axes.set_yscale("log")
         axes.set_ylim(low, high)
-        exact = drawable(found["exact_border"].values * unit.factor, high)
-        axes.fill_between(
-            axis.values, exact, 1e3 * high, color="#E4F3EC", lw=0, zorder=0.5, label="balanced state stable"
-        )
+        if "exact_border" in found:
+            exact = drawable(found["exact_border"].values * unit.factor, high)
+            axes.fill_between(
+                axis.values, exact, 1e3 * high, color="#E4F3EC", lw=0, zorder=0.5, label="balanced state stable"
+            )
         axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
         for name, style in BORDERS.items():
             if name in found:
@@ -113,8 +115,8 @@ def _high(found: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUni
         even = np.interp(np.linspace(x[known][0], x[known][-1], 200), x[known], speeds[known])
         return float(np.quantile(even, share))
 
-    base = level("exact_border", 0.85) - critical
     others = [level(name, 0.5) - critical for name in BORDERS if name in found]
+    base = level("exact_border", 0.85) - critical if "exact_border" in found else max(others) / 2.2
     top = max((value for value in others if value < 4.0 * base), default=base)
     return max(critical + max(2.2 * base, 1.4 * top), 1.15 * critical)
 

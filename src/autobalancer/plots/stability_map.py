@@ -138,7 +138,8 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
     if "speed" not in dims:
         rates = found["growth_rate"].transpose(*dims).values
         axes.contour(along[0].values, along[1].values, rates.T, levels=[0.0], colors=INK, linewidths=2.0)
-        return [Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")]
+        limit = Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")
+        return [limit, *_released(axes, found, dims, along)]
     place = dims.index("speed")
     other = dims[1 - place]
     coordinate = f"{other}_of_border"
@@ -158,6 +159,25 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
         label = style["label"] if inside.any() else f"{style['label']}: {_where(speeds, along[place].values)}"
         handles.append(Line2D([], [], **{**style, "label": label}))
     return handles
+
+
+def _released(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+    """Where the speed of the map is the release speed; below it balls that stall stay."""
+    if "release_speed" not in found or "speed" not in found.attrs:
+        return []
+    speed, style = float(found.attrs["speed"]), BORDERS["release_speed"]
+    rates = found["release_speed"].transpose(*(f"{dim}_of_border" for dim in dims))
+    over = np.log(np.clip(np.nan_to_num(rates.values, nan=0.0, posinf=np.inf), 0.1 * speed, 10.0 * speed) / speed)
+    label = "release speed as high as the speed of the map"
+    if (over > 0.0).all() or (over <= 0.0).all():
+        return [
+            Line2D(
+                [], [], **{**style, "label": f"release speed: {'above' if over.min() > 0.0 else 'below'} it everywhere"}
+            )
+        ]
+    x, y = (rates[f"{dim}_of_border"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
+    axes.contour(x, y, over.T, levels=[0.0], colors=style["color"], linewidths=style["lw"], linestyles=[style["ls"]])
+    return [Line2D([], [], **{**style, "label": label})]
 
 
 def _where(speeds: np.ndarray, shown: np.ndarray) -> str:

@@ -1,13 +1,14 @@
-"""The three border speeds, each under its own name.
+"""The border speeds, each under its own name.
 
 *averaged border*: where the averaged equations become stable (Spannan 2021, 4.74). *Exact border*: where the balanced
 state of the full equations really does. *Release speed*: where balls that stall at the critical speed during a slow
-run-up break away (Ryzhik et al. 2001; Spannan 2021, 4.73).
+run-up break away (Ryzhik et al. 2001; Spannan 2021, 4.73), and *capture speed*, the other end of its torque balance.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,17 +21,34 @@ from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import SEARCHED, Described, described, highest_searched, lower_critical_speed
-from autobalancer.stability.resistance import release_of
+from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
 from autobalancer.stability.windows import windows_of
+from autobalancer.units import to_si
 
 __all__ = ["Border", "border_speeds", "borders_of"]
 
 SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the worst case is looked for
 
 
-def border_speeds(machine: Machine | str | Path, unbalance: complex | float | None = None) -> tuple[Border, ...]:
+NAMES = (
+    "averaged border",
+    "exact border, worst case",
+    "exact border",
+    "exact border, best case",
+    "release speed",
+    "capture speed",
+)
+
+
+def border_speeds(
+    machine: Machine | str | Path,
+    unbalance: complex | float | None = None,
+    *,
+    only: Sequence[str] = (),
+    up_to: float | str | None = None,
+) -> tuple[Border, ...]:
     """All border speeds of a machine.
 
     Parameters
@@ -39,33 +57,64 @@ def border_speeds(machine: Machine | str | Path, unbalance: complex | float | No
         A machine or the path of a machine file: any machine without gravity in its plane.
     unbalance
         kg m, complex for one off the zero mark; by default the largest of the machine over time.
+    only
+        Names of those that are wanted, such as ``("release speed", "capture speed")``, which are found much faster than
+        the exact ones; by default all.
+    up_to
+        Rotor speed, rad/s or a string with a unit: release and capture speed are of the resonances that a run-up to it
+        meets. By default the highest speed that the drive prescribes if that is above a critical speed, else all count.
+        Planar rotors have two resonances at most, and both count.
 
     Returns
     -------
     tuple of Border
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
-        worst ones; *release speed*, and where drag is not linear or balls rub *capture speed*. An empty note means that
-        there is nothing to add. An infinite speed is never, and one that is nan has a note that says why. Averaged
-        border and release speed are of planar rotors; others have the exact ones only.
+        worst ones; *release speed* and, where balls stall and are let go, *capture speed*. An empty note means that
+        there is nothing to add. An infinite speed is never, and one that is nan has a note that says why. The averaged
+        border is of planar rotors only, the others of any.
 
     Raises
     ------
     QuestionError
-        If the machine has no balls, gravity acts in its plane, or the unbalance is no number.
+        If the machine has no balls, gravity acts in its plane, the unbalance is no number, or a name in ``only`` is
+        unknown.
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    return borders_of(machine, described(machine, unbalance))
+    return borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to))
 
 
-def borders_of(machine: Machine, p: Described) -> tuple[Border, ...]:
-    """All border speeds of a machine with its numbers, whose unbalance counts."""
+def speed_or_none(speed: float | str | None) -> float | None:
+    """rad/s, above zero."""
+    if speed is None:
+        return None
+    value = float(to_si(speed, "rad/s"))
+    if not value > 0.0:
+        raise QuestionError(f"up_to: given {speed!r}; must be greater than zero")
+    return value
+
+
+def borders_of(
+    machine: Machine, p: Described, only: Sequence[str] = (), up_to: float | None = None
+) -> tuple[Border, ...]:
+    """The border speeds of a machine with its numbers, whose unbalance counts; all, or ``only`` some by their names."""
+    unknown = [name for name in only if name not in NAMES]
+    if unknown:
+        raise QuestionError(f"only: given {unknown[0]!r}; must be among {', '.join(repr(name) for name in NAMES)}")
     if p.moment.size == 0:
         raise QuestionError("border speeds: the machine has no balls")
-    if isinstance(p, Stations):
-        return (worst_case_of(p), *exact(machine, p))
-    return (averaged(p), worst_case_of(p), *exact(machine, p), *release_of(machine, p))
+    wanted = set(only or NAMES)
+    found: list[Border] = []
+    if "averaged border" in wanted and not isinstance(p, Stations):
+        found.append(averaged(p))
+    if "exact border, worst case" in wanted:
+        found.append(worst_case_of(p))
+    if wanted & {"exact border", "exact border, best case"}:
+        found += exact(machine, p)
+    if wanted & {RELEASE, CAPTURE}:
+        found += release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)
+    return tuple(border for border in found if border.name in wanted)
 
 
 def averaged(p: Plane) -> Border:

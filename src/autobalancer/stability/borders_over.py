@@ -16,19 +16,16 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.borders import Border, borders_of, exact
+from autobalancer.stability.borders import NAMES, Border, borders_of, exact, speed_or_none
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.planes import described, lower_critical_speed
 
 Progress = Callable[[int, int], None]
-VARIABLES = {
-    "averaged border": "averaged_border",
-    "exact border, worst case": "exact_border_worst_case",
-    "exact border": "exact_border",
-    "exact border, best case": "exact_border_best_case",
-    "release speed": "release_speed",
-    "capture speed": "capture_speed",
+VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
+MISSING = {  # why a border that others have is not there
+    "exact border, best case": "positions of the balls make no difference",
+    "capture speed": "balls in line are not caught",
 }
 
 
@@ -37,20 +34,24 @@ def border_curve(
     parameter: str,
     values: Sequence[Any] | Floats | None = None,
     *,
+    only: Sequence[str] = (),
+    up_to: float | str | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Averaged border, exact border and release speed over a parameter.
+    """The border speeds over a parameter.
 
     Parameters
     ----------
     machine
         A machine or the path of a machine file.
     parameter
-        ``"unbalance"``, ``"viscosity"``, ``"drag"``, ``"ball_mass"``, ``"ball_diameter"``, ``"count"``, ``"damping"``,
-        ``"stiffness"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
+        A name of :data:`autobalancer.assembly.quantities.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
+        ``"rolling_resistance"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
     values
         SI, or strings with units. For the unbalance they may be left out: then from zero to the capability, dense about
         the values at which the border is highest.
+    only, up_to
+        Names of the borders that are wanted, and the highest speed of the run-up, see :func:`border_speeds`.
     progress
         Called with (values done, values in all).
 
@@ -58,8 +59,8 @@ def border_curve(
     -------
     xarray.Dataset
         Over the parameter, in rad/s: ``averaged_border``, ``exact_border``, ``exact_border_worst_case`` (any
-        unbalance), for more than two balls ``exact_border_best_case``, ``release_speed``; each with a text
-        ``..._note``. Infinite is *never*, nan *none*; the note says why. ``critical_speed`` is the lower one.
+        unbalance), for more than two balls ``exact_border_best_case``, ``release_speed``, ``capture_speed``; each with a
+        text ``..._note``. Infinite is *never*, nan *none*; the note says why. ``critical_speed`` is the lower one.
 
     Raises
     ------
@@ -82,15 +83,15 @@ def border_curve(
         raise QuestionError(f"values: given none; give at least one of {parameter!r}")
     points = [value.item() if isinstance(value, np.generic) else value for value in values]
     numbers = [si_value(machine, parameter, value) for value in points]
-    rows, critical = [], []
+    rows, critical, top = [], [], speed_or_none(up_to)
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
-        if parameter == "unbalance" and constant is not None and p.isotropic and not np.any(p.offset):
+        if parameter == "unbalance" and not only and constant is not None and p.isotropic and not np.any(p.offset):
             rows.append((*(b for b in constant if not b.name.startswith("exact border")), *exact(changed, p)))
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")
         else:
-            constant = borders_of(changed, p)
+            constant = borders_of(changed, p, only, top)
             rows.append(constant)
         critical.append(lower_critical_speed(p))
         if progress is not None:
@@ -120,7 +121,7 @@ def _dataset(
     names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
     for name in names:
         by_name = [{border.name: border for border in row} for row in rows]
-        missing = Border(name, math.nan, "positions of the balls make no difference")
+        missing = Border(name, math.nan, MISSING.get(name, ""))
         borders = [entry.get(name, missing) for entry in by_name]
         found[VARIABLES[name]] = (dim, [b.speed for b in borders], {"long_name": name, "units": "rad/s"})
         found[f"{VARIABLES[name]}_note"] = (
@@ -139,6 +140,7 @@ def _dataset(
         "unbalance": abs(p.unbalance),
         "capability": float(p.moment.sum()),
         "balls": len(resolve(machine)),
-        "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74)",
+        "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
+        "capture speed: torque balance of stalled balls",
     }
     return found

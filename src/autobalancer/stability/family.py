@@ -1,7 +1,7 @@
 """A machine with one or several of its numbers free: the vector field as a function of parameters.
 
-A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, or a path such as
-``"balancers[1].races[1].balls[1].diameter"``.
+A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, ``plateau`` and
+``rolling_resistance``, or a path such as ``"balancers[1].races[1].balls[1].diameter"``.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.profile import Constant
-from autobalancer.stability.lateral import Plane, plane
+from autobalancer.stability.lateral import STAND_IN, Plane, plane
 from autobalancer.stability.vector_field import Field
 from autobalancer.units import to_si
 
-SMOOTH = ("speed", *(name for name in QUANTITIES if name != "count"))
+FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly
+SMOOTH = ("speed", *(name for name in QUANTITIES if name not in FIXED))
 
 
 class Family:
@@ -49,7 +50,7 @@ class Family:
         if not isinstance(rotor, PlanarRotor):
             raise QuestionError(
                 f"branches: given a rotor of kind {rotor.kind!r}; branches are followed on planar rotors only. "
-                "equilibria lists the steady states of any rotor at one speed, eigenvalues over the speed"
+                f"equilibria lists the steady states of any rotor at one speed, eigenvalues over the speed; {STAND_IN}"
             )
         if not rotor.isotropic:
             raise QuestionError(

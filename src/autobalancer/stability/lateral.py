@@ -18,6 +18,11 @@ Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+STAND_IN = (
+    "or ask it of a planar machine that answers alike near one critical speed: equivalent_planar(machine), or "
+    "'autobalancer equivalent FILE --out planar.toml'"
+)
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -77,7 +82,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     if not isinstance(rotor, PlanarRotor):
         raise QuestionError(
             f"rotor: given one of kind {rotor.kind!r}; this question is answered for planar rotors only. For any rotor ask "
-            "equilibria, eigenvalues, border_speeds, stable_windows or border_curve, or describe a planar stand-in"
+            f"equilibria, eigenvalues, border_speeds, stable_windows or border_curve; {STAND_IN}"
         )
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(

@@ -13,9 +13,14 @@ from autobalancer.assembly.quantities import dimension_of, si_value, value_of
 from autobalancer.catalog.fluids import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.machine import Machine
+from autobalancer.stability.borders import borders_of
 from autobalancer.stability.borders_over import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.lateral import Floats
+from autobalancer.stability.map_rates import with_values
+from autobalancer.stability.resistance import RELEASE
 from autobalancer.units import to_si
+
+COARSE = 11  # values of each axis at which the release speed is found
 
 
 def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats], count: int) -> xr.Dataset:
@@ -26,10 +31,27 @@ def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats],
     if other == "unbalance":  # the border has a narrow peak over it
         dense = unbalances_to_capability(machine, 2 * count)
         chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
-    curve = border_curve(machine, other, chosen)
+    curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()))
     dim = dimension_of(other)
     kept = [name for name in (*VARIABLES.values(), "critical_speed") if name in curve]
     return found.merge(curve[kept].rename({dim: f"{dim}_of_border"}))
+
+
+def with_release(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+    """The release speed over two axes without the speed, at a few values of each."""
+    few = [
+        axis[np.unique(np.linspace(0, axis.size - 1, min(COARSE, axis.size)).round().astype(int))]
+        for axis in (np.unique(axis) for axis in values.values())
+    ]
+    speeds = np.empty([axis.size for axis in few])
+    for i, first in enumerate(few[0].tolist()):
+        for j, second in enumerate(few[1].tolist()):
+            changed, p = with_values(machine, dict(zip(values, (first, second), strict=True)))
+            (border, *_) = borders_of(changed, p, (RELEASE,), float(found.attrs["speed"]))
+            speeds[i, j] = border.speed
+    dims = [f"{dimension_of(name)}_of_border" for name in values]
+    attrs = {"long_name": "release speed", "units": "rad/s"}
+    return found.assign_coords(dict(zip(dims, few, strict=True))).assign(release_speed=(dims, speeds, attrs))
 
 
 def with_operating_points(

@@ -24,7 +24,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.lateral import Floats
-from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points
+from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points, with_release
 from autobalancer.stability.map_rates import rates_over, refuse_unbalance
 from autobalancer.stability.planes import described
 from autobalancer.units import to_si
@@ -63,7 +63,8 @@ def stability_map(
     operating_points
         Name to a pair of values along the axes. The machine itself is one if it has both values.
     borders
-        With the speed as an axis: at so many values of the other one the border speeds are found; 0 for none.
+        With the speed as an axis: at so many values of the other one the border speeds are found; 0 for none, and for
+        no release speed over the plane of two other parameters.
     workers
         Threads of the compiled way; by default one for each core.
     progress
@@ -73,7 +74,8 @@ def stability_map(
     -------
     xarray.Dataset
         ``growth_rate`` (1/s) over both parameters, nan where there is no balanced state; the borders of
-        :func:`border_curve` over ``<other>_of_border``; ``operating_point`` with its values; for a viscosity the fluids
+        :func:`border_curve` over ``<other>_of_border``, or without the speed as an axis ``release_speed`` over coarser
+        values of both; ``operating_point`` with its values; for a viscosity the fluids
         of the catalog along it.
 
     Raises
@@ -97,6 +99,8 @@ def stability_map(
     found = _dataset(machine, values, rates, fixed, positions)
     if "speed" in axes and borders > 0:
         found = with_borders(found, machine, values, borders)
+    elif borders > 0:
+        found = with_release(found, machine, values)
     found = with_operating_points(found, machine, list(values), operating_points or {})
     return with_fluids(found, machine, list(values))
 

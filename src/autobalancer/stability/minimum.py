@@ -17,7 +17,7 @@ from autobalancer.stability import borders
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.borders_over import VARIABLES
 from autobalancer.stability.planes import Described, described, lower_critical_speed, plane_of
-from autobalancer.stability.release import release_border
+from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
 from autobalancer.stability.stations import Stations
 from autobalancer.units import to_si
 
@@ -39,8 +39,8 @@ def minimum_viscosity(
         rad/s, or a string with a unit.
     which
         ``"exact border"``: at this unbalance, for more than two balls in their worst positions. ``"exact border, worst
-        case"``: for any unbalance up to the capability. ``"averaged border"`` or ``"release speed"``: that one at most
-        at ``speed``.
+        case"``: for any unbalance up to the capability. ``"averaged border"``, ``"release speed"`` or ``"capture
+        speed"``: that one at most at ``speed``; the last two with the drag law and rolling resistance of the machine.
     unbalance
         kg m; by default the largest of the machine.
 
@@ -106,9 +106,15 @@ def _question(
     def of(machine: Machine) -> Described:
         return described(machine, unbalance)
 
-    simple = {"averaged border": borders.averaged, "release speed": release_border}
-    if which in simple:
-        return lambda m: simple[which](plane_of(m, unbalance)).speed <= speed
+    if which == "averaged border":
+        return lambda m: borders.averaged(plane_of(m, unbalance)).speed <= speed
+    if which in (RELEASE, CAPTURE):
+
+        def let_go(m: Machine) -> bool:
+            found = {one.name: one.speed for one in release_of(m, of(m), capture=which == CAPTURE)}
+            return not found.get(which, found[RELEASE] if math.isinf(found[RELEASE]) else 0.0) > speed
+
+        return let_go
     if which == "exact border, worst case":
         found = borders.worst_case_of(of(machine))
         if math.isnan(found.speed):

@@ -7,12 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalancer.assembly.profile import profile_pieces
+from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
-from autobalancer.kernels.system import HILL
-from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.frames import StationSummary, frame_of
 from autobalancer.stability.lateral import largest_unbalance
@@ -78,13 +77,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
     unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
-    highest = None
-    if isinstance(machine.drive, PrescribedSpeed):
-        pieces = profile_pieces(machine.drive.profile)
-        highest = max(
-            float(max(piece.numbers[0], piece.numbers[3]) if piece.kind == HILL else piece.numbers[0])
-            for piece in pieces
-        )
+    highest = highest_prescribed(machine)
     frame = frame_of(machine, highest)
     critical = frame.critical_speeds
     borders: tuple[Border, ...] = ()
@@ -120,7 +113,7 @@ def summary(machine: Machine | str | Path) -> Summary:
 
 
 def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
-    """What the machine has and its averaged and exact borders do not know."""
+    """What the machine has and its border speeds do not know."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     known = {
         "friction": any(race.friction is not None for race in races),
@@ -134,13 +127,16 @@ def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
         "slipstream": any(ball.slipstream for ball in balls),
         "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
     }
-    missing = (
-        ("averaged and exact border do not count", known),
-        ("no border, release and capture included, counts", line),
+    counted = {"friction", "drag that is not linear", "partitions"}  # for balls that stall
+    adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
+    stalled = {name: there for name, there in known.items() if name not in counted} | {"adherence": adheres} | line
+    texts = (
+        ("averaged and exact border do", known | line),
+        ("release and capture speed do", stalled),
     )
     return tuple(
-        f"{what} {', '.join(name for name, there in parts.items() if there)}; simulate the machine to see what they do"
-        for what, parts in missing
+        f"{which} not count {', '.join(name for name, there in parts.items() if there)}; simulate the machine to see what they do"
+        for which, parts in texts
         if any(parts.values())
     )
 
@@ -223,8 +219,13 @@ def _warnings(
             f"{'take a thicker fluid' if planar else 'see the note on this border'}"
         )
     release = [border.speed for border in borders if border.name == "release speed"]
-    if highest is not None and release and highest > max(critical, default=0.0) and release[0] > highest:
+    if (
+        highest is not None
+        and release
+        and highest > (max if planar else min)(critical, default=0.0)
+        and release[0] > highest
+    ):
         found.append(
-            "the highest speed is below the release speed: balls that stall at the critical speed in a slow run-up stay there"
+            "the highest speed is below the release speed: balls that stall at a resonance in a slow run-up stay there"
         )
     return tuple(found)

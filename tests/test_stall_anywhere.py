@@ -1,0 +1,346 @@
+"""Stalled balls on any rotor: limits, symmetry, energy, and runs of the equations of motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import value_of, with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.machine import (
+    Balancer,
+    Constant,
+    Disk,
+    Machine,
+    PlanarRotor,
+    PrescribedSpeed,
+    Race,
+    RigidRotor,
+    ShaftMaterial,
+    ShaftRotor,
+    ShaftSegment,
+    Support,
+)
+from autobalancer.simulation.sampling import Samples
+from autobalancer.stability.borders import Border
+from autobalancer.stability.resistance import release_of
+from autobalancer.stability.stall_release import hanging_ranges
+from autobalancer.stability.stalled_groups import Loads, stalled_groups
+from autobalancer.stability.stations import stations
+from autobalancer.stability.whirling import Whirling
+
+BOTH = ("release speed", "capture speed")
+BEGUN = 200  # samples, 10 s, until balls have settled at a resonance
+OIL = {"density": 760.0, "viscosity": 0.65e-6}
+
+
+def rotor(polar: float = 0.08, stiffness: Any = 2e4, shift: float = 0.0) -> RigidRotor:
+    places = (-0.12 + shift, 0.12 + shift)
+    supports = tuple(Support(position=z, stiffness=stiffness, damping=20.0) for z in places)
+    return RigidRotor(mass=5.0, transverse_inertia=0.05, polar_inertia=polar, supports=supports)
+
+
+def shaft() -> ShaftRotor:
+    return ShaftRotor(
+        material=ShaftMaterial(density=7800.0, youngs_modulus=2.1e11, poisson_ratio=0.3),
+        segments=tuple(ShaftSegment(length=0.15, diameter=0.03) for _ in range(4)),
+        disks=tuple(
+            Disk(name=f"disk {i}", position=z, mass=2.0, transverse_inertia=2e-3, polar_inertia=3e-3)
+            for i, z in enumerate((0.15, 0.45))
+        ),
+        supports=tuple(Support(position=z, stiffness=2e4, damping=20.0) for z in (0.05, 0.55)),
+    )
+
+
+def machine(
+    carrier: Any, places: tuple[float | None, ...], count: int = 2, rolling: float = 0.0, beta: float | None = None
+) -> Machine:
+    """Balls of 4 g in every plane, in thin oil with drag that grows faster than linearly, or with ``beta``."""
+    race: dict[str, Any] = {
+        "orbit_radius": 0.05,
+        "coincidence": True,
+        "balls": [{"count": count, "mass": 0.004, "diameter": 0.01, "motion": "point"}],
+    }
+    if beta is None:
+        race |= {"fluid": OIL, "drag": {"law": "discoidal"}, "friction": {"rolling_resistance": rolling}}
+    else:
+        race |= {"drag": {"law": "beta", "beta": beta}}
+    return Machine(
+        name="rotor",
+        axis="vertical",
+        rotor=carrier,
+        balancers=tuple(Balancer(station=z, races=(Race(**race),)) for z in places),
+        drive=PrescribedSpeed(profile=Constant(speed=300.0)),
+    )
+
+
+def found(m: Machine, **options: Any) -> dict[str, Border]:
+    return {border.name: border for border in ab.border_speeds(m, only=BOTH, **options)}
+
+
+# limits and symmetry ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("beta", "rolling"), [(None, 0.0), (None, 0.006), (1e-4, 0.0)])
+def test_a_plane_through_the_center_of_a_symmetric_rotor_has_release_and_capture_of_the_planar_one(
+    beta: float | None, rolling: float
+) -> None:
+    flat = machine(PlanarRotor(mass=5.0, stiffness=4e4, damping=40.0), (None,), 2, rolling, beta)
+    deep = machine(rotor(), (0.0,), 2, rolling, beta)
+    ball = ab.StalledBall(2e-4, 4e-4, 0.05, lambda slip: 1e-4 * slip)
+    fold = ab.stall_ranges(ball, ab.planar_receptance(5.008, 4e4, 40.0), [math.sqrt(4e4 / 5.008)])[0]
+    wanted, one = found(flat), found(deep)
+    release = wanted["release speed"].speed if beta is None else fold.release  # linear drag: (4.73) is at w_c itself
+    assert one["release speed"].speed == pytest.approx(release, rel=1e-9)
+    assert one["capture speed"].speed == pytest.approx(wanted["capture speed"].speed, rel=1e-7)
+
+
+def test_two_planes_on_both_sides_hang_at_the_cylindrical_mode_like_one_in_the_middle() -> None:
+    one, two = machine(rotor(), (0.0,), 4), machine(rotor(), (-0.1, 0.1), 2)
+    for name in BOTH:
+        assert found(two)[name].speed == pytest.approx(found(one)[name].speed, rel=1e-7)
+
+
+def test_the_order_of_planes_and_the_origin_of_the_axis_do_not_matter() -> None:
+    reference = found(machine(rotor(0.03), (-0.1, 0.15)))
+    turned = found(machine(rotor(0.03), (0.15, -0.1)))
+    mirrored = found(machine(rotor(0.03), (0.1, -0.15)))
+    for name in BOTH:
+        assert turned[name].speed == pytest.approx(reference[name].speed, rel=1e-8)
+        assert mirrored[name].speed == pytest.approx(reference[name].speed, rel=1e-8)
+
+
+def test_supports_that_are_hardly_anisotropic_release_like_isotropic_ones() -> None:
+    alike, not_quite = (found(machine(rotor(0.08, k), (0.03,))) for k in (2e4, (2e4, 2e4 * (1.0 + 1e-7))))
+    for name in BOTH:
+        assert not_quite[name].speed == pytest.approx(alike[name].speed, rel=1e-5)
+
+
+def test_the_power_of_the_drag_is_what_the_supports_take() -> None:
+    m = machine(rotor(0.03), (0.07,))
+    st = stations(m)
+    loads = Loads(stalled_groups(m, st.station.tolist()))
+    for one in hanging_ranges(Whirling(st), loads, 300.0):
+        if math.isinf(one.end):
+            continue
+        v, model = one.whirl, st.model
+        both = model.both(st.rows)[:, :]
+        force = v**2 * st.moment.sum() * (both[0] - 1j * both[1])
+        turning = model.damping_at(one.end) + one.end * model.gyroscopic
+        q = np.linalg.solve(model.stiffness_at(one.end) + 1j * v * turning - v**2 * model.mass, force)
+        taken = 0.5 * v**2 * float(np.real(q.conj() @ model.damping_at(one.end) @ q))
+        given = v * float(loads.groups[0].drag(np.array([one.end - v]))[0]) * 2
+        assert given == pytest.approx(taken, rel=1e-6)
+
+
+def test_a_slender_rotor_has_a_resonance_that_rises_with_the_speed_and_a_disk_like_one_has_not() -> None:
+    slender, disk = (found(machine(rotor(polar), (-0.1, 0.15), beta=2e-4)) for polar in (0.02, 0.08))
+    assert "balls can hang again" in slender["release speed"].note
+    assert "again" not in disk["release speed"].note
+    assert slender["release speed"].speed > 138.0 > disk["release speed"].speed
+
+
+def test_only_resonances_that_the_run_up_meets_count() -> None:
+    m = machine(shaft(), (0.2,))
+    low = found(m)["release speed"]
+    assert low.speed == pytest.approx(91.27, abs=0.02)
+    assert "resonances above 300 rad/s left out" in low.note
+    assert math.isinf(found(m, up_to="40000 rpm")["release speed"].speed)
+
+
+def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_through() -> None:
+    m = machine(rotor(0.08, (2e4, 3e4)), (-0.1, 0.15), beta=2e-4)
+    curve = ab.border_curve(m, "rolling_resistance", np.linspace(0.0, 0.03, 12), only=("release speed",))
+    release = curve["release_speed"].values
+    known = np.isfinite(release)
+    assert 4 <= known.sum() < 12
+    assert not known[known.sum() :].any()
+    folds = known & np.array(["mode alone" not in note for note in curve["release_speed_note"].values])
+    assert folds.sum() >= known.sum() - 1
+    assert (np.diff(release[folds]) < 0.0).all()
+    assert (np.abs(np.diff(release[folds], 2)) < 0.1).all()
+
+
+def test_balls_between_partitions_do_not_stall() -> None:
+    m = machine(rotor(), (0.03,))
+    walls = with_parameter(m, "balancers[1].races[1].partitions", {"count": 2})
+    (border,) = ab.border_speeds(walls, only=BOTH)
+    assert math.isnan(border.speed)
+    assert "between partitions are carried along" in border.note
+
+
+# unequal balls ---------------------------------------------------------------------------------------------------------
+
+
+def unequal(share: float, beta: float = 1e-4) -> Machine:
+    race = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "beta", "beta": beta},
+        "coincidence": True,
+        "balls": [{"count": 1, "mass": 0.01 * part, "motion": "point"} for part in (share, 1.0)],
+    }
+    return Machine(
+        name="unequal",
+        axis="vertical",
+        rotor=PlanarRotor(mass=10.0 - 0.01 * (1.0 + share), stiffness=1e5, damping=40.0),
+        balancers=({"races": [race]},),
+        drive=PrescribedSpeed(profile=Constant(speed=200.0)),
+    )
+
+
+def test_a_weaker_ball_settles_before_the_stronger_one_and_lets_it_go_earlier() -> None:
+    beta = 2.0 * (0.01 * 0.05 * 100.0) ** 2 / 40.0  # one ball of 10 g alone is let go at 150 rad/s
+    for share, wanted in ((1.0, 200.0), (0.9, 181.0), (0.8, 164.0), (0.6, 150.0)):
+        assert found(unequal(share, beta))["release speed"].speed == pytest.approx(wanted, rel=1e-12)
+
+
+# against the equations of motion ----------------------------------------------------------------------------------------
+
+
+def run(m: Machine, low: float, high: float, rate: float, start: float) -> xr.Dataset:
+    """A slow change of the speed; all balls start in line at the speed ``start`` in space."""
+    time = abs(high - low) / rate
+    m = with_parameter(m, "drive.profile", {"kind": "table", "time": [0.0, time], "speed": [low, high]})
+    for b, balancer in enumerate(m.balancers, 1):
+        for g, group in enumerate(balancer.races[0].balls, 1):
+            place = f"balancers[{b}].races[1].balls[{g}]"
+            m = with_parameter(m, f"{place}.start_speeds", [start - low] * group.count)
+            m = with_parameter(m, f"{place}.start_angles", [0.25 * (i + g) for i in range(group.count)])
+    return ab.simulate(m, duration=time, save=Samples(int(20 * time) + 1), tolerance=1e-7)
+
+
+def passes(run: xr.Dataset) -> float:
+    """Rotor speed at which the last ball leaves a resonance or falls back to it: where its speed changes most."""
+    speed = run["ball_speed_in_space"].values
+    mean = np.apply_along_axis(lambda v: np.convolve(v, np.full(21, 1.0 / 21.0), mode="valid"), 0, speed)
+    change = np.abs(mean[20:] - mean[:-20])[BEGUN:]
+    return float(run["speed"].values[10:-10][10:][BEGUN:][: change.shape[0]][change.argmax(axis=0)].max())
+
+
+@pytest.mark.parametrize(
+    ("carrier", "places", "rolling", "low", "high", "start"),
+    [
+        (rotor(), (-0.1, 0.15), 0.01, 89.5, 120.0, 85.0),
+        (rotor(0.03, (2e4, 2.5e4)), (0.03,), 0.0, 92.0, 125.0, 87.0),
+        (shaft(), (0.2,), 0.01, 73.5, 86.0, 70.0),
+        (shaft(), (0.15, 0.4), 0.01, 74.0, 97.0, 70.0),
+    ],
+    ids=["disk-like, two planes", "anisotropic", "shaft", "shaft, two planes"],
+)
+@pytest.mark.slow
+def test_balls_leave_a_resonance_at_the_release_speed(
+    carrier: Any, places: tuple[float, ...], rolling: float, low: float, high: float, start: float
+) -> None:
+    m = machine(carrier, places, 2, rolling)
+    wanted = found(m, up_to=105.0)["release speed"].speed
+    assert passes(run(m, low, high, 0.15, start)) == pytest.approx(wanted, rel=0.015)
+
+
+@pytest.mark.parametrize(("carrier", "place"), [(rotor(), 0.05), (shaft(), 0.2)], ids=["disk-like", "shaft"])
+def test_one_ball_falls_back_to_a_resonance_at_the_capture_speed(carrier: Any, place: float) -> None:
+    m = machine(carrier, (place,), 1)
+    wanted = found(m)["capture speed"].speed
+    assert passes(run(m, wanted + 8.0, wanted - 5.0, 0.1, wanted + 7.0)) == pytest.approx(wanted, rel=0.01)
+
+
+def test_unequal_balls_are_released_where_their_joint_balance_says() -> None:
+    m = unequal(0.8, 2.0 * (0.01 * 0.05 * 100.0) ** 2 / 40.0)
+    assert passes(run(m, 115.0, 175.0, 0.4, 99.0)) == pytest.approx(164.0, rel=0.015)  # s_min sum s would be at 172
+
+
+@pytest.mark.slow
+def test_balls_in_one_plane_leave_the_nutation_where_it_has_risen_to() -> None:
+    m = with_parameter(machine(rotor(0.02), (0.15,), beta=2e-4), "drive.profile.speed", 420.0)
+    wanted = found(m)["release speed"].speed
+    assert passes(run(m, 138.5, 260.0, 0.2, 136.5)) == pytest.approx(wanted, rel=0.015)
+
+
+@pytest.mark.slow
+def test_of_two_planes_that_hang_at_the_nutation_one_is_released_first_and_the_other_later() -> None:
+    m = with_parameter(machine(rotor(0.02), (-0.1, 0.15), beta=2e-4), "drive.profile.speed", 420.0)
+    wanted = found(m)["release speed"].speed
+    made = run(m, 138.5, 260.0, 0.4, 136.5)
+    hangs = (made["ball_speed_in_space"] < 0.85 * made["speed"]).values
+    first, last = (float(made["speed"][np.flatnonzero(hangs[:, i])[-1]]) for i in (0, 2))
+    assert last == pytest.approx(wanted, rel=0.03)  # the others, in line, disturb those that stay
+    assert first < 0.9 * last
+
+
+# where they are shown -------------------------------------------------------------------------------------------------
+
+
+def test_curves_have_release_and_capture_over_what_only_real_races_have() -> None:
+    m = machine(rotor(), (-0.1, 0.15))
+    curve = ab.border_curve(m, "rolling_resistance", [0.0, 0.004, 0.008], only=BOTH)
+    assert "exact_border" not in curve
+    for name in ("release_speed", "capture_speed"):
+        assert (np.diff(curve[name].values) < 0.0).all()
+    thick = ab.border_curve(m, "plateau", [0.4, 0.8], only=BOTH)["release_speed"].values
+    assert thick[0] > thick[1]
+    figure = ab.plot_border_curve(curve)
+    assert {"release speed", "capture speed"} <= {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+def test_warm_oil_lets_go_later() -> None:
+    m = with_parameter(machine(rotor(), (0.03,)), "balancers[1].races[1].fluid", {"name": "silicone oil 1"})
+    release = ab.border_curve(m, "temperature", ["10 degC", "50 degC"], only=["release speed"])["release_speed"].values
+    assert release[0] < release[1]
+    assert value_of(with_quantity(m, "temperature", "30 degC"), "temperature") == pytest.approx(303.15)
+
+
+def test_a_map_without_the_speed_has_the_release_speed_over_both_axes() -> None:
+    flat = machine(PlanarRotor(mass=5.0, stiffness=4e4, damping=40.0), (None,))
+    axes = {"rolling_resistance": [0.0, 0.004, 0.008], "count": [2, 3]}
+    drawn = ab.stability_map(flat, axes, speed=115.0)
+    assert drawn["release_speed"].shape == (3, 2)
+    changed = with_quantity(with_quantity(flat, "rolling_resistance", 0.004), "count", 3)
+    assert float(drawn["release_speed"][1, 1]) == found(changed)["release speed"].speed
+    assert any("release speed" in text.get_text() for text in ab.plot_map(drawn).legends[0].get_texts())
+
+
+def test_the_least_drag_for_a_speed_has_its_release_speed_there_on_any_rotor() -> None:
+    m = machine(rotor(), (-0.1, 0.15), beta=2e-4)
+    drag = ab.minimum_drag(m, 110.0, "release speed")
+    assert found(with_quantity(m, "drag", drag))["release speed"].speed == pytest.approx(110.0, rel=1e-6)
+
+
+def test_the_least_drag_for_a_release_counts_rolling_resistance() -> None:
+    flat = machine(PlanarRotor(mass=5.0, stiffness=4e4, damping=40.0), (None,), beta=2e-4)
+    rubbed = with_quantity(flat, "rolling_resistance", 0.004)
+    drag, less = (ab.minimum_drag(m, 110.0, "release speed") for m in (flat, rubbed))
+    assert less < 0.9 * drag
+    assert found(with_quantity(rubbed, "drag", less))["release speed"].speed == pytest.approx(110.0, rel=1e-6)
+
+
+def test_check_lists_release_and_capture_of_any_rotor() -> None:
+    assert set(BOTH) <= {border.name for border in ab.summary(machine(rotor(), (0.03,))).borders}
+
+
+def test_release_without_capture_is_the_same() -> None:
+    m = machine(rotor(), (-0.1, 0.15))
+    st = stations(m)
+    assert release_of(m, st, capture=False) == release_of(m, st)[:1]
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda m: ab.border_speeds(m, only=["release"]), "only: given 'release'; must be among"),
+        (lambda m: ab.border_speeds(m, up_to=-1.0), "up_to: given -1.0; must be greater than zero"),
+        (lambda m: with_quantity(m, "temperature", 300.0), "has no fluid of the catalog"),
+        (lambda m: with_quantity(with_quantity(m, "drag", 1e-4), "plateau", 0.5), "'beta', has none"),
+        (lambda m: with_quantity(m, "rolling_resistance", -0.1), "must not be negative"),
+        (lambda m: ab.speed_windows(m), "autobalancer equivalent FILE --out planar.toml"),
+        (lambda m: ab.basin(m, 300.0, random=3), "autobalancer equivalent FILE --out planar.toml"),
+        (lambda m: ab.minimum_drag(m, 300.0, "averaged border"), "autobalancer equivalent FILE --out planar.toml"),
+    ],
+)
+def test_what_cannot_be_answered_says_what_to_do(ask: Any, message: str) -> None:
+    with pytest.raises(QuestionError, match=message):
+        ask(machine(rotor(), (0.03,)))
