@@ -95,7 +95,10 @@ def _crossing(place, way, pair):  # type: ignore[no-untyped-def]
 
 @njit(**COMPILED)
 def first_switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
-    """The fraction of the step after which the first ball stops or breaks loose."""
+    """The fraction of the step after which the first ball stops or breaks loose; balls that stop there get the mode of rest.
+
+    Judged by the crossing and not by the state at the cut, whose speed may keep its old sign by rounding.
+    """
     (t, m), p = behind(pair), behind(parameters)
     polynomials(m.state.size, t, m)
     r, count = data(p.rotor), p.balls.shape[0]
@@ -125,20 +128,23 @@ def first_switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
                 break
             x = 0.5 * (low + high)
         first = high
+    for b in range(count):
+        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        passed = _rubs(r, at) and r[at + MODE] * m.state[BALLS + count + b] < 0.0
+        if passed and _crossing(BALLS + count + b, r[at + MODE], pair) <= first:
+            r[at + MODE] = 0.0
     return first
 
 
 @njit(**COMPILED)
 def switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
-    """At the end of a cut step, which is in ``m.state``: balls that stop rest or turn round, balls that are loose roll."""
+    """At the end of a cut step, which is in ``m.state``: balls that stopped rest or turn round, balls that are loose roll."""
     (_, m), p = behind(pair), behind(parameters)
     r, count = data(p.rotor), p.balls.shape[0]
     for b in range(count):
         at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
-        place = BALLS + count + b
-        if _rubs(r, at) and r[at + MODE] != 0.0 and r[at + MODE] * m.state[place] <= 0.0:
-            m.state[place] = 0.0
-            r[at + MODE] = 0.0
+        if _rubs(r, at) and r[at + MODE] == 0.0:
+            m.state[BALLS + count + b] = 0.0
     rhs(time, data(m.state), data(m.trial), parameters)
     m.counts[EVALUATIONS] += 1
     for b in range(count):
