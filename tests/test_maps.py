@@ -293,6 +293,17 @@ def test_a_border_outside_the_picture_says_so_in_the_legend() -> None:
     assert "no balanced state" in said
 
 
+def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines() -> None:
+    machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
+    axes = {"viscosity": np.geomspace(5e-7, 5e-6, 5), "ball_mass": np.linspace(4e-3, 8e-3, 5)}
+    found = ab.stability_map(machine, axes, speed=150.0)
+    one = with_quantity(with_quantity(machine, "viscosity", axes["viscosity"][1]), "ball_mass", axes["ball_mass"][2])
+    for border in ab.border_speeds(one, only=("release speed", "capture speed"), up_to=150.0):
+        table = found[border.name.replace(" ", "_")].transpose("viscosity_of_border", "ball_mass_of_border")
+        assert float(table[1, 2]) == pytest.approx(border.speed, rel=1e-12)
+    assert "release speed as high as the speed of the map" in labels(plot_map(found))
+
+
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     found = ab.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))

@@ -212,7 +212,7 @@ def run(m: Machine, low: float, high: float, rate: float, start: float) -> xr.Da
             place = f"balancers[{b}].races[1].balls[{g}]"
             m = with_parameter(m, f"{place}.start_speeds", [start - low] * group.count)
             m = with_parameter(m, f"{place}.start_angles", [0.25 * (i + g) for i in range(group.count)])
-    return ab.simulate(m, duration=time, save=Samples(int(20 * time) + 1), tolerance=1e-7)
+    return ab.simulate(m, duration=time, save=Samples(int(20 * time) + 1), tolerance=1e-7, max_steps=10**6)
 
 
 def passes(run: xr.Dataset) -> float:
@@ -344,3 +344,9 @@ def test_release_without_capture_is_the_same() -> None:
 def test_what_cannot_be_answered_says_what_to_do(ask: Any, message: str) -> None:
     with pytest.raises(QuestionError, match=message):
         ask(machine(rotor(), (0.03,)))
+
+
+def test_balls_that_turn_round_go_on_where_rounding_leaves_their_speed_the_old_sign() -> None:
+    carried = run(machine(rotor(0.08, (2e4, 3e4)), (-0.1, 0.15), rolling=0.0027), 110.6, 118.6, 0.2, 106.0)
+    assert carried.attrs["outcome"] == "finished"
+    assert float(carried["ball_speed_in_rotor"].max()) > 0.0

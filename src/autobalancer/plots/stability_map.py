@@ -19,6 +19,7 @@ from autobalancer.plots.map_marks import fluid_names, operating_points
 from autobalancer.plots.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.style import CRITICAL, INK, look, picture
 
+STALLED = ("release_speed", "capture_speed")
 COLORS = LinearSegmentedColormap.from_list(
     "growth",
     [
@@ -139,7 +140,7 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
         rates = found["growth_rate"].transpose(*dims).values
         axes.contour(along[0].values, along[1].values, rates.T, levels=[0.0], colors=INK, linewidths=2.0)
         limit = Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")
-        return [limit, *_released(axes, found, dims, along)]
+        return [limit, *(one for name in STALLED for one in _stalled(axes, found, dims, along, name))]
     place = dims.index("speed")
     other = dims[1 - place]
     coordinate = f"{other}_of_border"
@@ -161,20 +162,19 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
     return handles
 
 
-def _released(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
-    """Where the speed of the map is the release speed; below it balls that stall stay."""
-    if "release_speed" not in found or "speed" not in found.attrs:
+def _stalled(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], name: str) -> list[Any]:
+    """Where the speed of the map is that border of stalled balls; nan where no ball stalls."""
+    if name not in found or "speed" not in found.attrs:
         return []
-    speed, style = float(found.attrs["speed"]), BORDERS["release_speed"]
-    rates = found["release_speed"].transpose(*(f"{dim}_of_border" for dim in dims))
+    speed, style = float(found.attrs["speed"]), BORDERS[name]
+    rates = found[name].transpose(*(f"{dim}_of_border" for dim in dims))
+    if np.isnan(rates.values).all():
+        return []
     over = np.log(np.clip(np.nan_to_num(rates.values, nan=0.0, posinf=np.inf), 0.1 * speed, 10.0 * speed) / speed)
-    label = "release speed as high as the speed of the map"
+    label = f"{style['label']} as high as the speed of the map"
     if (over > 0.0).all() or (over <= 0.0).all():
-        return [
-            Line2D(
-                [], [], **{**style, "label": f"release speed: {'above' if over.min() > 0.0 else 'below'} it everywhere"}
-            )
-        ]
+        side = "above" if over.min() > 0.0 else "below"
+        return [Line2D([], [], **{**style, "label": f"{style['label']}: {side} it everywhere"})]
     x, y = (rates[f"{dim}_of_border"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
     axes.contour(x, y, over.T, levels=[0.0], colors=style["color"], linewidths=style["lw"], linestyles=[style["ls"]])
     return [Line2D([], [], **{**style, "label": label})]

@@ -67,11 +67,12 @@ def lags_by_passes(
         "flow_converged": int(change <= tolerance),
     }
     if change > tolerance:
-        record["flow_text"] = (
+        disagreement = (
             f"the flow in the race and the speed of the rotor did not agree after {passes} passes: the last one changed the "
             f"speed by {change:.1e} of its greatest value, {tolerance:.0e} is wanted; take fluid.lag = 'modes', or prescribe "
             "the speed"
         )
+        record["flow_text"] = "; ".join([str(record[key]) for key in ("flow_text",) if key in record] + [disagreement])
     return KnownLags(lags, record)
 
 

@@ -17,10 +17,10 @@ from autobalancer.stability.borders import borders_of
 from autobalancer.stability.borders_over import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.map_rates import with_values
-from autobalancer.stability.resistance import RELEASE
+from autobalancer.stability.resistance import CAPTURE, RELEASE
 from autobalancer.units import to_si
 
-COARSE = 11  # values of each axis at which the release speed is found
+COARSE = 11  # values of each axis at which release and capture speed are found
 
 
 def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats], count: int) -> xr.Dataset:
@@ -38,20 +38,23 @@ def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats],
 
 
 def with_release(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
-    """The release speed over two axes without the speed, at a few values of each."""
+    """Release and capture speed over two axes without the speed, at a few values of each."""
     few = [
         axis[np.unique(np.linspace(0, axis.size - 1, min(COARSE, axis.size)).round().astype(int))]
         for axis in (np.unique(axis) for axis in values.values())
     ]
-    speeds = np.empty([axis.size for axis in few])
+    speeds = np.full((2, *(axis.size for axis in few)), np.nan)
     for i, first in enumerate(few[0].tolist()):
         for j, second in enumerate(few[1].tolist()):
             changed, p = with_values(machine, dict(zip(values, (first, second), strict=True)))
-            (border, *_) = borders_of(changed, p, (RELEASE,), float(found.attrs["speed"]))
-            speeds[i, j] = border.speed
+            borders = borders_of(changed, p, (RELEASE, CAPTURE), float(found.attrs["speed"]))
+            named = {border.name: border.speed for border in borders}
+            speeds[:, i, j] = [named.get(name, math.nan) for name in (RELEASE, CAPTURE)]
     dims = [f"{dimension_of(name)}_of_border" for name in values]
-    attrs = {"long_name": "release speed", "units": "rad/s"}
-    return found.assign_coords(dict(zip(dims, few, strict=True))).assign(release_speed=(dims, speeds, attrs))
+    found = found.assign_coords(dict(zip(dims, few, strict=True)))
+    for name, table in zip((RELEASE, CAPTURE), speeds, strict=True):
+        found[name.replace(" ", "_")] = (dims, table, {"long_name": name, "units": "rad/s"})
+    return found
 
 
 def with_operating_points(

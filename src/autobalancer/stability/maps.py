@@ -74,8 +74,8 @@ def stability_map(
     -------
     xarray.Dataset
         ``growth_rate`` (1/s) over both parameters, nan where there is no balanced state; the borders of
-        :func:`border_curve` over ``<other>_of_border``, or without the speed as an axis ``release_speed`` over coarser
-        values of both; ``operating_point`` with its values; for a viscosity the fluids
+        :func:`border_curve` over ``<other>_of_border``, or without the speed as an axis ``release_speed`` and
+        ``capture_speed`` over coarser values of both; ``operating_point`` with its values; for a viscosity the fluids
         of the catalog along it.
 
     Raises
