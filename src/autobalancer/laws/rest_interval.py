@@ -27,8 +27,8 @@ def rest_interval(
     """Both ends of the interval in which a ball at rest in the rotor stays, as angles from its place.
 
     The rotor whirls under unbalance and ball, z = (U + s e^(i phi)) w^2 H(w). A ball stays while the force along the race is
-    below adherence times the wall force, |Im(z e^(-i phi))| <= mu (eps + Re(z e^(-i phi))). On an undamped rotor whose ball
-    balances exactly this is, for small angles, mu eps |M w^2 - k|/(U w^2) to either side.
+    below adherence times the wall force, ``|Im(z e^(-i phi))|`` <= mu (eps + Re(z e^(-i phi))). On an undamped rotor whose ball
+    balances exactly this is, for small angles, ``mu eps |M w^2 - k|/(U w^2)`` to either side.
 
     Parameters
     ----------
