@@ -92,6 +92,25 @@ def test_an_impact_takes_from_both_balls_what_friction_and_impulse_say(harmonics
     assert sum(speeds) - found[8] - found[9] == pytest.approx(2.0 * friction * LEVER * impulse, rel=1e-6)
 
 
+@pytest.mark.parametrize("sizes", [[0.01, 0.02], [0.02, 0.01]])
+def test_friction_takes_from_each_of_two_unequal_balls_what_its_arm_says(sizes: list[float]) -> None:
+    friction, speeds = 0.2, [6.0, 2.0]
+    balls = [
+        {"diameter": d, "density": DENSITY, "start_angles": [a], "start_speeds": [v]}
+        for d, a, v in zip(sizes, (0.0, 0.5), speeds, strict=True)
+    ]
+    contact = pair(friction, restitution=0.5, slip_speed=1e-4)
+    machine = standing(axis="vertical", orbit_radius=None, race_radius=WALL, balls=balls, contact=contact)
+    found = states_of(machine, np.array([0.0, 0.4]), tolerance=1e-11)[-1]
+    inertias = [ball.inertia for ball in assemble(machine).balls]
+    gains = [inertias[i] * (found[8 + i] - speeds[i]) for i in range(2)]
+    orbits, total = [WALL - 0.5 * d for d in sizes], 0.5 * sum(sizes)
+    half = math.acos((orbits[0] ** 2 + total**2 - orbits[1] ** 2) / (2.0 * orbits[0] * total))
+    lever = orbits[0] * math.sin(half)  # of the force along the line of centers, the same for both
+    rub = [friction * WALL * sizes[1 - i] / total / lever for i in range(2)]
+    assert gains[0] / -(1.0 + rub[0]) == pytest.approx(gains[1] / (1.0 - rub[1]), rel=1e-6)
+
+
 def test_two_balls_pressed_together_by_their_weight_creep_as_friction_lets_them() -> None:
     friction, slow, beta, angle = 0.5, 1e-4, 1e-3, 0.02
     assert math.tan(angle) < friction * LEVER * math.tan(HALF)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.references.race_runs import states_of
 from tests.references.races import races
-from tests.references.standing_races import DIAMETER, ORBIT, standing
+from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
 import autobalancer as ab
 from autobalancer.assembly.contacts import damping_ratio, rebound
@@ -22,25 +23,64 @@ from autobalancer.simulation.sampling import Samples
 TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
 
 
+def _of_sizes(sizes: list[float], angles: list[float], speeds: list[float], **race: Any) -> Machine:
+    balls = [
+        {"diameter": d, "density": DENSITY, "start_angles": [BOTTOM + angle], "start_speeds": [speed]}
+        for d, angle, speed in zip(sizes, angles, speeds, strict=True)
+    ]
+    return standing(axis="vertical", orbit_radius=None, race_radius=ORBIT + 0.5 * DIAMETER, balls=balls, **race)
+
+
+@pytest.mark.parametrize("sizes", [[0.01, 0.01], [0.01, 0.02], [0.02, 0.01]])
 @pytest.mark.parametrize("harmonics", [[], [{"order": 2, "amplitude": 1e-9}]])
 @pytest.mark.parametrize("speeds", [[4.0, -2.0], [0.0, -3.0], [2.0, 0.0]])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
 def test_two_balls_rebound_with_the_ratio_of_restitution(
-    restitution: float, speeds: list[float], harmonics: list[dict[str, float]]
+    restitution: float, speeds: list[float], harmonics: list[dict[str, float]], sizes: list[float]
 ) -> None:
-    machine = standing(
-        axis="vertical",
-        angles=[0.0, 0.5],
-        speeds=speeds,
-        contact={"restitution": restitution},
-        harmonics=harmonics,
-    )
+    machine = _of_sizes(sizes, [0.0, 0.5], speeds, contact={"restitution": restitution}, harmonics=harmonics)
     found = states_of(machine, np.array([0.0, 0.6]), tolerance=1e-11)[-1]
     before, after = speeds[1] - speeds[0], found[9] - found[8]
     assert after == pytest.approx(
         -restitution * before, rel=0.01, abs=0.011 * abs(before) if restitution == 0.0 else 0.0
     )
-    assert found[8] + found[9] == pytest.approx(sum(speeds), rel=1e-7, abs=1e-7)  # momentum along the race
+    one, other = (ball.inertia for ball in assemble(machine).balls)
+    share = one / (one + other)
+    mean = share * speeds[0] + (1.0 - share) * speeds[1]
+    assert share * found[8] + (1.0 - share) * found[9] == pytest.approx(
+        mean, rel=1e-7, abs=1e-7
+    )  # momentum along the race
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e6])
+def test_balls_of_any_size_rebound_from_partitions_and_beside_them_from_each_other(stiffness: float | None) -> None:
+    """The first two meet in their sector, the third, of another size, meets its partition alone."""
+    contact = {"restitution": 0.6} | ({} if stiffness is None else {"stiffness": stiffness})
+    for sizes in ([0.01, 0.02, 0.006], [0.02, 0.01, 0.02], [0.006, 0.014, 0.01]):
+        machine = _of_sizes(
+            sizes, [0.6, 1.1, 3.6], [3.0, 1.0, -3.0], contact=contact, partitions={"count": 2, "angle": BOTTOM}
+        )
+        found = states_of(machine, np.array([0.0, 0.45]), tolerance=1e-11)[-1]
+        assert found[10] - found[9] == pytest.approx(0.6 * 2.0, rel=0.01)
+        assert found[11] == pytest.approx(0.6 * 3.0, rel=0.01)
+
+
+def test_the_same_contact_seen_from_either_ball_is_the_mirror_image() -> None:
+    times = np.linspace(0.0, 0.4, 401)
+    for contact in (
+        {"restitution": 0.3},
+        {"restitution": 0.3, "friction": 0.3},
+        {"restitution": 0.3, "stiffness": 1e5},
+    ):
+        one, other = (
+            states_of(_of_sizes(sizes, angles, speeds, contact=contact), times)
+            for sizes, angles, speeds in (
+                ([0.01, 0.02], [-0.25, 0.25], [4.0, -1.0]),
+                ([0.02, 0.01], [-0.25, 0.25], [1.0, -4.0]),
+            )
+        )
+        np.testing.assert_allclose(one[:, [8, 9]], -other[:, [9, 8]], atol=1e-7)
+        assert np.ptp(one[:, 8]) > 1.0
 
 
 def test_the_damping_of_a_contact_gives_its_restitution_and_back() -> None:

@@ -116,6 +116,19 @@ def test_resolved_balls_shield_each_other_like_guided_ones() -> None:
     assert np.abs(found[2] - found[0]).max() > 0.05
 
 
+def test_a_partition_far_from_resolved_balls_leaves_their_slipstream_as_it_is() -> None:
+    ball = {"count": 2, "mass": 5e-3, "diameter": DIAMETER, "start_angles": [0.0, 0.25], "start_speeds": [20.0, 20.0]}
+    part = {"drag": LAWS[1], "fluid": OIL}
+    found = []
+    for more in ({}, {"partitions": {"count": 1, "angle": 2.0}}, {"slipstream": False}):
+        assembly = assemble(chamber(balls=ball, race=part | {"slipstream": True} | more))
+        rates = np.empty_like(assembly.state)
+        equations(assembly)(0.0, assembly.state, rates, assembly.system)
+        found.append(rates)
+    np.testing.assert_array_equal(found[1], found[0])
+    assert np.abs(found[2] - found[0]).max() > 0.05 * np.abs(found[0]).max()
+
+
 def test_shielded_balls_lose_no_less_energy_than_drag_takes_with_any_fluid_that_lags() -> None:
     """Power of the drag on the velocity through the fluid is never positive, in random states of five balls."""
     random = np.random.default_rng(8)

@@ -20,8 +20,10 @@ from autobalancer.kernels.system import (
     RUB,
     SOFT,
     TOUCH,
+    WALL_HARD,
     WALL_HIGH,
     WALL_LOW,
+    WALL_SOFT,
     WRAP,
     Floats,
     Matrix,
@@ -73,12 +75,7 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matr
             members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, number)]
             solid = not race.coincidence and all(balls[i].diameter > 0.0 for i in members)
             if race.partitions is not None:
-                _set_walls(race, balls, members, angles, matrix)
-            for i in members:
-                stiffness, ratio = _stiffness(race, balls[i], frequency), damping_ratio(restitution(race))
-                half = 0.5 * balls[i].inertia
-                if (solid and len(members) > 1) or race.partitions is not None:
-                    matrix[i, HARD], matrix[i, SOFT] = stiffness, 2.0 * ratio * math.sqrt(half * stiffness)
+                _set_walls(race, balls, members, angles, matrix, frequency)
             if solid and len(members) > 1:
                 _set_neighbors(race, balls, members, angles, matrix, frequency)
     return angles
@@ -89,11 +86,17 @@ def restitution(race: Race) -> float:
     return float(race.contact.restitution) if race.contact is not None else CRITICAL
 
 
-def _stiffness(race: Race, ball: Ball, frequency: float) -> float:
-    """Torque over the angle by which two balls overlap, N m/rad."""
+def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> tuple[float, float]:
+    """Torque over the angle by which two balls overlap, N m/rad, and over the rate of this angle, N m s/rad.
+
+    The torque is the same on both, so their distance moves with the reduced inertia, and neither is the first.
+    """
+    inertia = one.inertia * (other.inertia / (one.inertia + other.inertia))
     if race.contact is not None and race.contact.stiffness is not None:
-        return float(race.contact.stiffness) * ball.orbit_radius**2
-    return 0.5 * ball.inertia * (QUICK * frequency) ** 2
+        stiffness = float(race.contact.stiffness) * (one.orbit_radius * other.orbit_radius)
+    else:
+        stiffness = inertia * (QUICK * frequency) ** 2
+    return stiffness, 2.0 * damping_ratio(restitution(race)) * math.sqrt(inertia * stiffness)
 
 
 def _set_neighbors(
@@ -106,6 +109,7 @@ def _set_neighbors(
         ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
         matrix[i, NEXT], matrix[i, WRAP] = j, ahead - (angles[j] - angles[i])
         matrix[i, TOUCH] = 0.5 * occupied_angle([balls[i], balls[j]])
+        matrix[i, [HARD, SOFT]] = _spring_and_damper(race, balls[i], balls[j], frequency)
         _set_rubbing(race, balls[i], balls[j], matrix[i], frequency)
 
 
@@ -119,8 +123,12 @@ def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Floats, frequency: fl
         row[[ARM, ARM_NEXT]] = pair.force * pair.arms[0], pair.force * pair.arms[1]
 
 
-def _set_walls(race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix) -> None:
+def _set_walls(
+    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix, frequency: float
+) -> None:
     for i in members:
+        # a wall is the mirror image of the ball, which overlaps it by twice the angle
+        matrix[i, [WALL_HARD, WALL_SOFT]] = 2.0 * np.array(_spring_and_damper(race, balls[i], balls[i], frequency))
         half = 0.5 * occupied_angle([balls[i]])
         low, high = sector(race, balls[i], angles[i], half)
         matrix[i, WALL_LOW], matrix[i, WALL_HIGH] = low + half, high - half

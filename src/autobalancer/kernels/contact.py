@@ -26,8 +26,10 @@ from autobalancer.kernels.system import (
     RUB,
     SOFT,
     TOUCH,
+    WALL_HARD,
     WALL_HIGH,
     WALL_LOW,
+    WALL_SOFT,
     WRAP,
 )
 
@@ -42,15 +44,13 @@ def touch(y, balls, count: int) -> None:  # type: ignore[no-untyped-def]
         balls[i, CONTACT] = 0.0
         balls[i, OUTWARD] = 0.0
     for i in range(count):
-        angle, rate, hard, soft = y[BALLS + i], y[BALLS + count + i], balls[i, HARD], balls[i, SOFT]
-        if hard == 0.0:
-            continue
-        other = int(balls[i, NEXT])
-        if other >= 0:
+        angle, rate, hard, wall = y[BALLS + i], y[BALLS + count + i], balls[i, HARD], balls[i, WALL_HARD]
+        if hard > 0.0:
+            other = int(balls[i, NEXT])
             deep = balls[i, TOUCH] - (y[BALLS + other] - angle + balls[i, WRAP])
             if deep > 0.0:
                 its = y[BALLS + count + other]
-                pressed = hard * deep - soft * (its - rate)
+                pressed = hard * deep - balls[i, SOFT] * (its - rate)
                 if pressed > 0.0:
                     balls[i, CONTACT] -= pressed
                     balls[other, CONTACT] += pressed
@@ -63,7 +63,8 @@ def touch(y, balls, count: int) -> None:  # type: ignore[no-untyped-def]
                         balls[other, CONTACT] -= its_arm * rub
                         balls[i, OUTWARD] -= rub / balls[i, ORBIT]
                         balls[other, OUTWARD] += rub / balls[other, ORBIT]
-        if angle < balls[i, WALL_LOW]:
-            balls[i, CONTACT] += max(2.0 * (hard * (balls[i, WALL_LOW] - angle) - soft * rate), 0.0)
-        elif angle > balls[i, WALL_HIGH]:
-            balls[i, CONTACT] -= max(2.0 * (hard * (angle - balls[i, WALL_HIGH]) + soft * rate), 0.0)
+        if wall > 0.0:
+            if angle < balls[i, WALL_LOW]:
+                balls[i, CONTACT] += max(wall * (balls[i, WALL_LOW] - angle) - balls[i, WALL_SOFT] * rate, 0.0)
+            elif angle > balls[i, WALL_HIGH]:
+                balls[i, CONTACT] -= max(wall * (angle - balls[i, WALL_HIGH]) + balls[i, WALL_SOFT] * rate, 0.0)

@@ -147,14 +147,14 @@ def _in_chamber(time: float, y, r, at: int, own: int, angle: float) -> None:  # 
         side, normal = 1.0, place + PART_BEHIND
         if angle > r[place + PART_MIDDLE]:
             side, normal = -1.0, place + PART_AHEAD
-        nx, ny = r[normal], r[normal + 1]
-        depth = radius - (x * nx + z * ny)
-        if depth > 0.0 and side * (x * ny - z * nx) > 0.0:
-            inward, along = vx * nx + vz * ny, vx * ny - vz * nx
+        px, py = r[normal], r[normal + 1]
+        depth = radius - (x * px + z * py)
+        if depth > 0.0 and side * (x * py - z * px) > 0.0:
+            inward, along = vx * px + vz * py, vx * py - vz * px
             push = normal_force(depth, -inward, r[place + PART_STIFFNESS], r[place + PART_DAMPING], r[at + HERTZ])
             rub = push * r[at + BALL_SLIDING] * math.tanh((along + radius * spin) / r[at + SLIP_SPEED])
-            force_x += push * nx - rub * ny
-            force_y += push * ny + rub * nx
+            force_x += push * px - rub * py
+            force_y += push * py + rub * px
             torque -= radius * rub
 
     if r[at + FLOOR] > 0.0 and r[at + WEIGHT] > 0.0:

@@ -26,10 +26,10 @@ X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
 # columns of System.balls; from CONTACT on they are work space of the equations
 (
     MASS, MOMENT, INERTIA, SPIN, DRAG, OFFSET_X, OFFSET_Y, ORBIT, STATION,
-    NEXT, WRAP, TOUCH, HARD, SOFT, WALL_LOW, WALL_HIGH, RUB, GRIP, ARM, ARM_NEXT, OUT, OUT_NEXT,
+    NEXT, WRAP, TOUCH, HARD, SOFT, WALL_LOW, WALL_HIGH, WALL_HARD, WALL_SOFT, RUB, GRIP, ARM, ARM_NEXT, OUT, OUT_NEXT,
     CONTACT, OUTWARD, LEAN_X, LEAN_Y, LEAN_U, LEAN_V, PUSH, TWIST,
     BALL_COLUMNS,
-) = range(31)  # fmt: skip
+) = range(33)  # fmt: skip
 # columns of System.segments; DRIVE and UNBALANCE are the first of four each
 START, KIND, DRIVE, UNBALANCE, SEGMENT_COLUMNS = 0, 1, 2, 6, 10
 
@@ -58,11 +58,12 @@ class System(NamedTuple):
     polar_inertia: float  # about the shaft: rotor, and of the balls what does not change
     drive: int  # PRESCRIBED or TORQUE
     torque_damping: float  # external damping torque over speed
-    balls: Matrix  # (n, 30): effective mass; times orbit radius; inertia of the angle (mass, virtual mass, rolling);
+    balls: Matrix  # (n, 32): effective mass; times orbit radius; inertia of the angle (mass, virtual mass, rolling);
     #               coupling with the rotor angle at E = 0; drag torque over speed; race center E in the rotor;
     #               orbit radius; number of its station; the next ball of its race (-1: none) with what to add to its
-    #               angle and the angle between them when they touch; stiffness and damping of contact (torque);
-    #               the angles of partitions between which it runs; of contact with the next ball, laws/touching_balls.py:
+    #               angle and the angle between them when they touch; stiffness and damping of their contact (torque);
+    #               the angles of partitions between which it runs, and stiffness and damping there;
+    #               of contact with the next ball, laws/touching_balls.py:
     #               friction, sharpness of its onset, arms of it and of the next, and what presses both on the wall (1/m)
     torque_table: Matrix  # (q, 2) speed, torque; may be empty
     segments: Matrix  # (s, 10): start time; kind; speed or torque, linear (value, rate) or
