@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import signal
@@ -83,13 +84,64 @@ def test_a_run_is_written_once_in_one_process_too(folder: Path) -> None:
         pass
 
 
-def test_a_writer_on_another_host_is_believed_until_a_person_says_otherwise(folder: Path) -> None:
+def test_where_the_system_locks_files_the_note_of_a_dead_writer_on_another_host_counts_for_nothing(
+    folder: Path,
+) -> None:
+    note(folder, 12, "far away")
+    with RunLock(folder):
+        assert json.loads((folder / "lock").read_text())["process"] == os.getpid()
+
+
+def test_without_locks_a_writer_on_another_host_is_believed_until_a_person_says_otherwise(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(archive_lock, "fcntl", None)
     note(folder, 12, "far away")
     with pytest.raises(ResultError, match=r"process 12 on far away.*If it is gone, delete .*lock"), RunLock(folder):
         pass
     (folder / "lock").unlink()
     with RunLock(folder):
         pass
+    assert not (folder / "lock").exists()
+
+
+class Kernel:
+    """The calls of Windows on a process: which handle opens, what waiting for it answers, what was closed."""
+
+    def __init__(self, handle: int, waited: int) -> None:
+        self.handle, self.waited, self.closed = handle, waited, 0
+
+    def OpenProcess(self, rights: int, inherit: bool, number: int) -> int:
+        return self.handle
+
+    def WaitForSingleObject(self, handle: int, time: int) -> int:
+        assert (handle, time) == (self.handle, 0)
+        return self.waited
+
+    def CloseHandle(self, handle: int) -> None:
+        self.closed += handle
+
+
+@pytest.mark.parametrize(
+    ("handle", "waited", "error", "alive"), [(7, 0x102, 0, True), (7, 0, 0, False), (0, 0, 87, False), (0, 0, 5, True)]
+)
+def test_on_windows_no_signal_asks_whether_a_writer_lives(
+    handle: int, waited: int, error: int, alive: bool, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernel = Kernel(handle, waited)
+    monkeypatch.setattr(archive_lock, "fcntl", None)
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(ctypes, "WinDLL", lambda name, use_last_error: kernel, raising=False)
+    monkeypatch.setattr(ctypes, "get_last_error", lambda: error, raising=False)
+    monkeypatch.setattr(os, "kill", lambda number, signal: pytest.fail("Ctrl-C to the writer"))
+    note(folder, 12, socket.gethostname())
+    if alive:
+        with pytest.raises(ResultError, match="process 12 on"), RunLock(folder):
+            pass
+    else:
+        with RunLock(folder):
+            pass
+    assert kernel.closed == handle
 
 
 @pytest.mark.parametrize("writer", ["alive", "dead"])

@@ -56,6 +56,21 @@ def test_a_full_ring_balances_nothing_and_the_next_layer_something() -> None:
     assert chamber_capability(0.1, 2.0 * size, [(11, size, 0.1)]) == pytest.approx(0.1 * inner, rel=1e-12)
 
 
+@pytest.mark.parametrize(("count", "size", "depth"), [(14, 0.025, 0.3), (40, 0.025, 0.1), (11, 0.02, 0.04)])
+def test_equal_balls_balance_the_same_in_one_group_or_in_many(count: int, size: float, depth: float) -> None:
+    whole = chamber_capability(0.1, depth, [(count, size, 0.1)])
+    assert chamber_capability(0.1, depth, [(1, size, 0.1)] * count) == pytest.approx(whole, rel=1e-12)
+    parts = [(2, size, 0.1), (count - 5, size, 0.1), (3, size, 0.1)]
+    assert chamber_capability(0.1, depth, parts) == pytest.approx(whole, rel=1e-12)
+
+
+def test_a_ring_of_as_many_sizes_as_balls_is_filled_and_the_rest_lies_within() -> None:
+    balls = [(1, 0.02 + 1e-6 * i, 0.1) for i in range(15)]
+    alike = chamber_capability(0.1, 0.04, [(15, 0.02, 0.1)])
+    assert alike > 0.005
+    assert chamber_capability(0.1, 0.04, balls) == pytest.approx(alike, rel=2e-3)
+
+
 def test_two_sizes_side_by_side_balance_with_their_resultant() -> None:
     found = chamber_capability(0.1, 0.02, [(1, 0.01, 0.03), (1, 0.005, 0.004)])
     between = math.asin(0.01 / 0.09) + math.asin(0.005 / 0.095)

@@ -27,17 +27,35 @@ def chamber_capability(radius: float, depth: float, balls: Sequence[tuple[int, f
     Balls that do not fit on the wall lie in the hollows of the full layer before them, which balances nothing. The balls
     of one angle lie beside each other over the depth; staggered rows may reach a little more.
     """
-    left = [(count, size, mass) for count, size, mass in balls if count]
+    merged: dict[tuple[float, float], int] = {}
+    for count, size, mass in balls:
+        merged[size, mass] = merged.get((size, mass), 0) + count
+    left = [(count, size, mass) for (size, mass), count in merged.items() if count]
     inward = 0.0
     while True:
         columns = _columns(radius - inward, depth, left)
         taken = sum(half for _, half in columns)
         if taken <= math.pi * (1.0 + _ROUNDING):
             return _resultant(columns)
-        # a full ring has no resultant: what it takes is gone, first the balls that come first
-        share = math.pi / taken
-        left = [(count - math.floor(count * share), size, mass) for count, size, mass in left]
+        # a full ring has no resultant: what it takes is gone
+        ring = _ring(radius - inward, depth, left, math.pi / taken)
         inward += math.sqrt(3.0) * max(size for _, size, _ in left)
+        left = [
+            (count - gone, size, mass) for (count, size, mass), gone in zip(left, ring, strict=True) if count > gone
+        ]
+
+
+def _ring(radius: float, depth: float, balls: Sequence[tuple[int, float, float]], share: float) -> list[int]:
+    """How many of each size fill one ring: ``share`` of each, then more while there is room, at least one ball."""
+    ring = [math.floor(count * share) for count, _, _ in balls]
+    for i, (count, _, _) in enumerate(balls):
+        while ring[i] < count:
+            ring[i] += 1
+            tried = [(number, size, mass) for number, (_, size, mass) in zip(ring, balls, strict=True)]
+            if sum(half for _, half in _columns(radius, depth, tried)) > math.pi * (1.0 + _ROUNDING):
+                ring[i] -= 1
+                break
+    return ring
 
 
 def _columns(radius: float, depth: float, balls: Sequence[tuple[int, float, float]]) -> list[tuple[float, float]]:

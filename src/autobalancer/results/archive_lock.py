@@ -12,6 +12,7 @@ import datetime
 import json
 import os
 import socket
+import sys
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any
@@ -23,6 +24,9 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
+
+
+MAY_WAIT, ACCESS_DENIED, NOT_ENDED = 0x00100000, 5, 0x102  # SYNCHRONIZE, ERROR_ACCESS_DENIED, WAIT_TIMEOUT of Windows
 
 
 class RunLock:
@@ -61,9 +65,12 @@ class RunLock:
     ) -> None:
         if self.file is None:
             return
+        if fcntl is None:  # Windows deletes no open file
+            os.close(self.file)
         with contextlib.suppress(OSError):
             os.unlink(self.path)
-        os.close(self.file)
+        if fcntl is not None:
+            os.close(self.file)
         self.file = None
 
     def _take(self, file: int) -> None:
@@ -74,7 +81,7 @@ class RunLock:
         if not _same(file, self.path):
             return  # the writer before took the file away while it ended: try the new one
         here = socket.gethostname()
-        if owner and (owner.get("host") != here or (locked is None and _lives(owner))):
+        if locked is None and owner and (owner.get("host") != here or _lives(owner)):
             raise ResultError(
                 f"{self.folder}: {_told(owner)} writes this run, or ended without a word; from here that cannot be told. "
                 f"If it is gone, delete {self.path} and start again"
@@ -119,6 +126,8 @@ def _read(file: int) -> dict[str, Any]:
 
 
 def _lives(owner: dict[str, Any]) -> bool:
+    if sys.platform == "win32":  # signal 0 would be Ctrl-C there
+        return _lives_on_windows(owner)
     try:
         os.kill(int(owner["process"]), 0)
     except (ProcessLookupError, KeyError, ValueError):
@@ -126,6 +135,23 @@ def _lives(owner: dict[str, Any]) -> bool:
     except OSError:
         return True
     return True
+
+
+def _lives_on_windows(owner: dict[str, Any]) -> bool:
+    """Whether the process is there and has not ended, by a handle of it."""
+    import ctypes
+
+    number = owner.get("process")
+    if not isinstance(number, int):
+        return False
+    kernel: Any = getattr(ctypes, "WinDLL")("kernel32", use_last_error=True)  # noqa: B009  # missing elsewhere
+    handle = kernel.OpenProcess(MAY_WAIT, False, number)
+    if not handle:
+        return bool(getattr(ctypes, "get_last_error")() == ACCESS_DENIED)  # noqa: B009
+    try:
+        return bool(kernel.WaitForSingleObject(handle, 0) == NOT_ENDED)
+    finally:
+        kernel.CloseHandle(handle)
 
 
 def _told(owner: dict[str, Any]) -> str:
