@@ -16,7 +16,7 @@ from autobalancer.machine import Machine
 from autobalancer.simulation import passes
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.prepare import prepare
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.sampling import Envelope, Samples, SampleTimes, Sampling
 
 RATE, END = 20.0, 0.5  # rad/s^2, s; slow enough for the secondary flow to carry less than a percent of the lag
 
@@ -69,6 +69,27 @@ def test_without_lag_the_same_ball_stays_behind_by_its_own_inertia_only() -> Non
     assert still == pytest.approx(-coupling * RATE / 1.0, rel=1e-6)
     ramp_lag = relaxation_modes(annulus_of(ramp("modes"))).ramp_lag
     assert lagging - still == pytest.approx(-ramp_lag * RATE, rel=1e-6)
+
+
+@pytest.mark.parametrize("resolved", [False, True])
+@pytest.mark.parametrize("lag", ["modes", "full"])
+@pytest.mark.parametrize("save", [SampleTimes([END]), Envelope(1)], ids=["samples", "envelope"])
+def test_the_recorded_reynolds_number_is_that_of_the_flow_past_the_ball(
+    save: Sampling, lag: str, resolved: bool
+) -> None:
+    place = "balancers[1].races[1]"
+    machine = with_parameter(ramp(lag), f"{place}.drag", {"law": "sphere_on_plane", "range": "whole"})
+    if resolved:
+        contact = {"stiffness": 1e5, "restitution": 0.3, "sliding_friction": 0.5, "slip_speed": 0.01}
+        machine = with_parameter(machine, f"{place}.resolved", contact)
+    run = simulate(machine, duration=END, save=save)
+    name = "ball_speed_in_rotor" if isinstance(save, SampleTimes) else "envelope_ball_speed_in_rotor"
+    behind, fluid = float(run[name][-1, 0]), -RATE * relaxation_modes(annulus_of(machine)).ramp_lag
+    per_rate = 76.95e-3 * 12.3e-3 / 1e-3
+    assert run.attrs["drag_reynolds"] == pytest.approx(
+        abs(behind - fluid) * per_rate, rel=1e-4 if lag == "modes" else 5e-3
+    )
+    assert abs(fluid) > 0.1 * abs(behind - fluid)
 
 
 def test_modes_step_along_with_a_speed_that_a_torque_drives() -> None:

@@ -154,7 +154,7 @@ def simulate(
             "evaluations": int(state.counts[EVALUATIONS]),
         },
     )
-    run.attrs |= drag_range_attributes(assembly, run)
+    run.attrs |= drag_range_attributes(assembly, run, record, state)
     return run
 
 
