@@ -18,6 +18,7 @@ from autobalancer.assembly.resolved_walls import (
     orbit_at,
     partition_numbers,
     refuse_sharp_waves,
+    refuse_soft_wall,
     room,
     stiffnesses,
 )
@@ -109,6 +110,7 @@ def _columns(machine: Machine, race: Race, ball: Ball) -> dict[int, float]:
     refuse_sharp_waves(race, ball, gap)
     outer_k, inner_k, ball_k = stiffnesses(contact, ball, ball.orbit_radius - gap - ball.radius)
     hertz = contact.reduced_modulus is not None
+    refuse_soft_wall(machine, ball, outer_k, hertz)
     ratio = damping_number(contact, float(contact.restitution)) if contact.restitution is not None else 0.0
     if race.contact is not None and race.contact.stiffness is not None and not hertz:
         ball_k = float(race.contact.stiffness)

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from autobalancer.assembly.contacts import damping_ratio, restitution, sector
+from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.race_numbers import race_harmonics
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
@@ -21,8 +22,10 @@ from autobalancer.kernels.resolved_layout import (
 )
 from autobalancer.kernels.system import Floats
 from autobalancer.laws.hertz import hertz_stiffness
-from autobalancer.machine import Race
+from autobalancer.machine import Machine, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
+
+DEEPEST = 0.1  # of the ball radius, by which a wall may give way under centrifugal force
 
 
 def room(race: Race, ball: Ball) -> float:
@@ -47,6 +50,23 @@ def room(race: Race, ball: Ball) -> float:
 
 def _name(ball: Ball) -> str:
     return f"balancers[{ball.balancer + 1}].races[{ball.race + 1}]"
+
+
+def refuse_soft_wall(machine: Machine, ball: Ball, stiffness: float, hertz: bool) -> None:
+    """Refuse a wall that centrifugal force at the greatest known speed pushes in by more than a tenth of the ball radius."""
+    highest = highest_prescribed(machine)
+    if highest is None:
+        return
+    force = ball.effective_mass * highest**2 * ball.orbit_radius
+    power = 1.5 if hertz else 1.0
+    depth, most = (force / stiffness) ** (1.0 / power), DEEPEST * ball.radius
+    if depth > most:
+        key = "reduced_modulus" if hertz else "stiffness"
+        raise MachineError(
+            f"{_name(ball)}.resolved.{key}: at {highest:.4g} rad/s the wall gives way by "
+            f"{1e3 * depth:.3g} mm under a ball of {2e3 * ball.radius:.3g} mm, and would let it through; take at least "
+            f"{force / most**power / stiffness:.2g} times as much"
+        )
 
 
 def refuse_sharp_waves(race: Race, ball: Ball, gap: float) -> None:

@@ -35,6 +35,7 @@ class Ball:
     fluid_density: float = 0.0
     fluid_viscosity: float = 0.0  # kinematic; both 0 without a fluid
     slipstream: bool = False  # whether the balls of its race shield each other
+    stokes: bool = False  # whether its drag is the linear range of a law, kept at any Reynolds number
 
     @property
     def effective_mass(self) -> float:
@@ -150,6 +151,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     fluid_density=density,
                     fluid_viscosity=viscosity,
                     slipstream=race.slipstream and race.ball_count > 1,
+                    stokes=curve is None and viscosity > 0.0 and not isinstance(race.drag, DragTorque),
                 )
             )
     if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
@@ -191,8 +193,9 @@ def occupied_angle(balls: list[Ball]) -> float:
         return 2.0 * math.asin(min(balls[0].radius / balls[0].orbit_radius, 1.0))
     total = 0.0
     for one, other in zip(balls, balls[1:] + balls[:1], strict=True):
-        reach = (one.radius + other.radius) / (one.orbit_radius + other.orbit_radius)
-        total += 2.0 * math.asin(min(reach, 1.0))
+        reach, apart = one.radius + other.radius, one.orbit_radius - other.orbit_radius
+        share = (reach**2 - apart**2) / (4.0 * one.orbit_radius * other.orbit_radius)  # squared sine of half the angle
+        total += 2.0 * math.asin(math.sqrt(min(max(share, 0.0), 1.0)))
     return total
 
 

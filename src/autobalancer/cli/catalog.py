@@ -260,7 +260,9 @@ def drag(
         for law, row in zip(laws, rows, strict=True)
     ]
     _table("Drag laws", columns, table)
-    typer.echo("Also: cd_re with a plateau, and table. Reynolds numbers are those of the ball diameter.")
+    typer.echo(
+        "Also: race_geometry with clear_width, cd_re with a plateau, and table. Reynolds numbers are those of the ball diameter."
+    )
 
 
 @app.command()

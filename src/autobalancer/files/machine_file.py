@@ -92,8 +92,8 @@ def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
     if isinstance(found, ChamberMachine):
         raise MachineFileError(
             f"{source}: its balls move freely in chambers, and this question is one about balls in races. For chambers there "
-            "are 'autobalancer check', 'run' and 'study'; in Python load_chamber_machine, chamber_summary, simulate_chamber "
-            "and chamber_amplitudes"
+            "are 'autobalancer check', 'run', 'plot', 'animate', 'study' and 'archive'; in Python load_chamber_machine, "
+            "chamber_summary, simulate_chamber and chamber_amplitudes"
         )
     return found
 

@@ -13,6 +13,23 @@ from numpy.typing import ArrayLike
 from autobalancer.errors import RangeWarning
 from autobalancer.laws.drag_coefficient import DragLaw, Floats
 
+STOKES = 10.0  # Reynolds number up to which drag is linear near a wall (Jan and Chen 1997; Spannan 2021, 5.21)
+
+
+def stokes_record(reynolds: float) -> dict[str, Any]:
+    """What to keep with a result whose drag is the linear range of a law at any speed, and whose balls reached ``reynolds``.
+
+    A sentence in ``drag_warning`` where that is beyond the range, which is then also given as a ``RangeWarning``.
+    """
+    text = ""
+    if reynolds > STOKES:
+        text = (
+            f"the Reynolds number of a ball reaches {reynolds:.3g}, but drag is linear up to about {STOKES:g} and "
+            "greater beyond; take range = 'whole' of the drag law"
+        )
+        warnings.warn(text, RangeWarning, stacklevel=2)
+    return {"drag_reynolds": reynolds, "drag_reynolds_limit": STOKES, "drag_warning": text}
+
 
 @dataclass(frozen=True)
 class DragCurve:

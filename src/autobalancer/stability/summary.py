@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.frames import StationSummary, frame_of
 from autobalancer.stability.lateral import largest_unbalance
@@ -74,6 +76,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     balls = resolve(machine)
+    assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
     unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)

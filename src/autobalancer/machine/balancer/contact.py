@@ -52,6 +52,10 @@ class Friction(Part):
 
     @model_validator(mode="after")
     def _possible(self) -> Friction:
+        if self.rolling_resistance >= 1.0:
+            raise ValueError(
+                f"rolling_resistance: given {self.rolling_resistance:g}; it is an arm over the ball radius, far below 1"
+            )
         if self.adherence is not None and self.adherence < self.rolling_resistance:
             raise ValueError(
                 f"adherence: given {self.adherence:g}; must not be less than the rolling resistance, "
