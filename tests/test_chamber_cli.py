@@ -126,3 +126,20 @@ def test_what_cannot_be_is_refused_with_its_place_and_leaves_nothing(
     machine.write_text(text.replace(old, new))
     assert message in told("run", str(machine), "--duration", "0.01 s", code=2)
     assert not Path("small.nc").exists()
+
+
+def test_a_study_lists_the_points_that_have_no_result_and_fails_where_none_has(machine: Path) -> None:
+    asked = (
+        "study",
+        "amplitudes",
+        str(machine),
+        "--single",
+        "none",
+        "--balls",
+        "2",
+        "--duration",
+        "0.02 s",
+        "--friction",
+    )
+    assert "no result at layers deep, friction 9.0, balls 2, seed 0: does not fit" in told(*asked, "0.5,9")
+    assert "no point of the study has a result" in told(*asked, "9", code=2)

@@ -10,8 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli import app
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 COMMAND = [sys.executable, "-m", "autobalancer"]
@@ -102,3 +104,30 @@ def test_every_public_name_can_be_imported() -> None:
     for name in ab.__all__:
         assert getattr(ab, name) is not None
     assert sorted(ab.__all__) == ab.__all__
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("docs/machines/real_race.toml", "height", "# height", "height: missing; the flow in the race needs it"),
+        (
+            "examples/machines/resolved_balls.toml",
+            'stiffness = "1000 kN/m"',
+            'stiffness = "1 N/m"',
+            "the wall gives way by",
+        ),
+        (
+            "docs/machines/real_race.toml",
+            "rolling_resistance = 0.005, adherence = 0.006 }",
+            "rolling_resistance = 5, adherence = 6 } # ",
+            "far below 1",
+        ),
+    ],
+)
+def test_check_refuses_what_a_run_would_refuse(file: str, old: str, new: str, message: str, tmp_path: Path) -> None:
+    text = (MACHINES.parents[1] / file).read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "machine.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    answer = CliRunner().invoke(app, ["check", str(tmp_path / "machine.toml")])
+    assert answer.exit_code == 2
+    assert message in " ".join(answer.output.split())

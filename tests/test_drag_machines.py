@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 from typing import Any
 
 import pytest
 
 import autobalancer as ab
-from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.catalog.resolve import occupied_angle, resolve
+from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.laws import drag_coefficient as laws
 from autobalancer.machine import Machine
 
@@ -113,3 +115,27 @@ def test_a_law_that_makes_no_sense_is_refused(drag: dict[str, Any], message: str
 def test_numbers_that_make_no_curve_are_refused_with_their_place(drag: dict[str, Any], message: str) -> None:
     with pytest.raises(MachineError, match=message):
         resolve(machine(drag))
+
+
+def test_a_linear_law_far_beyond_its_range_is_told_and_a_given_beta_is_not() -> None:
+    thin = ab.load_machine("docs/machines/thin_oil.toml")
+    with pytest.warns(RangeWarning, match="drag is linear up to about 10"):
+        run = ab.simulate(thin, duration=2.0)
+    ball = resolve(thin)[0]
+    slip = float(abs(run["ball_speed_in_rotor"]).max()) * ball.orbit_radius
+    assert run.attrs["drag_reynolds"] >= slip * ball.diameter / ball.fluid_viscosity * (1.0 - 1e-12)
+    assert run.attrs["drag_reynolds_limit"] == 10.0
+    assert "drag_reynolds" not in ab.simulate("examples/machines/stall_and_release.toml", duration=0.1).attrs
+
+
+def test_balls_of_any_sizes_that_touch_are_the_sum_of_their_radii_apart() -> None:
+    sizes = [{"count": 1, "diameter": d, "density": 7800.0} for d in ("10 mm", "6 mm")]
+    race = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": sizes}
+    machine = with_parameter(
+        ab.load_machine("examples/machines/stall_and_release.toml"), "balancers", [{"races": [race]}]
+    )
+    one, other = resolve(machine)
+    angle = 0.5 * occupied_angle([one, other])
+    apart = abs(one.orbit_radius - other.orbit_radius * cmath.exp(1j * angle))
+    assert one.orbit_radius != other.orbit_radius
+    assert apart == pytest.approx(one.radius + other.radius, rel=1e-12)

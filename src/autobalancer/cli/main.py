@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, RangeWarning
 
 
 class _Group(TyperGroup):
-    """Exit code 2 and one readable message for everything a user can get wrong."""
+    """Exit code 2 and one readable message for everything a user can get wrong; warnings without lines of code."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                others = warnings.showwarning
+
+                def show(message: Any, category: type[Warning], *place: Any) -> None:
+                    if issubclass(category, RangeWarning):
+                        typer.secho(f"note: {message}", fg="yellow", err=True)
+                    else:
+                        others(message, category, *place)
+
+                warnings.showwarning = show  # type: ignore[assignment]
+                return super().invoke(ctx)
         except AutobalancerError as error:
             typer.secho(f"autobalancer: {error}", fg="red", err=True)
             sys.exit(2)

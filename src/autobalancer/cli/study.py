@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -59,7 +61,7 @@ def amplitudes(
     other = [] if single == "none" else _whole("single", single) if single else deep
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
     out = out if out is not None else Path(f"{machine.stem}_amplitudes.nc")
-    with _bar("runs") as update:
+    with _bar("runs") as update, _said_when_stopped(archive is not None):
         found = chamber_amplitudes(
             _chamber_machine(machine),
             counts,
@@ -75,6 +77,7 @@ def amplitudes(
         )
     save_run(found, out)
     typer.echo(f"written: {out}")
+    _say_what_failed(found)
     for path, draw in (
         (plot, plot_amplitudes),
         (means, lambda study: plot_optimal_means(optimal_means(study))),
@@ -112,7 +115,7 @@ def reactions(
     from autobalancer.studies.chamber_runs import archived_run
     from autobalancer.units import option_to_si
 
-    with _bar("thousandths of the run") as update:
+    with _bar("thousandths of the run") as update, _said_when_stopped():
         run = archived_run(
             Archive(archive),
             name or machine.stem,
@@ -221,3 +224,28 @@ class _bar:
 
     def __exit__(self, *_: object) -> None:
         self.progress.stop()
+
+
+def _say_what_failed(found: Any) -> None:
+    """The points without a result, with the reason; an error where no point has one."""
+    from autobalancer.errors import QuestionError
+    from autobalancer.studies.chamber_grid import NOT_ASKED
+
+    table = found["outcome"].to_series()
+    asked = table[table != NOT_ASKED]
+    failed = asked[asked != "finished"]
+    if len(failed) == len(asked):
+        raise QuestionError(f"no point of the study has a result; the first one: {failed.iloc[0]}")
+    for place, reason in failed.items():
+        where = ", ".join(f"{name} {value}" for name, value in zip(table.index.names, place, strict=True))
+        typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
+
+
+@contextmanager
+def _said_when_stopped(kept: bool = True) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        goes_on = "the archive keeps what was computed, and the same command goes on"
+        typer.secho(f"interrupted; {goes_on if kept else 'nothing is kept without --archive'}", fg="yellow", err=True)
+        raise
