@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit, types
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 
@@ -49,19 +49,25 @@ def product(a: Matrix, b: Matrix, out: Matrix) -> None:
         i += 1
 
 
+@njit(**INLINE)
+def _exchange(a, pivots, k: int) -> None:  # type: ignore[no-untyped-def]
+    """Bring the greatest number of column k, from row k on, into row k."""
+    n, best = a.shape[0], k
+    for i in range(k + 1, n):
+        if abs(a[i, k]) > abs(a[best, k]):
+            best = i
+    pivots[k] = best
+    if best != k:
+        for j in range(n):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+
+
 @njit(types.void(matrix_type, vector_type), **COMPILED)
 def invert(a: Matrix, pivots: Floats) -> None:
     """a becomes its inverse, by Gauss and Jordan with rows exchanged."""
     n = a.shape[0]
     for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[best, k]):
-                best = i
-        pivots[k] = best
-        if best != k:
-            for j in range(n):
-                a[k, j], a[best, j] = a[best, j], a[k, j]
+        _exchange(a, pivots, k)
         scale = 1.0 / a[k, k]
         a[k, k] = 1.0
         for j in range(n):
@@ -84,14 +90,7 @@ def factorize(a: Matrix, pivots: Floats) -> None:
     """a becomes its triangular factors, transposed, with rows exchanged as ``pivots`` say."""
     n = a.shape[0]
     for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[best, k]):
-                best = i
-        pivots[k] = best
-        if best != k:
-            for j in range(n):
-                a[k, j], a[best, j] = a[best, j], a[k, j]
+        _exchange(a, pivots, k)
         scale = 1.0 / a[k, k]
         for i in range(k + 1, n):
             x = a[i, k] * scale
