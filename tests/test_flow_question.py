@@ -226,7 +226,9 @@ def test_thin_oil_in_a_fast_run_up_is_solved_and_says_how_certain_it_is() -> Non
     thin = replace(RIG, viscosity=5e-6)
     flow = annulus_flow(thin, Ramp(end=60.0, duration=1.0), duration=1.2, samples=121)
     assert flow.attrs["model"] == "chebyshev"
-    assert 0.002 < flow.attrs["uncertainty"] < 0.2
+    other = annulus_flow(thin, Ramp(end=60.0, duration=1.0), duration=1.2, samples=121, points=(40, 48))
+    apart = float(np.abs(flow["fluid_speed"] - other["fluid_speed"]).max()) / 60.0
+    assert 0.4 * apart < flow.attrs["uncertainty"] < 2.5 * apart
     steady = annulus_flow(replace(RIG, viscosity=100e-6), Ramp(end=60.0, duration=1.0), duration=1.2)
     assert steady.attrs["uncertainty"] == 0.0
 

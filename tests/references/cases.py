@@ -13,8 +13,8 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8, tsitouras
 from autobalancer.machine import Machine
 from autobalancer.simulation.events import Event
+from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import Sampling
 
 PAIRS = {"tsitouras": tsitouras(), "dormand_prince_8": dormand_prince_8()}

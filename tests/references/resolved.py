@@ -17,8 +17,8 @@ from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.kernels.system import SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, Race
 from autobalancer.simulation.equations import equations
+from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.run import memory_for
 from autobalancer.simulation.sampling import SampleTimes
 
 TURN = 2.0 * math.pi
