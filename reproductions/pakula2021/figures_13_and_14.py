@@ -71,8 +71,20 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         ),
         ("greatest force along x in steady state", "N", 1500.0, float(steady["constraint_x_greatest"]), 750.0),
         ("greatest moment about y in steady state", "N m", 350.0, float(steady["constraint_moment_y_greatest"]), 175.0),
-        ("mean force along x in steady state", "N", 0.12, abs(float(steady["constraint_x_mean"])), 1.0),
-        ("mean moment about y in steady state", "N m", 0.19, abs(float(steady["constraint_moment_y_mean"])), 1.0),
+        (
+            "mean force along x in steady state, within that of the source",
+            "N",
+            0.0,
+            float(steady["constraint_x_mean"]),
+            0.12,
+        ),
+        (
+            "mean moment about y in steady state, within that of the source",
+            "N m",
+            0.0,
+            float(steady["constraint_moment_y_mean"]),
+            0.19,
+        ),
     ]
     return compared_all("Pakuła 2021", "13 and 14", [_row(*row) for row in rows])
 
