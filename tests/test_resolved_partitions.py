@@ -10,6 +10,10 @@ import pytest
 from tests.references.race_runs import states_of
 from tests.references.resolved import chamber, run
 
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.resolved import ball_states
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import MachineError
 from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
@@ -80,9 +84,14 @@ def test_a_rough_partition_drags_a_rolling_ball_off_its_wall() -> None:
     assert RADIUS * own[-1, 0, at.BALL_SPIN] == pytest.approx(-2.0 * (1.0 - 2.5 * 0.2), rel=0.03)
 
 
-def test_a_ball_that_would_start_in_a_partition_starts_beside_it() -> None:
-    for start, side in ((0.1 + 1e-3, 1.0), (0.1 - 1e-3, -1.0)):
-        machine = split(start=start, start_gap=1e-3)
-        _, own, _ = run(machine, [0.0, 1e-4])
-        seen = (own[0, 0, at.BALL_X] + 1j * own[0, 0, at.BALL_Y]) * np.exp(-0.1j)
-        assert side * seen.imag == pytest.approx(RADIUS, rel=1e-9)
+def test_a_ball_that_is_told_to_start_in_a_partition_is_refused_and_one_that_is_not_told_starts_beside_it() -> None:
+    for start in (0.1 + 1e-3, 0.1 - 1e-3):
+        with pytest.raises(MachineError, match="overlaps the partition beside it"):
+            assemble(split(start=start, start_gap=1e-3))
+    many = with_parameter(split(100, start=0.1 + math.pi / 100), "balancers[1].races[1].balls[1].start_angles", None)
+    width, half = 2.0 * math.pi / 100, math.asin(RADIUS / ORBIT)
+    for seed in range(20):
+        assembly = assemble(many, seed=seed)
+        own = ball_states(assembly.state[None], assembly.system, assembly.places.shape[2])[0, 0]
+        behind = (math.atan2(own[at.BALL_Y], own[at.BALL_X]) - 0.1) % width
+        assert half - 1e-9 <= behind <= width - half + 1e-9

@@ -32,6 +32,7 @@ from autobalancer.laws.touching_balls import touching_balls
 from autobalancer.machine import Machine, Race
 
 TURN = 2.0 * math.pi
+TOUCHING = 1e-9  # rad, by which a ball may start inside a partition
 QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
 
 SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of the wall at the greatest frequency
@@ -66,7 +67,7 @@ def rebound(ratio: float) -> float:
 def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matrix: Matrix, frequency: float) -> Floats:
     """Fill the columns of contact in ``matrix``; ``frequency`` is the greatest of the machine, rad/s.
 
-    Returns the start angles, of which those that overlap a partition are moved to its side.
+    Returns the start angles; those that were not given and overlap a partition are moved to its side.
     """
     matrix[:, NEXT], matrix[:, WALL_LOW], matrix[:, WALL_HIGH] = -1.0, -math.inf, math.inf
     angles = np.array(angles, np.float64)
@@ -141,7 +142,7 @@ def sector(race: Race, ball: Ball, angle: float, half: float) -> tuple[float, fl
     Raises
     ------
     MachineError
-        If the ball does not fit between them.
+        If the ball does not fit between them, or was given a start angle at which it overlaps one.
     """
     assert race.partitions is not None
     count, first = race.partitions.count, float(race.partitions.angle)
@@ -153,4 +154,11 @@ def sector(race: Race, ball: Ball, angle: float, half: float) -> tuple[float, fl
             "take fewer partitions or a smaller ball"
         )
     part = math.floor((angle - first) / width)
-    return first + part * width, first + (part + 1) * width
+    low, high = first + part * width, first + (part + 1) * width
+    short = half - min(angle - low, high - angle)
+    if ball.start_angle is not None and short > TOUCHING:
+        raise MachineError(
+            f"balancers[{ball.balancer + 1}].races[{ball.race + 1}].balls: one that starts at {math.degrees(angle):.4g} deg "
+            f"overlaps the partition beside it; start it at least {math.degrees(half):.4g} deg from a partition"
+        )
+    return low, high

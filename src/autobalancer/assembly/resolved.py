@@ -71,7 +71,7 @@ def resolved_numbers(
 ) -> Floats:
     """``rotor`` with the rows of the balls behind it; their states begin at ``first_state``, modes of fluids follow.
 
-    ``angles`` at the start say between which partitions a ball is; those that overlap one are moved to its side.
+    ``angles`` at the start say between which partitions a ball is; drawn ones that overlap one are moved to its side.
     """
     numbers = list(rotor)
     rows, first_mode = len(numbers), first_state + len(balls) * at.BALL_STATES
