@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test bench reproduce docs lint clean
+.PHONY: help demo test test-slow bench reproduce docs lint clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -28,8 +28,11 @@ demo: .venv/.core  ## run a machine from its file to pictures and a film
 	@echo "The result, the pictures and the film are in $(DEMO):"
 	@ls $(DEMO) | sed 's/^/  /'
 
-test: .venv/.dev  ## run all tests
-	$(BIN)/python -m pytest -n $(WORKERS)
+test: .venv/.dev  ## run the tests, in a few minutes
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+
+test-slow: .venv/.dev  ## run the long tests that `make test` leaves out
+	$(BIN)/python -m pytest -n $(WORKERS) -m slow
 
 bench: .venv/.dev  ## measure against other software; writes build/benchmarks.json
 	$(BIN)/python -m benchmarks
