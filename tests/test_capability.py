@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from autobalancer import capability, largest_useful_count
+from autobalancer import border_speeds, capability, largest_useful_count, load_machine, summary
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.laws.capability import (
     ball_capability,
@@ -18,6 +20,7 @@ from autobalancer.laws.capability import (
     potential_ratio,
 )
 
+MACHINES = Path(__file__).parent.parent / "examples" / "machines"
 RACE = (0.077, 0.0123)
 STEEL = 7860.0
 
@@ -144,3 +147,21 @@ def test_floating_balls_are_refused() -> None:
         capability(*RACE, 1410.0, fluid_density=1500.0)
     with pytest.raises(QuestionError, match="fluid_density = -1"):
         capability(*RACE, STEEL, fluid_density=-1.0)
+
+
+def test_a_race_and_its_plane_have_one_capability_that_of_touching_balls() -> None:
+    found = summary(MACHINES / "two_plane_rotor.toml")
+    ball = math.pi / 6.0 * 0.010**3 * 7800.0 * 0.050
+    touching = 2.0 * ball * math.cos(math.asin(0.005 / 0.050))
+    for race, plane in zip(found.races, found.stations, strict=True):
+        assert race.capability == pytest.approx(touching, rel=1e-9)
+        assert plane.capability == race.capability
+
+
+def test_an_unbalance_for_which_balls_would_overlap_says_so() -> None:
+    machine = load_machine(MACHINES / "discoidal.toml")
+    possible, points = summary(machine).races[0].capability, 2.0 * float(resolve(machine)[0].moment)
+    assert possible < points
+    note = {b.name: b.note for b in border_speeds(machine, 0.5 * (possible + points))}["exact border"]
+    assert "would have to overlap" in note
+    assert "overlap" not in {b.name: b.note for b in border_speeds(machine, 0.999 * possible)}["exact border"]

@@ -372,7 +372,10 @@ def test_a_disk_like_rotor_has_no_conical_critical_speed_and_no_stable_balancing
     speeds = np.geomspace(5.0, 20000.0, 120)
     assert (StationBalls(disk).rates(speeds) > 0.0).all()
     assert ab.stable_windows(machine(TWO, polar=0.055), 5000.0).windows == ()
-    assert math.isinf({b.name: b.speed for b in ab.border_speeds(machine(TWO, polar=0.055))}["exact border"])
+    border = {b.name: b for b in ab.border_speeds(machine(TWO, polar=0.055))}["exact border"]
+    assert math.isinf(border.speed)
+    assert "disk-like, J_p = 0.055 > J_t = 0.05" in border.note
+    assert "disk-like" not in {b.name: b for b in ab.border_speeds(machine(TWO))}["exact border"].note
 
 
 def test_one_plane_on_a_disk_like_rotor_is_stable_at_high_speed_only_near_the_mass_center() -> None:

@@ -24,6 +24,7 @@ from autobalancer.stability.planes import SEARCHED, Described, described, highes
 from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
+from autobalancer.stability.why_never import why_never
 from autobalancer.stability.windows import windows_of
 from autobalancer.units import to_si
 
@@ -142,6 +143,16 @@ def exact(machine: Machine, p: Described) -> list[Border]:
     found = [border_of(member, p) for member in members]
     if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
         found = [one for one in found if not math.isnan(one[0])]
+    if isinstance(p, Stations) and all(math.isinf(speed) for speed, _ in found):
+        because = why_never(machine, p, highest_searched(p))
+        found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
+    elif isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
+        short = (
+            f"side by side the balls can balance {p.capability * 1e6:.4g} g mm only: here they would have to overlap"
+        )
+        found = [
+            (speed, "; ".join(filter(None, (short, note)))) for speed, note in found if not math.isnan(speed)
+        ] or found
     low, high = min(found, key=_rank), max(found, key=_rank)
     if len(members) == 1:
         return [Border("exact border", *found[0])]

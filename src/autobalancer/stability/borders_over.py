@@ -100,16 +100,16 @@ def border_curve(
 
 
 def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
-    """From zero to what the balls can balance, kg m, dense about two balls at right angles, where |S2| = 0."""
+    """From zero to what the balls side by side can balance, kg m, dense about two balls at right angles, where |S2| = 0."""
     p = plane(machine, 0.0)
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no border over the unbalance")
-    capability = float(p.moment.sum())
+    most, points = p.capability, float(p.moment.sum())
     even = np.linspace(0.0, 1.0, count // 2)
     around = math.sqrt(0.5) + np.concatenate(
         [-np.geomspace(1e-5, 0.1, count // 4)[::-1], [0.0], np.geomspace(1e-5, 0.1, count // 4)]
     )
-    return np.asarray(capability * np.unique(np.concatenate([even, around])), np.float64)
+    return np.unique(np.minimum(np.concatenate([most * even, points * around]), most))
 
 
 def _dataset(
@@ -138,7 +138,7 @@ def _dataset(
         "machine_name": machine.name,
         "parameter": parameter,
         "unbalance": abs(p.unbalance),
-        "capability": float(p.moment.sum()),
+        "capability": float(np.sum(p.capability)),
         "balls": len(resolve(machine)),
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",

@@ -106,6 +106,6 @@ def _needs(st: Stations, highest: float | None) -> tuple[StationSummary, ...]:
     except QuestionError:  # a critical speed of an undamped rotor
         needed = np.full(len(st.names), math.nan)
     return tuple(
-        StationSummary(name, float(st.moment[st.station == place].sum()), float(need), float(speed))
-        for place, (name, need) in enumerate(zip(st.names, needed, strict=True))
+        StationSummary(name, float(have), float(need), float(speed))
+        for name, have, need in zip(st.names, st.capability, needed, strict=True)
     )

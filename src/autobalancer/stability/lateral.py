@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.system import total_mass
+from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
@@ -38,6 +39,7 @@ class Plane:
     drag: Floats  # (n,)
     race: NDArray[np.int64]  # (n,) number of the ball's race, from 0
     offset: Complexes  # (n,) race center in the rotor
+    capability: float = math.inf  # of balls side by side, kg m
 
     @property
     def isotropic(self) -> bool:
@@ -101,6 +103,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         drag=np.array([ball.drag for ball in balls]),
         race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
         offset=np.array([ball.eccentricity for ball in balls], np.complex128),
+        capability=capability_of(balls),
     )
 
 

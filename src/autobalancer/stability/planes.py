@@ -68,14 +68,15 @@ def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
     if isinstance(p, Stations):
         return _why_no_rest(p)
-    need, have = abs(p.unbalance) * 1e6, float(p.moment.sum()) * 1e6
+    need, points = abs(p.unbalance) * 1e6, float(p.moment.sum()) * 1e6
+    have = min(points, p.capability * 1e6)
     if p.moment.size == 1:
         return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
     if np.any(p.offset != 0.0):
         return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
     if need > have:
         return f"no balanced state: the balls can balance {have:.4g} g mm at most, the unbalance is {need:.4g} g mm"
-    least = 2.0 * float(p.moment.max()) * 1e6 - have
+    least = 2.0 * float(p.moment.max()) * 1e6 - points
     if need < least:
         return f"no balanced state: unequal balls always add up to {least:.4g} g mm, the unbalance is {need:.4g} g mm"
     return "no balanced state was found"
@@ -88,7 +89,7 @@ def _why_no_rest(st: Stations) -> str:
     speed = min(3.0 * st.scale_speed, st.model.top_speed)
     parts = []
     for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)) * 1e6, strict=True)):
-        have = float(st.moment[st.station == place].sum()) * 1e6
+        have = float(st.capability[place]) * 1e6
         if need > have or int((st.station == place).sum()) == 1:
             parts.append(f"at {name!r} {need:.4g} g mm are needed at {speed:.4g} rad/s, the balls have {have:.4g} g mm")
     return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"

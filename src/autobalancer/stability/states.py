@@ -179,7 +179,7 @@ def _judged(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> tup
 
 
 def _why_none(p: Plane, state: str) -> str:
-    need, have = abs(p.unbalance) * 1e6, p.moment.sum() * 1e6
+    need, have = abs(p.unbalance) * 1e6, min(p.moment.sum(), p.capability) * 1e6
     if p.moment.size == 0:
         return "the machine has no balls; there is no such state"
     if state == "balanced" and need > have:

@@ -87,13 +87,9 @@ def _host(st: Stations, compliance: Complexes) -> Complexes:
     return np.asarray(st.rows @ compliance @ st.rows.T, np.complex128)
 
 
-def _capability(st: Stations) -> Floats:
-    return np.asarray(np.bincount(st.station, st.moment, len(st.names)), np.float64)
-
-
 def _least(st: Stations, host: Complexes, wanted: Complexes, true: range | tuple[int, ...]) -> Complexes:
     """Moments of the stations that do what is wanted; the smallest in shares of the capabilities if many do."""
-    share = _capability(st)[list(true)]
+    share = st.capability[list(true)]
     return np.asarray(share * np.linalg.lstsq(host * share, wanted, rcond=1e-11)[0], np.complex128)
 
 

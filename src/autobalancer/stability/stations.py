@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import LateralModel, balancer_rows, lateral_model, unbalance_shape, with_ball_mass
+from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
@@ -37,6 +38,7 @@ class Stations:
     station: NDArray[np.int64]  # (n,) number of the ball's station, from 0
     race: NDArray[np.int64]  # (n,) number of its race, from 0
     offset: Complexes  # (n,) race center in the rotor
+    capability: Floats  # (P,) of balls side by side, kg m
 
     @property
     def isotropic(self) -> bool:
@@ -158,6 +160,9 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
         station=np.array([place[ball.balancer] for ball in balls], np.int64),
         race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
         offset=np.array([ball.eccentricity for ball in balls], np.complex128),
+        capability=np.array(
+            [capability_of(b for b in balls if place[b.balancer] == number) for number in range(len(rows))], np.float64
+        ),
     )
 
 

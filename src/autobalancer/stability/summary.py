@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.system import assemble
+from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
@@ -165,19 +166,6 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     return moment**2 * rotor.stiffness_xy[0] / mass / (damping * drag)
 
 
-def touching_capability(balls: list[Ball]) -> float:
-    """Resultant of the balls of one race side by side, kg m; the best place for the gap in the row is taken."""
-    best = 0.0
-    for first in range(len(balls)):
-        row = balls[first:] + balls[:first]
-        angle, total = 0.0, 0j
-        for ball, after in zip(row, [*row[1:], row[0]], strict=True):
-            total += ball.moment * complex(math.cos(angle), math.sin(angle))
-            angle += 0.5 * occupied_angle([ball, after])
-        best = max(best, abs(total))
-    return best
-
-
 def _race(balls: list[Ball]) -> RaceSummary:
     return RaceSummary(
         balancer=balls[0].balancer + 1,
@@ -186,7 +174,7 @@ def _race(balls: list[Ball]) -> RaceSummary:
         ball_mass=sum(ball.mass for ball in balls),
         effective_mass=sum(ball.effective_mass for ball in balls),
         occupied_angle=occupied_angle(balls),
-        capability=touching_capability(balls),
+        capability=race_capability(balls),
         drag=tuple(sorted({ball.drag for ball in balls})),
     )
 
