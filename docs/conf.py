@@ -14,6 +14,7 @@ ROOT = HERE.parent
 sys.path[:0] = [str(ROOT), str(HERE / "_ext")]
 
 import border_tables  # noqa: E402
+import command_tables  # noqa: E402
 import console  # noqa: E402
 import key_tables  # noqa: E402
 import picture_tables  # noqa: E402
@@ -33,6 +34,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # formulas can be read without the internet
     "sphinx_gallery.gen_gallery",
     "sphinxcontrib.bibtex",
 ]
@@ -42,6 +44,8 @@ exclude_patterns = ["_build", "reference/generated/tables", "**/GALLERY_HEADER.r
 suppress_warnings = ["toc.not_readable"]
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 html_title = f"autobalancer {version}"
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
@@ -57,10 +61,13 @@ napoleon_numpy_docstring = True
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "plain"
 
+TOPICS = ("run_ups", "stability", "races", "rotors", "chambers", "test_bench")
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
     "filename_pattern": r"plot_",
+    "subsection_order": [f"../examples/{topic}" for topic in TOPICS],
+    "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
@@ -118,6 +125,6 @@ TABLES.mkdir(parents=True, exist_ok=True)
 write(GENERATED / "public.rst", public_names())
 write(TABLES / "reproductions.md", table(REPRODUCTIONS, "make reproduce"))
 write(TABLES / "benchmarks.md", table(BENCHMARKS, "make bench"))
-for module in (key_tables, result_tables, border_tables, picture_tables, console):
+for module in (key_tables, result_tables, border_tables, picture_tables, command_tables, console):
     for name, text in module.pages().items():
         write(TABLES / name, text)

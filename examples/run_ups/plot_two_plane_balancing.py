@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "two_plane_rotor.toml")
 checked = ab.summary(machine)
 print("critical speeds:", [f"{speed:.1f} rad/s" for speed in checked.critical_speeds])

@@ -16,7 +16,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "stall_and_release.toml")
 slow = with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
 run = ab.simulate(slow, duration=90.0)

@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.flow.question import annulus_flow
 from autobalancer.plots.flow import plot_flow, plot_secondary_flow, plot_velocity_profiles
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "discoidal.toml")
 start = annulus_flow(machine, 60.0, initial_speed=0.0, duration=2.0, times=[0.02, 0.05, 0.1, 0.2, 0.4, 1.0])
 

@@ -16,7 +16,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "rigid_rotor.toml")
 run = ab.simulate(machine)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "resolved_balls.toml")
 run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastRevolutions(10)])
 

@@ -18,7 +18,7 @@ from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = chamber_variant(load_chamber_machine(here / "machines" / "deep_chamber.toml"), balls=12, friction=0.7)
 run = simulate_chamber(machine, duration=16.0)
 figure = plot_chamber_run(run)

@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 rig = here / "machines" / "discoidal.toml"
 found = ab.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 

@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.simulation.sampling import Samples
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "oval_race.toml")
 wide = float(machine.balancers[0].races[0].harmonics[0].angle)
 

@@ -16,7 +16,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "discoidal.toml")
 axes = {"speed": np.linspace(50.0, 130.0, 400), "viscosity": np.geomspace(0.3e-6, 100e-6, 400)}
 figure = ab.plot_map(ab.stability_map(machine, axes))

@@ -20,7 +20,7 @@ from autobalancer.measurement.receptance_stability import receptance_stability
 from autobalancer.plots.receptance import plot_nyquist, plot_receptance
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rate
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 fit = fit_receptance(load_receptance(here / "measurements" / "discoidal_hammer.csv"))
 figure = plot_receptance(fit)
 for frequency, ratio in modes_of(fit):

@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = here / "machines" / "equilibrium_angle.toml"
 curve = ab.angle_against_speed(machine, simulation=True)
 figure = ab.plot_equilibrium_angles(curve)

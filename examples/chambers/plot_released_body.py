@@ -22,7 +22,7 @@ from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.chamber_shape import unbalance_of
 from autobalancer.simulation.chamber import simulate_chamber
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 described = tomllib.loads((here / "machines" / "released_body.toml").read_text())
 steel = {"density": "7800 kg/m^3", "total_mass": "1 kg"}
 layer = {"radius": "100 mm", "balls": [{"count": 6, **steel}]}

@@ -20,7 +20,7 @@ import autobalancer as ab
 from autobalancer.errors import RangeWarning
 
 warnings.simplefilter("ignore", RangeWarning)
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 alone = ab.load_machine(here / "machines" / "discoidal.toml")
 shielded = ab.with_parameter(alone, "balancers[1].races[1].slipstream", True)
 runs = {"each ball alone": ab.simulate(alone), "slipstream": ab.simulate(shielded)}

@@ -14,7 +14,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "eccentric_race.toml")
 run = ab.simulate(machine, save=[Samples(20_001), Envelope(1000), LastRevolutions(10)])
 

@@ -21,7 +21,7 @@ from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 free, measured = load_measurements(here / "measurements" / "rodrigues_critical_speeds.toml")
 rodrigues = rig("rodrigues_rig")
 fit = identify(rodrigues, free, measured)

@@ -17,7 +17,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.plots.style import BALLS, INK, UNBALANCE, legend, look, picture
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "disk_like_rotor.toml")
 transverse = machine.rotor.transverse_inertia
 speeds = np.linspace(60.0, 1000.0, 160)

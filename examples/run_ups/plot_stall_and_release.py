@@ -13,7 +13,7 @@ from pathlib import Path
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 run = ab.simulate(here / "machines" / "stall_and_release.toml")
 
 # %%

@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path(".")
+here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 run = ab.simulate(here / "machines" / "discoidal.toml")
 
 # %%
