@@ -34,7 +34,7 @@ GOAL = 1e-5
 
 def bench() -> list[dict[str, Any]]:
     """Seconds for the whole study, carried upwards, with one damping after the other, and for the peer."""
-    machine = rig("rodrigues_rig")
+    machine = rig("rodrigues_rig_point_balls")
     question: dict[str, Any] = {"dwell": DWELL, "window": WINDOW, "stations": ["B1", "B2"]}
     frequency_response(machine, SPEEDS[:2], **question)
     times = {}

@@ -71,7 +71,7 @@ def test_a_rotor_without_balls_answers_as_the_synchronous_closed_form_says() -> 
 
 def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
     speeds, dwell, window, rate = [150.0, 180.0, 230.0], 0.7, 0.3, 400.0
-    machine = rig("rodrigues_rig")
+    machine = rig("rodrigues_rig_point_balls")
     found = frequency_response(
         machine, speeds, dwell=dwell, window=window, acceleration=rate, stations=["disk"], tolerance=1e-10
     )

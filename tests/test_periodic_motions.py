@@ -143,7 +143,7 @@ def released(acceleration: float) -> float:
     machine = with_parameter(machine, f"{RACE}.coincidence", True)
     for key, value in (("start_angles", (0.0, 0.1)), ("start_speeds", (-50.0, -50.0))):
         machine = with_parameter(machine, f"{RACE}.balls[1].{key}", value)
-    run = simulate(machine, duration=time, save=[Samples(40_001)])
+    run = simulate(machine, duration=time, save=[Samples(40_001)], mass_spread=0.0)
     speed, balls = run["speed"].values, run["ball_speed_in_space"].values.mean(axis=1)
     hanging = np.abs(balls - 250.0) < 15.0
     assert hanging[(speed > 305.0) & (speed < 383.0)].all()

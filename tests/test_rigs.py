@@ -81,7 +81,11 @@ def test_the_discoidal_rig_follows_its_test_to_nominal_speed() -> None:
 
 def test_rigs_are_listed_and_their_files_are_complete_machines(tmp_path: Path) -> None:
     names = [entry["name"] for entry in json.loads(RUNNER.invoke(app, ["catalog", "rigs", "--json"]).stdout)]
-    assert names == list(rigs()) == ["cfrp_rig", "discoidal_rig", "rodrigues_rig", "rodrigues_rig_fitted"]
+    assert (
+        names
+        == list(rigs())
+        == ["cfrp_rig", "discoidal_rig", "rodrigues_rig", "rodrigues_rig_fitted", "rodrigues_rig_point_balls"]
+    )
     for name in names:
         printed = RUNNER.invoke(app, ["catalog", "rig", name])
         assert printed.stdout == rig_text(name)

@@ -18,7 +18,7 @@ BEARINGS = ["B1", "B2"]
 
 def fitted() -> Machine:
     """The rig with the values that fit the simulated curve of figure 8."""
-    machine = rig("rodrigues_rig")
+    machine = rig("rodrigues_rig_point_balls")
     for path, value in (
         ("rotor.supports[1].stiffness", ["21495 N/m", "15793 N/m"]),
         ("rotor.supports[2].stiffness", ["21495 N/m", "15793 N/m"]),

@@ -11,6 +11,7 @@ import numpy as np
 
 from autobalancer.assembly.contacts import set_contacts
 from autobalancer.assembly.fluid_numbers import Lags, mode_count
+from autobalancer.assembly.mass_spread import with_mass_spread
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
 from autobalancer.assembly.race_numbers import is_real, race_numbers
 from autobalancer.assembly.resolved import is_resolved, resolved_numbers, resolved_scales, resolved_size, start_states
@@ -82,6 +83,7 @@ def assemble(
     contact: bool = True,
     lags: Lags | None = None,
     real: bool = True,
+    mass_spread: float = 0.0,
 ) -> Assembly:
     """Numbers of a machine.
 
@@ -102,13 +104,15 @@ def assemble(
         How the fluid of a race, by the numbers of its balancer and race from 0, lags behind the rotor.
     real
         Whether friction, drag curves, waves of the race and excitations of a planar rotor count, else drag is linear.
+    mass_spread
+        Relative difference of the masses of equal balls that pass through each other.
 
     Raises
     ------
     MachineError
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
-    balls = resolve(machine)
+    balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})

@@ -172,7 +172,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         problems.append(
             (("balls",), "start_angles are given for some balls of this race; give them for all or for none")
         )
-    for i, one in enumerate(given):
+    for i, one in enumerate(() if race.coincidence else given):
         for other in given[i + 1 :]:
             apart = abs(math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi))
             needed = 0.5 * occupied_angle([one, other])

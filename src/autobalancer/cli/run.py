@@ -24,6 +24,9 @@ def run(
     step: Annotated[str, typer.Option(help="Deep chamber: of the integration; by default from the contact time.")] = "",
     sample: Annotated[str, typer.Option(help="Deep chamber: time between samples; by default 1 ms.")] = "",
     seed: Annotated[int, typer.Option(help="For balls without start angles; of the filling of a chamber.")] = 0,
+    mass_spread: Annotated[
+        float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
+    ] = 1e-6,
     as_json: Annotated[bool, typer.Option("--json", help="Print the measures for a program.")] = False,
 ) -> None:
     """Run a machine file and write a result file. Ctrl-C ends the run and keeps what was computed.
@@ -75,6 +78,7 @@ def run(
             tolerance=tolerance,
             method=method,  # type: ignore[arg-type]
             seed=seed,
+            mass_spread=mass_spread,
             keep_on_interrupt=True,
             progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
         )
@@ -89,8 +93,9 @@ def run(
     else:
         plain = Console()
         plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
-        if "flow_text" in result.attrs:
-            plain.print(f"[yellow]note:[/yellow] {result.attrs['flow_text']}")
+        for key in ("flow_text", "coincidence_text"):
+            if key in result.attrs:
+                plain.print(f"[yellow]note:[/yellow] {result.attrs[key]}")
         if found is not None:
             plain.print(_table(found))
         plain.print(f"result: {out}")

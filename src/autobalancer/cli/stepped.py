@@ -31,6 +31,9 @@ def stepped(
     longest: Annotated[str, typer.Option(help='With --settle: longest time at a speed, such as "60 s".')] = "",
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
     seed: Annotated[int, typer.Option(help="For balls without start angles.")] = 0,
+    mass_spread: Annotated[
+        float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
+    ] = 1e-6,
     out: Annotated[
         Path | None, typer.Option(help="Result file; by default the machine's name with _stepped.nc here.")
     ] = None,
@@ -72,6 +75,7 @@ def stepped(
             longest=option_to_si(longest, "s") if longest else None,
             tolerance=tolerance,
             seed=seed,
+            mass_spread=mass_spread,
             store=out,
             keep_on_interrupt=True,
             progress=lambda done, total: bar.update(task, completed=done, total=total),
@@ -91,6 +95,8 @@ def stepped(
                 peak = max(reached, key=lambda i: row[i])
                 at = float(found["speed"].values[peak]) * 30.0 / math.pi
                 typer.echo(f"{name}: greatest amplitude {1e6 * row[peak]:.5g} um at {at:.5g} rpm")
+        if "coincidence_text" in found.attrs:
+            console.print(f"[yellow]note:[/yellow] {found.attrs['coincidence_text']}")
         for path in (out, plot):
             if path is not None and path.exists():
                 typer.echo(f"written: {path}")

@@ -13,6 +13,7 @@ def prepare(
     *,
     seed: int = 0,
     rotating: bool | None = None,
+    mass_spread: float = 0.0,
     max_steps: int = 100_000_000,
 ) -> Assembly:
     """Like :func:`autobalancer.assembly.system.assemble`, with fluids that lag behind their chamber.
@@ -26,4 +27,4 @@ def prepare(
         Also if the flow in a race cannot be worked out.
     """
     known = fluid_lags(machine, end, seed=seed, max_steps=max_steps)
-    return assemble(machine, seed=seed, rotating=rotating, lags=known.lags)
+    return assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)

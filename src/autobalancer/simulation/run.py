@@ -7,9 +7,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -17,6 +20,7 @@ from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
     EVALUATIONS,
     EVENTS_SEEN,
+    NEXT_SAMPLE,
     REJECTED,
     TIME,
     Memory,
@@ -24,6 +28,7 @@ from autobalancer.kernels.integrators.memory import (
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.machine import Machine
+from autobalancer.simulation.coincidence import coincidence_text
 from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.drag_range import drag_range_attributes
 from autobalancer.simulation.equations import equations
@@ -52,6 +57,7 @@ def simulate(
     method: Method = "dormand_prince_8",
     frame: Literal["auto", "rotor", "space"] = "auto",
     seed: int = 0,
+    mass_spread: float = MASS_SPREAD,
     max_steps: int = 100_000_000,
     progress: Progress | None = None,
     keep_on_interrupt: bool = False,
@@ -78,6 +84,10 @@ def simulate(
         feels no gravity; results are the same.
     seed
         For the start positions of balls that have none in the machine.
+    mass_spread
+        Equal balls that pass through each other differ in mass by this share, heaviest less lightest, in an order drawn
+        from the seed: equal ones in one place would never part, though that state be unstable. Real balls differ by 1e-4
+        and more. 0 leaves them equal.
     max_steps
         The run stops with the outcome ``budget spent`` after so many steps.
     progress
@@ -106,7 +116,7 @@ def simulate(
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
     known = fluid_lags(machine, end, seed=seed, max_steps=max_steps)
     rotating = None if frame == "auto" else frame == "rotor"
-    assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags)
+    assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
@@ -120,7 +130,7 @@ def simulate(
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     if not (interrupted or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags)
+        assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
@@ -138,6 +148,7 @@ def simulate(
             "machine": machine_text(machine),
             "machine_name": machine.name,
             "seed": seed,
+            "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             "critical_speeds": list(assembly.critical_speeds),
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
@@ -155,7 +166,10 @@ def simulate(
         },
     )
     run.attrs |= drag_range_attributes(assembly, run, record, state)
-    return run
+    text = coincidence_text(
+        machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
+    )
+    return run.assign_attrs(coincidence_text=text) if text else run
 
 
 def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:

@@ -13,12 +13,14 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.coincidence import CURE, free_groups
 from autobalancer.simulation.prepare import prepare
 from autobalancer.studies.step_dataset import step_dataset
 from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
@@ -42,6 +44,7 @@ def frequency_response(
     longest: float | None = None,
     tolerance: float = 1e-7,
     seed: int = 0,
+    mass_spread: float = MASS_SPREAD,
     max_steps: int = 10_000_000,
     workers: int | None = None,
     store: str | Path | None = None,
@@ -77,6 +80,9 @@ def frequency_response(
         Local error per step, as for :func:`autobalancer.simulate`.
     seed
         For the start positions of balls that have none.
+    mass_spread
+        Relative difference of the masses of equal balls that pass through each other, as for
+        :func:`autobalancer.simulate`; 0 leaves them equal, and equal ones in one place never part.
     max_steps
         Steps at one speed after which it is given up.
     workers
@@ -96,7 +102,8 @@ def frequency_response(
         deflection, their equation 3), ``greatest_mean_deflection`` (greatest value in time of the mean deflection, which
         their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
         ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
-        within the window, ``time_at_speed``, ``outcome``.
+        within the window, ``time_at_speed``, ``outcome``; where balls stay in one place ``parting_rate``, above zero if that
+        state is unstable, and then ``attrs["coincidence_text"]``.
 
     Raises
     ------
@@ -115,14 +122,15 @@ def frequency_response(
         )
     if start == "fixed" and (direction != "up" or acceleration is not None):
         raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
-    assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed)
+    assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed, mass_spread=mass_spread)
+    groups = free_groups(machine)
     names, rows, weights = averaged_stations(assembly, stations)
     legs = ["up", "down"] if direction == "both" else [direction]
     question = {
         "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
         "direction": direction, "start": start, "acceleration": acceleration, "settle": settle, "longest": longest,
         "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": tolerance,
-        "seed": seed, "max_steps": max_steps, "source": provenance()["source"],
+        "seed": seed, "mass_spread": mass_spread, "max_steps": max_steps, "source": provenance()["source"],
     }  # fmt: skip
     kept = None if store is None else StepStore(store, question)
     if kept is not None and kept.finished is not None:
@@ -130,9 +138,9 @@ def frequency_response(
     found: dict[Place, Row] = dict(kept.rows) if kept is not None else {}
     total, interrupted = len(legs) * chosen.size, False
     if start == "fixed":
-        ways = _fixed(assembly, rows, weights, plan, chosen, set(found), workers)
+        ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(found), workers)
     else:
-        ways = _carried(assembly, rows, weights, plan, chosen, legs, found)
+        ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, found)
     if progress is not None:
         progress(len(found), total)
     try:
@@ -153,6 +161,8 @@ def frequency_response(
         "machine": machine_text(machine),
         "machine_name": machine.name,
         "critical_speeds": list(assembly.critical_speeds),
+        "mass_spread": mass_spread if groups else 0.0,
+        **_coincidence(result),
         "start": start,
         "dwell": dwell,
         "window": window,
@@ -165,16 +175,31 @@ def frequency_response(
     return result
 
 
+def _coincidence(found: xr.Dataset) -> dict[str, str]:
+    """A sentence if balls stay in one place at speeds where that state is unstable."""
+    if "parting_rate" not in found:
+        return {}
+    driven = (found["parting_rate"].values > 0.0).reshape(-1, found.sizes["speed"]).any(axis=0)
+    if not driven.any():
+        return {}
+    speeds = found["speed"].values[driven]
+    return {
+        "coincidence_text": f"at {speeds.size} of {found.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
+        f"balls lie in one place although this state is unstable there. {CURE}"
+    }
+
+
 def _carried(
     assembly: Assembly,
     rows: Sequence[Matrix],
     weights: Floats,
     plan: Plan,
+    groups: list[list[int]],
     speeds: Floats,
     legs: Sequence[str],
     found: dict[Place, Row],
 ) -> Iterator[tuple[Place, Row]]:
-    stepper = Stepper(assembly, rows, weights, plan)
+    stepper = Stepper(assembly, rows, weights, plan, groups)
     order = [
         (leg, int(number))
         for leg, way in enumerate(legs)
@@ -194,6 +219,7 @@ def _fixed(
     rows: Sequence[Matrix],
     weights: Floats,
     plan: Plan,
+    groups: list[list[int]],
     speeds: Floats,
     done: set[Place],
     workers: int | None,
@@ -202,7 +228,7 @@ def _fixed(
 
     def one(number: int) -> tuple[Place, Row]:
         if not hasattr(own, "stepper"):
-            own.stepper = Stepper(assembly, rows, weights, plan)
+            own.stepper = Stepper(assembly, rows, weights, plan, groups)
         speed = float(speeds[number])
         return (0, number), own.stepper.hold(at_speed(assembly.state, speed), speed)
 

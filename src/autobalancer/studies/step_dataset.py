@@ -28,6 +28,7 @@ LABELS = {
     "mean_ball_speed_in_rotor": ("mean ball speed in the rotor", "rad/s"),
     "time_at_speed": ("time at the speed, window included", "s"),
 }
+PARTING = ("rate at which balls that stay in one place would part; nan where none do", "1/s")
 SOURCES = {
     "amplitude": "amplitude", "greatest_mean_deflection": "mean", "amplitude_change": "change", "time_at_speed": "hold",
     "greatest_deflection": "greatest", "least_ball_angle_in_rotor": "low", "greatest_ball_angle_in_rotor": "high",
@@ -87,6 +88,9 @@ def step_dataset(
         station=("station", np.array(list(names), dtype=object), {"long_name": "station"}),
         direction=("direction", np.array(list(legs), dtype=object), {"long_name": "way through the speeds"}),
     )
+    if any("parting" in row for row in rows.values()):
+        text, unit = PARTING
+        result["parting_rate"] = (("direction", "speed"), column("parting"), {"long_name": text, "units": unit})
     if n:
         swing = result["greatest_ball_angle_in_rotor"].values - result["least_ball_angle_in_rotor"].values
         lag = result["mean_ball_speed_in_rotor"].values

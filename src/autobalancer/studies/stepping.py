@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +16,13 @@ from autobalancer.kernels.events import ROTOR_SPEED
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.system import SPEED, Floats, Matrix
+from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix
+from autobalancer.simulation.coincidence import pairs_together, parting_rate
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
+
+NEAR = math.radians(30.0)  # a ball that moves less stays where it is in the rotor, apart from a vibration
 
 Row = dict[str, Any]  # what was seen at one speed: plain numbers and lists, so that it goes into a text exactly
 
@@ -39,7 +43,13 @@ class Plan:
 class Stepper:
     """Work arrays of one thread."""
 
-    def __init__(self, assembly: Assembly, rows: Sequence[Matrix], weights: Floats, plan: Plan) -> None:
+    def __init__(
+        self, assembly: Assembly, rows: Sequence[Matrix], weights: Floats, plan: Plan, groups: Sequence[list[int]]
+    ) -> None:
+        self.balls, self.groups, self.named = assembly.balls, groups, weights.size
+        if groups:  # whether balls in one place stay there depends on the deflection of their race
+            rows = [*rows, *places(assembly)]
+            weights = np.append(weights, np.zeros(len(rows) - weights.size))
         system = assembly.system
         self.system = system._replace(
             balls=system.balls.copy(), segments=system.segments.copy(), now=system.now.copy(), rotor=system.rotor.copy()
@@ -100,19 +110,43 @@ class Stepper:
             planned = float(w.spent[0]) + plan.dwell + plan.window
             ended = outcome(status, end, planned, interrupted=False, steps=steps)
             return row | {"outcome": ended.name, "text": ended.text}
-        each = w.greatest[:, :-1].max(axis=0)
-        return row | {
-            "outcome": "finished",
-            "hold": end - float(w.spent[0]),
-            "change": float(w.spent[1]),
-            "greatest": each.tolist(),
-            "amplitude": float(each @ w.weights),
-            "mean": float(w.greatest[:, -1].max()),
-            "low": w.low.min(axis=0).tolist(),
-            "high": w.high.max(axis=0).tolist(),
-            "ball_speed": ((w.ends[1] - w.ends[0]) / plan.window).tolist(),
-            "forward": w.forward.tolist(),
-        }
+        each = w.greatest[:, : self.named].max(axis=0)
+        return (
+            row
+            | self._parting(m.state, speed)
+            | {
+                "outcome": "finished",
+                "hold": end - float(w.spent[0]),
+                "change": float(w.spent[1]),
+                "greatest": each.tolist(),
+                "amplitude": float(each @ w.weights[: self.named]),
+                "mean": float(w.greatest[:, -1].max()),
+                "low": w.low.min(axis=0).tolist(),
+                "high": w.high.max(axis=0).tolist(),
+                "ball_speed": ((w.ends[1] - w.ends[0]) / plan.window).tolist(),
+                "forward": w.forward[: self.named].tolist(),
+            }
+        )
+
+    def _parting(self, state: Floats, speed: float) -> Row:
+        """How fast balls would part that stay in one place of the rotor, the fastest pair."""
+        n, w, worst = len(self.balls), self.window, -math.inf
+        for one, _ in pairs_together(list(self.groups), state[BALLS : BALLS + n]):
+            low, high = w.low[:, one].min(), w.high[:, one].max()
+            if high - low > NEAR:
+                continue
+            ball = self.balls[one]
+            center = complex(*w.forward[self.named + ball.balancer]) + ball.eccentricity
+            outward = (center * cmath.exp(-0.5j * (low + high))).real
+            worst = max(worst, parting_rate(ball, speed, outward))
+        return {"parting": worst} if math.isfinite(worst) else {}
+
+
+def places(assembly: Assembly) -> list[Matrix]:
+    """Rows of the deflection of each balancer; a planar rotor has one place."""
+    if assembly.places.shape[0]:
+        return list(assembly.places)
+    return [np.eye(2)] * (1 + max((ball.balancer for ball in assembly.balls), default=0))
 
 
 def at_speed(state: Floats, speed: float) -> Floats:

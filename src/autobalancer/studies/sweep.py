@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.errors import QuestionError
@@ -97,7 +98,13 @@ def sweep(
     end = float(duration) if duration is not None else float(machine.run.duration)  # type: ignore[union-attr]
     shape, points = _points(variations, grid)
     assemblies = [
-        prepare(_with(machine, variations, point), end, seed=seed + number * vary_seed, max_steps=max_steps)
+        prepare(
+            _with(machine, variations, point),
+            end,
+            seed=seed + number * vary_seed,
+            mass_spread=MASS_SPREAD,
+            max_steps=max_steps,
+        )
         for number, point in enumerate(points)
     ]
 
