@@ -57,10 +57,34 @@ def test_the_residual_is_the_sum_of_unbalance_and_balls(stalled_run: xr.Dataset)
 def test_a_ball_settles_when_it_stays_near_its_last_angle() -> None:
     run = ab.simulate(MACHINES / "eccentric_race.toml", duration=5.0)
     time, angle = run["time"].values, run["ball_angle_in_rotor"].values
-    for ball, settled in enumerate(ab.settling_time(run).values):
+    for ball, settled in enumerate(ab.settling_time(run)["settled_at"].values):
         away = np.abs(angle[:, ball] - angle[-1, ball]) > np.deg2rad(2.0)
         assert not away[time >= settled].any()
         assert away[time < settled][-1]
+
+
+def test_settling_counts_from_the_release_or_from_the_end_of_the_run_up(stalled_run: xr.Dataset) -> None:
+    found = ab.settling_time(stalled_run)  # both balls are released during the run-up, which ends at 15 s
+    at = np.interp(387.0, stalled_run["speed"], stalled_run["time"])
+    assert set(found["counted_from"].values) <= {"release", "end of the run-up"}
+    for ball in range(2):
+        begin = at if found["counted_from"][ball] == "release" else 15.0
+        assert float(found[ball]) == pytest.approx(float(found["settled_at"][ball]) - begin, abs=0.1)
+    at_speed = {"kind": "speed", "profile": {"kind": "constant", "speed": 500.0}}
+    machine = ab.with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "drive", at_speed)
+    started = ab.settling_time(ab.simulate(machine, duration=5.0))
+    assert set(started["counted_from"].values) == {"start"}
+    np.testing.assert_array_equal(started, started["settled_at"])
+
+
+def test_balls_that_gravity_swings_once_a_revolution_have_settled() -> None:
+    machine = ab.load_machine(MACHINES / "stall_and_release.toml")
+    machine = machine.model_copy(update={"axis": "horizontal", "gravity": 80.0})
+    at_speed = {"kind": "speed", "profile": {"kind": "constant", "speed": 400.0}}
+    run = ab.simulate(ab.with_parameter(machine, "drive", at_speed), duration=12.0)
+    last = run["ball_speed_in_rotor"].values[-1]
+    assert np.abs(last).max() > 1e-3 * 400.0  # faster than a ball that rests, at this moment
+    assert np.isfinite(ab.settling_time(run)).all()
 
 
 def test_a_ball_that_still_moves_has_not_settled() -> None:

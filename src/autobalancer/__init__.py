@@ -136,6 +136,7 @@ __all__ = [
     "receptance_stability",
     "relaxation_modes",
     "release_speed",
+    "residual_unbalance",
     "residual_vibration",
     "response_peaks",
     "rest_interval",
@@ -156,13 +157,16 @@ __all__ = [
     "stable_windows",
     "stall_balance",
     "stall_ranges",
+    "static_deflection",
     "step_size_study",
     "suitable_bearings",
     "summary",
+    "support_forces",
     "sweep",
     "unbalance_response",
     "unconstrained_motion",
     "units",
+    "vibration",
     "whirl_orbits",
     "with_parameter",
 ]
@@ -250,6 +254,7 @@ if TYPE_CHECKING:
         residual_vibration,
         settling_time,
     )
+    from autobalancer.results.places import residual_unbalance, static_deflection, support_forces, vibration
     from autobalancer.results.store import load_run, save_run
     from autobalancer.rotordynamics.campbell import campbell
     from autobalancer.rotordynamics.critical import critical_speeds

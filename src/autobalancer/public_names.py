@@ -32,6 +32,10 @@ HOME = {
     # results
     "load_run": "results.store",
     "save_run": "results.store",
+    "vibration": "results.places",
+    "static_deflection": "results.places",
+    "residual_unbalance": "results.places",
+    "support_forces": "results.places",
     "measures": "results.measures",
     "deflection_envelope": "results.measures",
     "residual_vibration": "results.measures",

@@ -116,7 +116,13 @@ def _table(found: Any) -> Any:
     from rich.table import Table
 
     table = Table(show_header=False)
-    scale = {"m": ("um", 1e6), "rad": ("deg", 180.0 / np.pi)}
+    scale = {
+        "m": ("um", 1e6),
+        "rad": ("deg", 180.0 / np.pi),
+        "m/s": ("mm/s", 1e3),
+        "kg m": ("g mm", 1e6),
+        "1": ("%", 100.0),
+    }
     for value in found.data_vars.values():
         unit, factor = scale.get(value.attrs["units"], (value.attrs["units"], 1.0))
         numbers = np.atleast_1d(value.values) * factor

@@ -8,7 +8,15 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.results.series import released_at, settled_from, wrapped
+from autobalancer.results.places import residual_unbalance, support_forces, vibration
+from autobalancer.results.series import (
+    counted,
+    end_of_run_up,
+    release_rows,
+    released_at,
+    settled_from,
+    wrapped,
+)
 
 
 def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
@@ -63,25 +71,54 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 
 
 def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
-    """Greatest deflection (m) over the ``last`` seconds of the run, by default over its last twentieth."""
-    envelope = deflection_envelope(run)
-    time = envelope["time"].values
-    last = 0.05 * float(run.attrs["end_time"]) if last is None else last
-    if not last > 0.0:
+    """Greatest vibration (m) at the reference station at the end of the run, without static deflection.
+
+    On a vertical axis, which has no static deflection, it is the greatest deflection over the ``last`` seconds, by
+    default over the last twentieth of the run. On a horizontal one it is the greatest distance from the mean position,
+    over the last revolutions that the run kept; over the samples of the ``last`` seconds if that is given or there are
+    none.
+
+    Raises
+    ------
+    QuestionError
+        If the run kept nothing from which this can be said.
+    """
+    end = float(run.attrs["end_time"])
+    if last is not None and not last > 0.0:
         raise QuestionError(f"last: given {last:g} s; must be greater than zero")
-    inside = time >= float(run.attrs["end_time"]) - last
-    inside[-1] = True
-    return float(envelope["high"].values[inside].max())
+    begin = end - (0.05 * end if last is None else last)
+    if run.attrs.get("axis", "vertical") == "vertical":
+        envelope = deflection_envelope(run)
+        inside = envelope["time"].values >= begin
+        inside[-1] = True
+        return float(envelope["high"].values[inside].max())
+    if last is None and run.sizes.get("turn", 0) > 1:
+        return float(vibration(run)["greatest"].values[0])
+    if "x" not in run:
+        raise QuestionError(
+            "the axis is horizontal, so the envelope holds static deflection and vibration together; "
+            "run it with save=[..., LastRevolutions()]"
+        )
+    time, x, y = _series(run, "time", "x", "y")
+    z = (x + 1j * y)[time >= begin]
+    return float(np.abs(z - z.mean()).max())
 
 
 def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.DataArray:
-    """Time (s) from which each ball stays within ``tolerance`` (rad) of its final angle in the rotor.
+    """Time (s) that each ball takes to stay within ``tolerance`` (rad) of its final angle in the rotor.
 
-    nan for a ball that still moves at the end (faster than 1/1000 of the rotor speed).
+    It counts from the ball's release, from the end of the run-up or from the start of the run, whichever is the last one
+    before the ball has settled; the coordinate ``counted_from`` says which, ``settled_at`` (s) is the time in the run.
+    The run-up ends where the speed comes within 0.1 % of its last value for good. nan for a ball that still moves at the
+    end (faster than 1/1000 of the rotor speed).
     """
     time, angle, speed, rotor = _balls(run)
-    settled = settled_from(time, angle, speed, rotor, tolerance)
-    return _per_ball(run, settled, "settling time", "s")
+    settled = settled_from(time, angle, rotor, tolerance)
+    rows = release_rows(rotor, speed + rotor[:, None], _critical(run))
+    released = np.interp(rows, np.arange(time.size), time)
+    duration, names = counted(settled, released, end_of_run_up(time, rotor), float(time[0]))
+    found = _per_ball(run, duration, "settling time", "s")
+    return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
 
 
 def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.DataArray:
@@ -93,8 +130,7 @@ def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.Da
     ``critical_speed`` is by default the lowest of the machine.
     """
     _, _, speed, rotor = _balls(run)
-    if critical_speed is None:
-        critical_speed = float(np.min(run.attrs["critical_speeds"]))
+    critical_speed = _critical(run) if critical_speed is None else critical_speed
     return _per_ball(run, released_at(rotor, speed + rotor[:, None], critical_speed), "release speed", "rad/s")
 
 
@@ -112,17 +148,18 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 
 
 def measures(run: xr.Dataset) -> xr.Dataset:
-    """All measures of a run in one dataset; each has its unit and its long name."""
+    """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
+
+    Those over ``place``, ``plane`` and ``support`` are there if the run kept its last revolutions.
+    """
     peak = peak_deflection(run)
+    where = f"at {run.attrs.get('reference_station', 'the rotor')!r}"
     found = _scalars(
-        peak_deflection=(float(peak["deflection"]), "m", "greatest deflection"),
-        peak_speed=(float(peak["speed"]), "rad/s", "rotor speed at the greatest deflection"),
-        residual_vibration=(
-            residual_vibration(run),
-            "m",
-            "greatest deflection in the last twentieth of the run",
-        ),
+        peak_deflection=(float(peak["deflection"]), "m", f"greatest deflection {where}"),
+        peak_speed=(float(peak["speed"]), "rad/s", f"rotor speed at the greatest deflection {where}"),
+        residual_vibration=(residual_vibration(run), "m", f"vibration at the end of the run {where}"),
     )
+    found = found.assign(_of_places(run)) if run.sizes.get("turn", 0) > 1 else found
     if run.sizes.get("ball", 0):
         found["settling_time"] = settling_time(run)
         found["release_speed"] = release_speed(run)
@@ -134,6 +171,24 @@ def measures(run: xr.Dataset) -> xr.Dataset:
         key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs
     }
     return found
+
+
+def _of_places(run: xr.Dataset) -> xr.Dataset:
+    """Vibration over the places, residual unbalance over the planes, forces over the supports."""
+    moved = vibration(run)[["static", "greatest", "rms", "velocity_rms"]]
+    found = moved.rename(static="static_deflection", greatest="vibration", rms="vibration_rms")
+    if "plane" in run.coords:
+        left = residual_unbalance(run)[["unbalance", "residual", "share"]]
+        found = found.merge(left.rename(residual="residual_unbalance", share="residual_share"))
+    if run.sizes["support"]:
+        force = support_forces(run)[["static", "greatest", "rms"]]
+        found = found.merge(force.rename(static="static_force", greatest="vibrating_force", rms="vibrating_force_rms"))
+    return found
+
+
+def _critical(run: xr.Dataset) -> float:
+    """The lowest critical speed of the machine, rad/s; nan if it has none."""
+    return float(np.min(run.attrs["critical_speeds"])) if np.size(run.attrs["critical_speeds"]) else np.nan
 
 
 def _scalars(**values: tuple[float, str, str]) -> xr.Dataset:

@@ -8,17 +8,21 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 STALL_MARGIN = 0.02  # a ball can be called stalled only this far (relative) above the critical speed
-REST = 1e-3  # balls slower than this share of the rotor speed are at rest at the end of a run
+CONSTANT = 1e-3  # a speed that differs by less (relative) from its last value is constant
+REST = 1e-3  # balls that in the mean are slower than this share of the rotor speed rest at the end of a run
 
 
-def settled_from(time: Floats, angle: Floats, speed: Floats, rotor_speed: Floats, tolerance: float) -> Floats:
+def settled_from(time: Floats, angle: Floats, rotor_speed: Floats, tolerance: float) -> Floats:
     """Time from which each ball stays within ``tolerance`` (rad) of its last angle; nan if it still moves.
 
-    ``angle`` and ``speed`` are (time, ball), in the rotor.
+    ``angle`` is (time, ball), in the rotor. Balls that swing under gravity come to rest in the mean over a revolution.
     """
     result = np.full(angle.shape[1], np.nan)
+    end, turn = abs(float(rotor_speed[-1])), 2.0 * np.pi / max(abs(float(rotor_speed[-1])), 1e-300)
+    first = min(max(int(np.searchsorted(time, time[-1] - turn, side="right")) - 1, 0), time.size - 2)
+    passed = time[-1] - time[first] if time.size > 1 else 1.0
     for i in range(angle.shape[1]):
-        if abs(speed[-1, i]) > REST * max(abs(rotor_speed[-1]), 1e-300):
+        if abs(angle[-1, i] - angle[first, i]) > REST * end * passed:
             continue
         away = np.flatnonzero(np.abs(angle[:, i] - angle[-1, i]) > tolerance)
         if away.size == 0:
@@ -30,6 +34,15 @@ def settled_from(time: Floats, angle: Floats, speed: Floats, rotor_speed: Floats
 
 def released_at(rotor_speed: Floats, ball_speed: Floats, critical_speed: float) -> Floats:
     """Rotor speed at which each stalled ball breaks away; nan if it never stalled or never broke away.
+
+    Arguments and rule as for :func:`release_rows`.
+    """
+    rows = release_rows(rotor_speed, ball_speed, critical_speed)
+    return np.asarray(np.interp(rows, np.arange(rotor_speed.size), rotor_speed), np.float64)
+
+
+def release_rows(rotor_speed: Floats, ball_speed: Floats, critical_speed: float) -> Floats:
+    """Row, with its fraction, at which each stalled ball breaks away; nan if it never stalled or never broke away.
 
     ``ball_speed`` is (time, ball), in space. A ball is stalled while it is three times nearer to the critical speed than to
     the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
@@ -48,9 +61,31 @@ def released_at(rotor_speed: Floats, ball_speed: Floats, critical_speed: float) 
             below = stalled
         last = min(int(below[-1]), rotor_speed.size - 2)
         rise = excess[last + 1] - excess[last]
-        part = min(max(-excess[last] / rise, 0.0), 1.0) if rise > 0.0 else 0.5
-        result[i] = rotor_speed[last] + part * (rotor_speed[last + 1] - rotor_speed[last])
+        result[i] = last + (min(max(-excess[last] / rise, 0.0), 1.0) if rise > 0.0 else 0.5)
     return result
+
+
+def end_of_run_up(time: Floats, rotor_speed: Floats) -> float:
+    """Time from which the rotor speed stays within 0.1 % of its last value; the first time if it does from there on."""
+    away = np.flatnonzero(np.abs(rotor_speed - rotor_speed[-1]) > CONSTANT * abs(rotor_speed[-1]))
+    return float(time[away[-1] + 1]) if away.size else float(time[0])
+
+
+def counted(settled: Floats, released: Floats, run_up: float, start: float) -> tuple[Floats, list[str]]:
+    """Duration of settling of each ball, and from where it counts: the last of these times that is not after it.
+
+    ``settled`` and ``released`` (s) are (ball,), nan where there is none; ``run_up`` is the end of the run-up.
+    """
+    duration, names = np.full(settled.size, np.nan), []
+    for i, at in enumerate(settled):
+        begins = [(start, "start"), (run_up, "end of the run-up"), (float(released[i]), "release")]
+        if run_up <= start:
+            del begins[1]
+        known = [begin for begin in begins if begin[0] <= at]
+        begin, name = max(known, key=lambda entry: entry[0]) if known else (np.nan, "")
+        duration[i] = at - begin
+        names.append(name)
+    return duration, names
 
 
 def wrapped(angle: Floats) -> Floats:

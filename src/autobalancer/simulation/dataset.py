@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.resolved import ball_states
+from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
@@ -15,12 +15,13 @@ from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BA
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.at_places import ball_moments, ball_states_of, over_time, over_turns, place_names
 from autobalancer.simulation.race_forces import has_real_races, left_race, on_races
 from autobalancer.simulation.resolved_walls import wall_contacts
 
 
 def run_dataset(
-    assembly: Assembly, record: Record, state: Memory, events: list[str], attributes: dict[str, Any]
+    assembly: Assembly, places: Places, record: Record, state: Memory, events: list[str], attributes: dict[str, Any]
 ) -> xr.Dataset:
     """Label what a run wrote; whatever was not reached is cut off."""
     balls = assembly.balls
@@ -35,6 +36,7 @@ def run_dataset(
         "race_center_x": ("ball", np.array([ball.eccentricity.real for ball in balls], np.float64)),
         "race_center_y": ("ball", np.array([ball.eccentricity.imag for ball in balls], np.float64)),
     }
+    coordinates |= place_names(places)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)
     count = int(state.counts[NEXT_SAMPLE])
@@ -42,6 +44,7 @@ def run_dataset(
         coordinates["time"] = record.sample_times[:count]
         data |= _states(record.samples[:count], record.sample_times[:count], assembly)
         data |= _at_stations("", "time", record.samples[:count], assembly)
+        data |= over_time(record.samples[:count], record.sample_times[:count], assembly, places)
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
     bins = int(state.counts[NEXT_BIN])
@@ -67,6 +70,7 @@ def run_dataset(
         data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
+        data |= over_turns(turns[:, 1:], turns[:, 0], assembly, places)
         data["turn_ball_angle_in_rotor"] = (("turn", "ball"), _ball_motion(turns[:, 1:], assembly)[0])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
@@ -89,16 +93,8 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
     z = deflection(states, assembly)
     angle, speed = _ball_motion(states, assembly)
     unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
-    moment = np.array([ball.moment for ball in assembly.balls], np.float64)
-    center = sum(ball.effective_mass * ball.eccentricity for ball in assembly.balls)
-    residual = unbalance + center + (moment * np.exp(1j * angle)).sum(axis=1)
-    resolved: dict[str, Any] = {}
-    if assembly.resolved:
-        own = _own_states(states, assembly)
-        apart = own[..., BALL_X] + 1j * own[..., BALL_Y]
-        mass = np.array([ball.effective_mass for ball in assembly.balls], np.float64)
-        residual = unbalance + center + (mass * apart).sum(axis=1)
-        resolved = _resolved(states, own, assembly)
+    residual = unbalance + ball_moments(states, assembly).sum(axis=1)
+    resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
     return {
         "speed": ("time", states[:, SPEED]),
         "rotor_angle": ("time", states[:, THETA]),
@@ -115,10 +111,6 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
     }
 
 
-def _own_states(states: Matrix, assembly: Assembly) -> Any:
-    return ball_states(states, assembly.system, assembly.places.shape[2])
-
-
 def _ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Angles and speeds of the balls in the rotor, (times, n) each."""
     n = len(assembly.balls)
@@ -126,7 +118,7 @@ def _ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     if not assembly.resolved:
         return angle, speed
     # the carried angle counts the turns; position and velocity are exact even where a ball passed close to the center
-    own = _own_states(states, assembly)
+    own = ball_states_of(states, assembly)
     place, velocity = own[..., BALL_X] + 1j * own[..., BALL_Y], own[..., BALL_VX] + 1j * own[..., BALL_VY]
     off = np.angle(place * np.exp(-1j * angle))
     return angle + off, np.asarray((place.conj() * velocity).imag / np.maximum(np.abs(place) ** 2, 1e-30))

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
+from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -37,13 +38,13 @@ from autobalancer.simulation.fluid_lag import fluid_lags
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
-from autobalancer.simulation.sampling import Envelope, Samples, Sampling
+from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
 from autobalancer.units import to_si
 
 Method = Literal["dormand_prince_8", "tsitouras"]
 Progress = Callable[[float, float], None]
 
-DEFAULT_SAVE = (Samples(), Envelope())
+DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
 
 
@@ -72,7 +73,8 @@ def simulate(
         Seconds, or a text such as ``"20 s"``; by default the ``run.duration`` of the machine.
     save
         What to keep: :class:`Samples`, :class:`SampleTimes`, :class:`Envelope`, :class:`LastRevolutions`
-        or several of them.
+        or several of them. By default samples, an envelope and, unless an event may end the run, the last revolutions,
+        from which its measures are taken.
     events
         Passages to be noted, or to end the run.
     tolerance
@@ -125,10 +127,12 @@ def simulate(
             f"save: given {save!r}; give Samples(), SampleTimes(), Envelope(), LastRevolutions() or several"
         )
     wishes = [save] if isinstance(save, Sampling) else list(save)
+    if save is DEFAULT_SAVE and any(event.ends_run for event in events):
+        wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
     record = record_for(wishes, events, assembly, end)
     state = memory_for(assembly, end, tolerance, pair)
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
-    if not (interrupted or turns_complete(record, state, assembly)):
+    if not (interrupted or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
         assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
@@ -141,12 +145,14 @@ def simulate(
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last)
     run = run_dataset(
         assembly,
+        places_of(machine, assembly),
         record,
         state,
         names,
         {
             "machine": machine_text(machine),
             "machine_name": machine.name,
+            "axis": machine.axis,
             "seed": seed,
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             "critical_speeds": list(assembly.critical_speeds),

@@ -24,6 +24,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
 from autobalancer.stability.aligned import Aligned, directions_of
 from autobalancer.stability.equilibria import PATTERNS, close_polygon
@@ -89,8 +90,7 @@ def _host(st: Stations, compliance: Complexes) -> Complexes:
 
 def _least(st: Stations, host: Complexes, wanted: Complexes, true: range | tuple[int, ...]) -> Complexes:
     """Moments of the stations that do what is wanted; the smallest in shares of the capabilities if many do."""
-    share = st.capability[list(true)]
-    return np.asarray(share * np.linalg.lstsq(host * share, wanted, rcond=1e-11)[0], np.complex128)
+    return least_moments(host, wanted, st.capability[list(true)])
 
 
 def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationState]:

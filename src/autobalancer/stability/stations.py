@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors import LateralModel, balancer_rows, lateral_model, unbalance_shape, with_ball_mass
+from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
+from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -134,34 +135,30 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
     balls = resolve(machine)
-    names: list[str] = []
-    rows: list[Floats] = []
-    place: list[int] = []  # of each balancer
-    for number, (balancer, row) in enumerate(zip(machine.balancers, balancer_rows(machine, bare), strict=True), 1):
-        same = [i for i, other in enumerate(rows) if np.array_equal(other, row.deflection)]
-        if not same:
-            rows.append(row.deflection)
-            names.append(balancer.station if isinstance(balancer.station, str) else balancer.name or f"plane {number}")
-        place.append(same[0] if same else len(rows) - 1)
+    planes = planes_of(machine, bare)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
     load, resultant = _loads(machine, bare, largest)
     if unbalance is not None:
         load, resultant = _replaced(machine, bare, unbalance)
     return Stations(
         model=model,
-        names=tuple(names),
-        rows=np.array(rows).reshape(len(rows), model.pairs),
+        names=planes.names,
+        rows=rows_matrix(list(planes.rows)).reshape(len(planes.rows), model.pairs),
         load=load,
         unbalance=resultant,
         ball_mass=np.array([ball.effective_mass for ball in balls]),
         moment=np.array([ball.moment for ball in balls]),
         inertia=np.array([ball.inertia for ball in balls]),
         drag=np.array([ball.drag for ball in balls]),
-        station=np.array([place[ball.balancer] for ball in balls], np.int64),
+        station=np.array([planes.of_balancer[ball.balancer] for ball in balls], np.int64),
         race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
         offset=np.array([ball.eccentricity for ball in balls], np.complex128),
         capability=np.array(
-            [capability_of(b for b in balls if place[b.balancer] == number) for number in range(len(rows))], np.float64
+            [
+                capability_of(ball for ball in balls if planes.of_balancer[ball.balancer] == number)
+                for number in range(len(planes.rows))
+            ],
+            np.float64,
         ),
     )
 

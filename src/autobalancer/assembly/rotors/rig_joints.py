@@ -14,6 +14,7 @@ from autobalancer.assembly.rotors.model import Floats, Matrix
 from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, SLOPE_Y, TURN, Rig
 from autobalancer.assembly.rotors.supports import at_speeds, table_speeds, two
 from autobalancer.machine import BallBearing, Bushing, Dashpot, Lock, MultibodyRotor, SpeedTable, Spring
+from autobalancer.machine.rotors.joints import PointJoint
 
 Point = tuple[float, float, float]
 Pair = tuple[Floats, Floats]  # stiffness and damping at the speeds of the rig
@@ -45,12 +46,14 @@ def rig_speeds(rotor: MultibodyRotor) -> Floats:
 
 def struts(rotor: MultibodyRotor, rig: Rig, speeds: Floats) -> list[Strut]:
     """All struts of a rig."""
-    found: list[Strut] = []
-    for joint in rotor.joints:
-        if isinstance(joint, Bushing):
-            found += _ring(joint, rig, speeds)
-        elif not isinstance(joint, Lock):
-            found += _on_axes(joint, rig, speeds)
+    return [
+        strut for joint in rotor.joints if not isinstance(joint, Lock) for strut in joint_struts(joint, rig, speeds)
+    ]
+
+
+def joint_struts(joint: PointJoint, rig: Rig, speeds: Floats) -> list[Strut]:
+    """The struts of one joint."""
+    found = _ring(joint, rig, speeds) if isinstance(joint, Bushing) else _on_axes(joint, rig, speeds)
     return [strut for strut in found if strut.stiffness.any() or strut.damping.any()]
 
 

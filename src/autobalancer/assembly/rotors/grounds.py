@@ -1,0 +1,88 @@
+"""Where a rotor stands on the ground, and what it presses there.
+
+The force of a support across the axis is its share of the work in a translation T of the whole machine: of its
+stiffness K_s and damping C_s it is F = T' (K_s q + C_s q'), since T moves the place of every support by one and tilts
+nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.rotors import LateralModel, station_rows
+from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
+from autobalancer.assembly.rotors.multibody import RigAxis
+from autobalancer.assembly.rotors.rig_joints import assembled, joint_struts
+from autobalancer.assembly.rotors.supports import add_support
+from autobalancer.machine import Lock, Machine, MultibodyRotor, PlanarRotor
+from autobalancer.machine.rotors.body import GROUND
+from autobalancer.machine.rotors.joints import PointJoint
+
+
+@dataclass(frozen=True)
+class Ground:
+    """One support: rows of the force of the rotor on it along x and y, N, at the speeds of the model."""
+
+    name: str
+    stiffness: Matrix  # (k, 2, N), times coordinates
+    damping: Matrix  # (k, 2, N), times their velocities
+    row: Matrix  # (2, N) deflection of the rotor there
+
+
+def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
+    """All supports of a machine, in the order of its file; those without force across the axis are left out."""
+    rotor, found = machine.rotor, []
+    across = _translation(model)
+    if isinstance(rotor, PlanarRotor):
+        return (Ground("support", across.T @ model.stiffness, across.T @ model.damping, np.eye(2)),)
+    if isinstance(rotor, MultibodyRotor):
+        for number, joint in enumerate(rotor.joints, 1):
+            if not isinstance(joint, Lock) and GROUND in joint.between:
+                found.append(_joint(model, number, joint, across))
+    else:
+        factor = float(rotor.stiffness_proportional_damping)
+        for number, support in enumerate(rotor.supports, 1):
+            place = model.axis.rows(float(support.position), None)
+            damping, stiffness = np.zeros((2, *model.stiffness.shape))
+            add_support(support, place, model.speeds, damping, stiffness)
+            damping = damping + factor * stiffness
+            name = _name(machine, model, place, f"support {number}")
+            found.append(Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None])))
+    return tuple(ground for ground in found if ground.stiffness.any() or ground.damping.any())
+
+
+def weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
+    """Force of the rotor's weight without balls on each support, (S, 2) N; ``gravity`` acts along -y."""
+    down = -gravity * model.mass @ _translation(model)[:, 1]
+    rest = np.linalg.solve(model.stiffness_at(0.0), down)
+    return np.array([ground.stiffness[0] @ rest for ground in found]).reshape(len(found), 2)
+
+
+def _translation(model: LateralModel) -> Matrix:
+    """Coordinates of the machine moved by one along x, and along y; (N, 2)."""
+    moved = np.zeros((model.size, 2))
+    moved[: model.pairs, 0] = moved[model.pairs : 2 * model.pairs, 1] = model.translation
+    return moved
+
+
+def _joint(model: LateralModel, number: int, joint: PointJoint, across: Floats) -> Ground:
+    axis = model.axis
+    assert isinstance(axis, RigAxis)
+    kept = [axis.rig.coordinates.index(name) for name in model.coordinates]
+    struts = joint_struts(joint, axis.rig, model.speeds)
+    damping, stiffness = assembled(struts, axis.rig.size, model.speeds.size)
+    part = np.ix_(range(model.speeds.size), kept, kept)
+    one, other = joint.between
+    body = other if one == GROUND else one
+    row = axis.rig.motion(body, (0.0, 0.0, float(joint.position)))[:2, kept]
+    return Ground(f"joint {number}", across.T @ stiffness[part], across.T @ damping[part], row)
+
+
+def _name(machine: Machine, model: LateralModel, place: Rows, otherwise: str) -> str:
+    """The name of a station at this place."""
+    for name, row in station_rows(machine, model).items():
+        if np.allclose(row.deflection, place.deflection, rtol=0.0, atol=1e-12):
+            return name
+    return otherwise

@@ -1,0 +1,188 @@
+"""Measures of places at the end of a run: vibration apart from static deflection, residual unbalance, forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+
+Floats = NDArray[np.float64]
+WHEN = "in the last revolutions"
+NO_TURNS = (
+    "the run kept no whole revolution at its end; run it with save=[..., LastRevolutions()], to a speed above zero "
+    "(a run that is interrupted keeps none)"
+)
+
+
+def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
+    """Static deflection and vibration at the end of a run, apart from each other, at every place.
+
+    The places are the planes of the balancers and the named stations. The static deflection is the mean over the last
+    whole revolutions that the run kept, the vibration what is left: the oscillation of balls under gravity is part of it.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate`, with ``LastRevolutions``, which it keeps by default.
+    place
+        Name of a plane or station; by default all, along the dimension ``place``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``static_x``, ``static_y``, ``static`` (m); ``greatest``, the greatest distance from the mean position (m);
+        ``half_range``, half of the range along x or y, whichever is greater (m); ``rms`` (m) and ``velocity_rms`` (m/s),
+        root mean squares in the direction in which they are greatest, as sensors along one direction measure (ISO 20816).
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such place.
+    """
+    last = run.isel(turn=whole_turns(run))
+    z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
+    mean = z.mean(axis=0)
+    away = z - mean
+    found = _measured(
+        ("place", run["place"].values),
+        static_x=(mean.real, "m", "static deflection along x"),
+        static_y=(mean.imag, "m", "static deflection along y"),
+        static=(np.abs(mean), "m", "static deflection"),
+        greatest=(np.abs(away).max(axis=0), "m", "greatest distance from the mean position"),
+        half_range=(half_range(z), "m", "half of the range of the deflection"),
+        rms=(one_way_rms(away), "m", "root mean square of the vibration"),
+        velocity_rms=(one_way_rms(v - v.mean(axis=0)), "m/s", "root mean square of the velocity"),
+    )
+    return found if place is None else _chosen(found, "place", place)
+
+
+def static_deflection(run: xr.Dataset, place: str | None = None) -> complex:
+    """Mean deflection x + i y (m) in the last revolutions at a place, by default the reference place.
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such place.
+    """
+    here = vibration(run, str(run["place"].values[0]) if place is None else place)
+    return complex(float(here["static_x"]), float(here["static_y"]))
+
+
+def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
+    """What is left of the unbalance in each plane of balancers, in the last revolutions of a run.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate`, with ``LastRevolutions``.
+    plane
+        Name of a plane; by default all, along the dimension ``plane``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``unbalance``, what the balls of the plane have to balance at this speed so that all planes rest; ``balls``, what
+        they add up to; ``residual``, the mean size of the sum of both (all kg m); ``share``, residual over unbalance.
+
+    Raises
+    ------
+    QuestionError
+        If the machine has no balancers, or the run kept no whole revolution.
+    """
+    if "turn_plane_balls" not in run and "plane" not in run.coords:
+        raise QuestionError("the machine has no balancers; there is no plane with a residual unbalance")
+    unbalance, balls = plane_vectors(run.isel(turn=whole_turns(run)), "turn_")
+    size, left = np.abs(unbalance).mean(axis=0), np.abs(unbalance + balls).mean(axis=0)
+    share = np.divide(left, size, out=np.full_like(left, np.nan), where=size > 0.0)
+    found = _measured(
+        ("plane", run["plane"].values),
+        unbalance=(size, "kg m", "unbalance that the balls of the plane have to balance"),
+        balls=(np.abs(balls).mean(axis=0), "kg m", "what the balls of the plane add up to"),
+        residual=(left, "kg m", "residual unbalance of the plane"),
+        share=(share, "1", "residual unbalance over unbalance"),
+    )
+    return found if plane is None else _chosen(found, "plane", plane)
+
+
+def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
+    """Forces of the rotor on its supports in the last revolutions: the static part, with weight, and the vibrating one.
+
+    Where the supports stand on the ground these are the forces into the foundation.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``support``, N: ``static_x``, ``static_y``, ``static``; ``greatest``, the greatest distance of the force
+        from its mean; ``rms`` of the vibrating part in the direction in which it is greatest.
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such support.
+    """
+    last = run.isel(turn=whole_turns(run))
+    force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
+    mean = force.mean(axis=0)
+    found = _measured(
+        ("support", run["support"].values),
+        static_x=(mean.real, "N", "static force along x"),
+        static_y=(mean.imag, "N", "static force along y"),
+        static=(np.abs(mean), "N", "static force on the support"),
+        greatest=(np.abs(force - mean).max(axis=0), "N", "greatest distance of the force from its mean"),
+        rms=(one_way_rms(force - mean), "N", "root mean square of the vibrating force"),
+    )
+    return found if support is None else _chosen(found, "support", support)
+
+
+def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Unbalance of each plane and what its balls add up to, complex in the rotor, kg m, (times, P)."""
+    unbalance, balls = (
+        run[f"{prefix}plane_{name}"].values * np.exp(1j * run[f"{prefix}plane_{name}_angle_in_rotor"].values)
+        for name in ("unbalance", "balls")
+    )
+    return unbalance, balls
+
+
+def whole_turns(run: xr.Dataset) -> slice:
+    """The part of the dimension ``turn`` that makes whole revolutions up to the end, its first entry left out.
+
+    Raises
+    ------
+    QuestionError
+        If there is no whole revolution.
+    """
+    angle = run["turn_rotor_angle"].values if "turn_rotor_angle" in run and "turn_place_x" in run else np.zeros(0)
+    step = abs(angle[-1] - angle[-2]) if angle.size > 1 else 0.0
+    each = round(2.0 * np.pi / step) if step > 0.0 else 0
+    count = (angle.size - 1) // each if each else 0
+    if count == 0:
+        raise QuestionError(NO_TURNS)
+    return slice(angle.size - count * each, angle.size)
+
+
+def one_way_rms(z: NDArray[np.complex128]) -> Floats:
+    """Root mean square along the direction in which it is greatest, of x + i y without mean, (times, places)."""
+    square, turned = np.mean(np.abs(z) ** 2, axis=0), np.abs(np.mean(z**2, axis=0))
+    return np.asarray(np.sqrt(0.5 * (square + turned)), np.float64)
+
+
+def half_range(z: NDArray[np.complex128]) -> Floats:
+    """Half of the range along x or y, whichever is greater, (places,)."""
+    return np.asarray(0.5 * np.maximum(np.ptp(z.real, axis=0), np.ptp(z.imag, axis=0)), np.float64)
+
+
+def _measured(along: tuple[str, NDArray[np.object_]], **values: tuple[Floats, str, str]) -> xr.Dataset:
+    dimension, names = along
+    found = xr.Dataset(coords={dimension: names})
+    for name, (numbers, unit, text) in values.items():
+        found[name] = (dimension, numbers, {"units": unit, "long_name": f"{text} {WHEN}"})
+    return found
+
+
+def _chosen(found: xr.Dataset, dimension: str, name: str) -> xr.Dataset:
+    known = [str(entry) for entry in found[dimension].values]
+    if name not in known:
+        raise QuestionError(f"{dimension}: given {name!r}; the run has {', '.join(map(repr, known))}")
+    return found.isel({dimension: known.index(name)})

@@ -1,0 +1,90 @@
+"""What a result says of planes, stations and supports: deflections, unbalance against balls, forces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.places import Places, coordinates, deflections, plane_unbalances, support_forces
+from autobalancer.assembly.resolved import ball_states
+from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.resolved_layout import BALL_X, BALL_Y
+from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix
+
+
+def place_names(places: Places) -> dict[str, Any]:
+    """Coordinates of a result: names of planes, places and supports, and the plane of each ball."""
+    found: dict[str, Any] = {
+        "place": np.array(places.names, dtype=object),
+        "support": np.array(places.supports, dtype=object),
+    }
+    if places.planes:
+        found["plane"] = np.array(places.planes, dtype=object)
+        found["ball_plane"] = ("ball", np.array(places.plane_of_ball, np.int64) + 1)
+    return found
+
+
+def over_time(states: Matrix, times: Floats, assembly: Assembly, places: Places) -> dict[str, Any]:
+    """Deflection, unbalance and balls of each plane, and force on each support, over time."""
+    q, v = coordinates(states, assembly)
+    z = deflections(places, q)[:, : len(places.planes)]
+    found = _forces("", "time", states, q, v, places)
+    if places.planes:
+        found |= {"plane_x": (("time", "plane"), z.real), "plane_y": (("time", "plane"), z.imag)}
+        found |= _unbalances("", "time", states, times, assembly, places)
+    return found
+
+
+def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places) -> dict[str, Any]:
+    """The same over the last revolutions, with deflection and velocity of all places."""
+    q, v = coordinates(states, assembly)
+    z, rate, both = deflections(places, q), deflections(places, v), ("turn", "place")
+    found = {
+        "turn_place_x": (both, z.real),
+        "turn_place_y": (both, z.imag),
+        "turn_place_vx": (both, rate.real),
+        "turn_place_vy": (both, rate.imag),
+        **_forces("turn_", "turn", states, q, v, places),
+    }
+    if places.planes:
+        found |= _unbalances("turn_", "turn", states, times, assembly, places)
+    return found
+
+
+def ball_states_of(states: Matrix, assembly: Assembly) -> Any:
+    """States of resolved balls in their races, (T, n, ...)."""
+    return ball_states(states, assembly.system, assembly.places.shape[2])
+
+
+def ball_moments(states: Matrix, assembly: Assembly) -> Any:
+    """Effective mass times place in the rotor of each ball, race centers included, complex kg m, (T, n)."""
+    balls, n = assembly.balls, len(assembly.balls)
+    mass = np.array([ball.effective_mass for ball in balls], np.float64)
+    center = np.array([ball.eccentricity for ball in balls], np.complex128)
+    if assembly.resolved:
+        own = ball_states_of(states, assembly)
+        return mass * (center + own[..., BALL_X] + 1j * own[..., BALL_Y])
+    moment = np.array([ball.moment for ball in balls], np.float64)
+    return mass * center + moment * np.exp(1j * states[:, BALLS : BALLS + n])
+
+
+def _unbalances(
+    prefix: str, dimension: str, states: Matrix, times: Floats, assembly: Assembly, places: Places
+) -> dict[str, Any]:
+    wanted = plane_unbalances(places, times, states[:, SPEED])
+    balls = np.zeros_like(wanted)
+    np.add.at(balls.T, np.array(places.plane_of_ball, np.int64), ball_moments(states, assembly).T)
+    found: dict[str, Any] = {}
+    for name, vector in (("unbalance", wanted), ("balls", balls)):
+        found[f"{prefix}plane_{name}"] = ((dimension, "plane"), np.abs(vector))
+        found[f"{prefix}plane_{name}_angle_in_rotor"] = ((dimension, "plane"), np.angle(vector))
+    return found
+
+
+def _forces(prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, places: Places) -> dict[str, Any]:
+    force = support_forces(places, states[:, SPEED], q, v)
+    return {
+        f"{prefix}support_force_x": ((dimension, "support"), force.real),
+        f"{prefix}support_force_y": ((dimension, "support"), force.imag),
+    }

@@ -1,0 +1,181 @@
+"""Measures of planes, stations and supports: statics apart from vibration, forces against the momentum of everything."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+import autobalancer as ab
+from autobalancer.assembly.places import coordinates, places_of
+from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_machine
+from autobalancer.machine import Machine
+
+GRAVITY = 9.80665
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+DRUM = """
+name = "drum"
+axis = "horizontal"
+rotor = { kind = "planar", mass = "25 kg", stiffness = ["9 kN/m", "12 kN/m"], damping = ["150 N*s/m", "180 N*s/m"] }
+unbalances = [{ moment = "60000 g*mm" }]
+drive = { kind = "speed", profile = { kind = "constant", speed = "1200 rpm" } }
+run = { duration = "6 s" }
+[[balancers]]
+[[balancers.races]]
+orbit_radius = "230 mm"
+drag = { law = "beta", beta = "6e-3 N*m*s" }
+balls = [{ count = 10, diameter = "20 mm", material = "steel" }]
+"""
+
+
+@pytest.fixture(scope="module")
+def drum() -> xr.Dataset:
+    return ab.simulate(parse_machine(DRUM))
+
+
+def test_the_weight_of_the_balls_is_static_deflection_and_no_vibration(drum: xr.Dataset) -> None:
+    weight = 10 * math.pi / 6 * 0.02**3 * 7800.0 * GRAVITY  # of steel balls as in the catalog
+    static = ab.static_deflection(drum)
+    assert static.imag == pytest.approx(-weight / 12e3, rel=0.02)
+    assert abs(static.real) < 1e-3 * abs(static)
+    turn = drum.isel(turn=slice(1, None))
+    ranges = [0.5 * np.ptp(turn[f"turn_{axis}"].values) for axis in "xy"]
+    found = ab.vibration(drum, "rotor")
+    assert float(found["half_range"]) == pytest.approx(max(ranges), rel=1e-12)
+    assert max(ranges) < ab.residual_vibration(drum) < math.sqrt(2.0) * max(ranges) * 1.001
+    assert ab.residual_vibration(drum) < 0.05 * abs(static)
+
+
+def test_vibration_of_a_circle_is_its_radius_and_its_velocity() -> None:
+    # without balls a rotor far above its critical speed circles with a radius known in closed form
+    machine = ab.load_machine(MACHINES / "stall_and_release.toml").model_copy(update={"balancers": ()})
+    text = {"kind": "constant", "speed": 500.0}
+    machine = ab.with_parameter(machine, "drive", {"kind": "speed", "profile": text})
+    run = ab.simulate(machine, duration=10.0, tolerance=1e-11)
+    w, m, k, b, u = 500.0, 9.995, 625e3, 100.0, 5e-4
+    radius = u * w**2 / abs(k - m * w**2 + 1j * b * w)
+    found = ab.vibration(run)
+    np.testing.assert_allclose(found["greatest"], radius, rtol=1e-6)
+    np.testing.assert_allclose(found["rms"], radius / math.sqrt(2.0), rtol=1e-6)
+    np.testing.assert_allclose(found["velocity_rms"], radius * w / math.sqrt(2.0), rtol=1e-6)
+    force = ab.support_forces(run)
+    np.testing.assert_allclose(force["greatest"], radius * abs(k + 1j * b * w), rtol=1e-6)
+    assert float(force["static"][0]) < 1e-6 * float(force["greatest"][0])
+
+
+SHAFT = """
+name = "shaft with two balancers"
+axis = "horizontal"
+drive = { kind = "target_torque", gain = 0.05, damping = 0.05, profile = { kind = "ramp", start = 0, end = 500, duration = 1 } }
+stations = [{ name = "left", position = "100 mm" }]
+unbalances = [{ moment = "100 g*mm", station = "left" }, { moment = "50 g*mm", angle = "70 deg", station = "300 mm" }]
+[rotor]
+kind = "shaft"
+stiffness_proportional_damping = 1e-5
+material = { density = 7850, youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
+segments = [{ length = "400 mm", diameter = "15 mm", elements = 8 }]
+disks = [{ position = "100 mm", mass = "2 kg", transverse_inertia = 0.004, polar_inertia = 0.008 }]
+supports = [
+  { position = 0, stiffness = ["50 kN/m", "80 kN/m"], damping = 40, cross_stiffness = [2e3, -3e3] },
+  { position = "400 mm", stiffness = "60 kN/m", damping = 20 },
+]
+[[balancers]]
+station = "left"
+[[balancers.races]]
+orbit_radius = "40 mm"
+drag = { law = "beta", beta = 2e-5 }
+balls = [{ count = 2, mass = "1.5 g", motion = "point" }]
+[[balancers]]
+station = "300 mm"
+[[balancers.races]]
+orbit_radius = "40 mm"
+drag = { law = "beta", beta = 2e-5 }
+balls = [{ count = 2, mass = "1 g", motion = "point" }]
+"""
+
+
+def laid_down_rig() -> Machine:
+    """A published rig of several bodies, on its side and at speed from the start."""
+    fast = {"kind": "speed", "profile": {"kind": "constant", "speed": "900 rpm"}}
+    laid = ab.rig("discoidal_rig").model_copy(update={"axis": "horizontal"})
+    return ab.with_parameter(laid, "drive", fast)
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [parse_machine(DRUM), ab.load_machine(MACHINES / "two_plane_rotor.toml"), parse_machine(SHAFT), laid_down_rig()],
+    ids=["planar", "rigid", "shaft", "multibody"],
+)
+def test_the_forces_on_the_supports_change_the_momentum_of_rotor_unbalance_and_balls(machine: Machine) -> None:
+    end = 0.8
+    times = np.linspace(end - 0.02, end, 2001)
+    run = ab.simulate(machine, duration=end, save=ab.SampleTimes(times.tolist()), tolerance=1e-11)
+    assembly = assemble(machine)
+    model, balls = lateral_model(machine), assembly.balls
+    force = (run["support_force_x"] + 1j * run["support_force_y"]).values.sum(axis=1)
+    rotor = np.exp(1j * run["rotor_angle"].values)
+    spread = (run["unbalance"] * np.exp(1j * run["unbalance_angle_in_rotor"])).values * rotor  # M times its offset
+    where = {name: (run["plane_x"] + 1j * run["plane_y"]).values[:, i] for i, name in enumerate(run["plane"].values)}
+    planes = [where[name] for name in run["plane"].values]
+    for i, ball in enumerate(balls):
+        arm = ball.eccentricity + ball.orbit_radius * np.exp(1j * run["ball_angle_in_rotor"].values[:, i])
+        spread = spread + ball.effective_mass * (planes[int(run["ball_plane"][i]) - 1] + rotor * arm)
+    pull = GRAVITY if machine.axis == "horizontal" else 0.0
+    weight = -1j * pull * (model.total_mass + sum(ball.effective_mass for ball in balls))
+    # the rotor's own mass center, from its states
+    own = _rotor_moment(machine, times, end)
+    momentum_rate = CubicSpline(times, spread + own)(times, 2)
+    middle = slice(100, -100)
+    scale = np.abs(force[middle] - weight).max()
+    assert scale > 1e-3
+    np.testing.assert_allclose((force + momentum_rate)[middle], np.full(1801, weight), atol=2e-3 * scale)
+
+
+def _rotor_moment(machine: Machine, times: np.ndarray, end: float) -> np.ndarray:
+    """Mass times deflection of the rotor's mass center, from the states of the same run."""
+    from autobalancer.kernels.integrators import tableau
+    from autobalancer.kernels.integrators.runge_kutta import advance
+    from autobalancer.simulation.equations import equations
+    from autobalancer.simulation.fresh import memory_for
+    from autobalancer.simulation.record import record_for
+
+    assembly = assemble(machine)
+    pair = tableau.dormand_prince_8()
+    record = record_for([ab.SampleTimes(times.tolist())], (), assembly, end)
+    memory = memory_for(assembly, end, 1e-11, pair)
+    advance(equations(assembly), assembly.system, pair, record, memory, 10_000_000)
+    model, places = lateral_model(machine), places_of(machine, assembly)
+    q = coordinates(record.samples, assembly)[0] @ places.basis.T
+    n, shape = model.pairs, model.translation
+    moved = model.mass[:n, :n] @ shape
+    return np.asarray(q[:, :n] @ moved + 1j * (q[:, n : 2 * n] @ moved))
+
+
+def test_residual_unbalance_is_said_of_each_plane() -> None:
+    run = ab.simulate(MACHINES / "two_plane_rotor.toml")
+    found = ab.residual_unbalance(run)
+    point, couple = 100e-6 * np.exp(1j * np.deg2rad(20.0)), 10e-6 * np.exp(1j * np.deg2rad(60.0)) / 0.25
+    by_moments = np.abs([point * 0.13 / 0.25 - couple, point * 0.12 / 0.25 + couple])  # planes at -100 and 150 mm
+    np.testing.assert_allclose(found["unbalance"], by_moments, rtol=1e-9)
+    needed = ab.equilibria(MACHINES / "two_plane_rotor.toml", float(run["speed"][-1]))["required_moment"]
+    np.testing.assert_allclose(found["unbalance"], needed, rtol=1e-9)
+    assert (found["share"] < 1e-3).all()
+    assert float(ab.residual_unbalance(run, "upper")["residual"]) == pytest.approx(float(found["residual"][1]))
+    with pytest.raises(QuestionError, match="'lower', 'upper'"):
+        ab.residual_unbalance(run, "middle")
+
+
+def test_what_was_not_kept_is_asked_for() -> None:
+    machine = parse_machine(DRUM)
+    run = ab.simulate(machine, duration=0.3, save=ab.Envelope(20))
+    with pytest.raises(QuestionError, match="LastRevolutions"):
+        ab.residual_vibration(run)
+    with pytest.raises(QuestionError, match="LastRevolutions"):
+        ab.vibration(run)
