@@ -13,6 +13,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path[:0] = [str(ROOT), str(HERE / "_ext")]
 
+import analysis_matrix  # noqa: E402
 import border_tables  # noqa: E402
 import command_tables  # noqa: E402
 import console  # noqa: E402
@@ -125,6 +126,6 @@ TABLES.mkdir(parents=True, exist_ok=True)
 write(GENERATED / "public.rst", public_names())
 write(TABLES / "reproductions.md", table(REPRODUCTIONS, "make reproduce"))
 write(TABLES / "benchmarks.md", table(BENCHMARKS, "make bench"))
-for module in (key_tables, result_tables, border_tables, picture_tables, command_tables, console):
+for module in (analysis_matrix, key_tables, result_tables, border_tables, picture_tables, command_tables, console):
     for name, text in module.pages().items():
         write(TABLES / name, text)
