@@ -16,7 +16,7 @@ from autobalancer.machine import Machine
 
 ROOT = Path(__file__).resolve().parents[2]
 SPEED = 200.0  # rad/s, above the critical speeds of the machines below
-SHORT = 0.1  # s; enough to see whether a law takes part
+SHORT = 0.5  # s; enough to see whether a law takes part
 
 Answer = Callable[[Machine], Any]
 Changes = dict[str, Any]
@@ -41,7 +41,15 @@ RACE = {
     "height": "12 mm",
     "fluid": {"density": "955 kg/m^3", "viscosity": "20 mm^2/s"},
     "drag": {"law": "cd_re", "cd_re": 300.0},
-    "balls": [{"count": 2, "diameter": "10 mm", "density": "7800 kg/m^3", "start_angles": ["40 deg", "53 deg"]}],
+    "balls": [
+        {
+            "count": 2,
+            "diameter": "10 mm",
+            "density": "7800 kg/m^3",
+            "start_angles": ["40 deg", "60 deg"],
+            "start_speeds": [5.0, 0.0],
+        }
+    ],
 }
 PLANAR = {"kind": "planar", "mass": "5 kg", "stiffness": "40 kN/m", "damping": "40 N*s/m"}
 ROTORS: dict[str, Changes] = {
@@ -64,7 +72,7 @@ RACES: dict[str, Changes] = {
     "drag over all Reynolds numbers": {"drag": CURVED},
     "slipstream": {"drag": CURVED, "slipstream": True},
     "restitution of balls that touch": {"contact": {"restitution": 0.5}},
-    "partitions": {"partitions": {"count": 2, "angle": "0 deg"}},
+    "partitions": {"partitions": {"count": 2, "angle": "33 deg"}},
     "race out of round": {"harmonics": [{"order": 2, "amplitude": "50 um", "angle": "30 deg"}]},
     "eccentric race": {"eccentricity": "0.1 mm"},
     "fluid that lags": {"fluid": RACE["fluid"] | {"lag": "modes"}},
