@@ -87,16 +87,17 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         return f"unknown key; allowed here: {', '.join(sorted(part.model_fields))}"
     if kind == "union_tag_not_found":
-        name, tags = _tags(part, str(entry["loc"][0]))
+        name = entry["ctx"]["discriminator"].strip("'")
+        tags = _tags(part.model_fields[str(entry["loc"][0])].annotation, name)
         return f"given {_short(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
     return f"given {_short(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
 
 
-def _tags(part: type[BaseModel], field: str) -> tuple[str, list[str]]:
-    """The discriminator of a field that may be one of several parts, and its values."""
-    info = part.model_fields[field]
-    name = str(info.discriminator)
-    return name, [repr(kind.model_fields[name].default) for kind in get_args(info.annotation)]
+def _tags(annotation: Any, name: str) -> list[str]:
+    """The values of the discriminator ``name`` of every part within an annotation, one of a list of parts too."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [repr(annotation.model_fields[name].default)] if name in annotation.model_fields else []
+    return [tag for inner in get_args(annotation) for tag in _tags(inner, name)]
 
 
 def _short(value: Any) -> str:
