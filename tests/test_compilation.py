@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
+from numba.core.caching import _CacheLocator
+
+from autobalancer.kernels import cache
 
 SECOND = """
 import autobalancer as ab
@@ -40,6 +45,7 @@ def test_a_second_process_compiles_nothing() -> None:
     loaded = [line for line in said.splitlines() if "data loaded from" in line]
     assert any("planar" in line for line in loaded)
     assert any("advance" in line for line in loaded)
+    assert not [path.name for path in cache._indexes() if cache._damaged(path)]
 
 
 @pytest.mark.parametrize(
@@ -63,25 +69,78 @@ def test_a_second_process_compiles_nothing_for_other_rotors_races_and_questions(
     assert "data saved to" not in again
 
 
+def written(path: Path, *values: object) -> Path:
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(b"".join(pickle.dumps(value) for value in values))
+    return path
+
+
+def index(folder: Path, name: str) -> Path:
+    written(folder / f"{name}.1.nbc", "code" * 100)
+    return written(folder / f"{name}.nbi", "0.68", ("stamp", {"signature": f"{name}.1.nbc"}))
+
+
 def test_kernels_compiled_before_the_newest_change_in_any_kernel_are_forgotten(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Numba would keep a stepper although a function compiled into it has changed."""
-    from autobalancer.kernels.cache import compiled_before, forget_outdated
-
+    """Numba would keep a stepper although a function compiled into it has changed; those of others are not ours."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    folder = tmp_path / "integrators_0123"
-    folder.mkdir()
-    old, new = folder / "runge_kutta.advance-1.py311.nbi", folder / "guided_balls.planar-2.py311.nbi"
-    foreign = folder / "someone.else-3.py311.nbi"
-    for path in (old, new, foreign):
-        path.touch()
-    for path in (old, foreign):
+    folder = tmp_path / _CacheLocator.get_suitable_cache_subpath(str(cache.HERE / "integrators" / "memory.py"))
+    old, new = index(folder, "runge_kutta.advance-1.py311"), index(folder, "memory.planar-2.py311")
+    foreign = [index(folder, "someone.else-3.py311"), index(tmp_path / "other_abc", "memory.f-1.py311")]
+    for path in (old, *foreign):
         os.utime(path, (1e9, 1e9))
-    assert compiled_before()
-    forget_outdated()
-    assert not compiled_before()
-    assert [old.exists(), new.exists(), foreign.exists()] == [False, True, True]
+    assert cache.compiled_before()
+    cache.forget_outdated()
+    assert not cache.compiled_before()
+    assert [path.exists() for path in (old, new, *foreign)] == [False, True, True, True]
+
+
+@pytest.mark.parametrize("kind", ["nbi", "1.nbc"])
+@pytest.mark.parametrize("content", ["empty", "cut", "other"])
+def test_a_damaged_kernel_is_forgotten_and_compiled_anew(
+    kind: str, content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    folder = tmp_path / _CacheLocator.get_suitable_cache_subpath(str(cache.HERE / "drive.py"))
+    damaged, whole = index(folder, "drive.a-1.py311"), index(folder, "drive.b-2.py311")
+    file = damaged.with_suffix(f".{kind}")
+    file.write_bytes({"empty": b"", "cut": file.read_bytes()[:-5], "other": b"garbage" * 9}[content])
+    cache.forget_outdated()
+    assert [damaged.exists(), whole.exists()] == [False, True]
+
+
+def test_without_a_place_that_can_be_written_kernels_go_to_a_private_folder_or_nowhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("numba.config.CACHE_DIR", "")
+    kept, note = cache.prepare_cache()
+    private = cache.cache_place()
+    assert kept
+    assert private is not None
+    assert private.parent == tmp_path
+    assert private.stat().st_mode & 0o777 == 0o700
+    assert f"cannot be kept in NUMBA_CACHE_DIR ({tmp_path / 'file'}); they are kept in {private}" in note
+    private.chmod(0o777)  # anybody may have put code there
+    kept, note = cache.prepare_cache()
+    assert not kept
+    assert "compiled anew each time" in note
+
+
+def test_a_package_that_cannot_be_written_and_no_home_still_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(cache, "_writable", lambda folder: folder.parent == tmp_path)
+    monkeypatch.setattr("numba.config.CACHE_DIR", "")
+    kept, note = cache.prepare_cache()
+    assert kept
+    assert "neither the package nor the home folder" in note
+    assert str(cache.cache_place()) == numba.config.CACHE_DIR  # type: ignore[attr-defined]
 
 
 def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:

@@ -9,7 +9,8 @@
     └── ResultError                   a result file is damaged or not one of ours
 
 A message says what was given, what is allowed, where, and what to do.
-A ``RangeWarning`` says that a law was used outside of the range for which it was made.
+A ``RangeWarning`` says that a law was used outside of the range for which it was made, a ``CacheWarning`` that compiled
+equations cannot be kept where they belong.
 How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
 """
 
@@ -46,3 +47,7 @@ class ResultError(AutobalancerError):
 
 class RangeWarning(UserWarning):
     """A law was used outside of the range for which it was made; what it gives there is an assumption."""
+
+
+class CacheWarning(UserWarning):
+    """Compiled equations cannot be kept where they belong; results are the same."""

@@ -15,6 +15,7 @@ import math
 
 from numba import njit, void
 
+from autobalancer.kernels.flags import KEPT
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 SPEED, DAMPING, DRAG, COUPLING, SPREAD, COLUMNS = range(6)  # columns of a point
@@ -107,7 +108,7 @@ def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> b
     return abs(total) < 1e-11 * (1.0 + w + d + g)
 
 
-@njit(void(matrix_type, vector_type, vector_type, matrix_type), cache=True, nogil=True, error_model="numpy")
+@njit(void(matrix_type, vector_type, vector_type, matrix_type), cache=KEPT, nogil=True, error_model="numpy")
 def growth_rates(points: Matrix, rates: Floats, frequencies: Floats, roots: Matrix) -> None:
     """Greatest real part that counts, and the imaginary part with it, for each row of ``points``; nan if not found.
 

@@ -6,15 +6,19 @@ that allocates an array does not compile.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
-from autobalancer.kernels.cache import forget_outdated
+from autobalancer.errors import CacheWarning
+from autobalancer.kernels.cache import prepare_cache
 
-forget_outdated()
+KEPT, NOTE = prepare_cache()
+if NOTE:
+    warnings.warn(NOTE, CacheWarning, stacklevel=1)
 
 INLINE: dict[str, Any] = {"inline": "always", "error_model": "numpy", "_nrt": False}
 COMPILED: dict[str, Any] = {
-    "cache": True,
+    "cache": KEPT,
     "nogil": True,
     "error_model": "numpy",
     "_nrt": False,

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from numba import njit, types, void
 
+from autobalancer.kernels.flags import KEPT
 from autobalancer.kernels.integrators.memory import (
     COUNTS,
     END,
@@ -53,7 +54,7 @@ def _rests(m: Memory, count: int, limit: float) -> bool:
         rhs_type, system_type, tableau_type, record_type, memory_type, matrix_type, vector_type, types.float64,
         types.float64, matrix_type,
     ),
-    cache=True,
+    cache=KEPT,
     nogil=True,
     error_model="numpy",
 )  # fmt: skip
