@@ -57,7 +57,7 @@ def angle(
         way = "included" if pressure else "left out"
         figure = plot_measured_drag(found, pressure_force=way, speed_unit=speed_unit) if plot is not None else None
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None and figure is not None:
         save_picture(figure, plot)
     if as_json:

@@ -52,7 +52,7 @@ def basin(
         )
     shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_basin(found, speed_unit=speed_unit), plot)
     if as_json:

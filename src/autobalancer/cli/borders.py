@@ -130,7 +130,7 @@ def _curve(
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_border_curve(found, speed_unit=speed_unit), plot)
     return {str(key): found[key].values.tolist() for key in (*found.dims, *found.data_vars)}

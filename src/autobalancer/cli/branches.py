@@ -55,7 +55,7 @@ def branches(
             progress=lambda number, share: bar.update(task, description=f"branch {number}", completed=share),
         )
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_branches(found, speed_unit=speed_unit), plot)
     if as_json:

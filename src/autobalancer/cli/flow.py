@@ -63,7 +63,7 @@ def flow(
             progress=lambda now, end: bar.update(task, completed=now / end, now=f"{now:.4g} s of {end:.4g} s"),
         )
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_flow(found, speed_unit=speed_unit), plot)
     if as_json:

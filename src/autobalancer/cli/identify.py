@@ -77,16 +77,12 @@ def _number(text: str) -> float | str:
 
 
 def _save(data: xr.Dataset, path: Path) -> None:
-    from autobalancer.errors import ResultError
+    from autobalancer.safe_file import write_safely
 
     plain = data.copy()
     plain.attrs["notes"] = "\n".join(data.attrs["notes"])
     plain["at_bound"] = plain["at_bound"].astype("int8")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        plain.to_netcdf(path)
-    except OSError as reason:
-        raise ResultError(f"{path}: cannot be written: {reason}") from None
+    write_safely(path, plain.to_netcdf)
 
 
 def _show(data: xr.Dataset) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from autobalancer.errors import AutobalancerError, RangeWarning
+from autobalancer.cli.command import Command
+from autobalancer.errors import AutobalancerError, CacheWarning, RangeWarning
 
 
 class _Group(TyperGroup):
@@ -21,7 +22,7 @@ class _Group(TyperGroup):
                 others = warnings.showwarning
 
                 def show(message: Any, category: type[Warning], *place: Any) -> None:
-                    if issubclass(category, RangeWarning):
+                    if issubclass(category, (RangeWarning, CacheWarning)):
                         typer.secho(f"note: {message}", fg="yellow", err=True)
                     else:
                         others(message, category, *place)
@@ -65,23 +66,23 @@ from autobalancer.cli import (  # noqa: E402
     study,
 )
 
-app.command()(check.check)
-app.command()(run.run)
-app.command()(plot.plot)
-app.command()(animate.animate)
-app.command()(stability.stability)
-app.command()(borders.borders)
-app.command("map")(stability_map.map_)
-app.command()(branches.branches)
-app.command()(basin.basin)
-app.command()(receptance.receptance)
-app.command()(stepped.stepped)
-app.command()(modes.modes)
-app.command()(response.response)
-app.command()(flow.flow)
-app.command()(angle.angle)
-app.command()(identify.identify)
-app.command()(equivalent.equivalent)
+app.command(cls=Command)(check.check)
+app.command(cls=Command)(run.run)
+app.command(cls=Command)(plot.plot)
+app.command(cls=Command)(animate.animate)
+app.command(cls=Command)(stability.stability)
+app.command(cls=Command)(borders.borders)
+app.command("map", cls=Command)(stability_map.map_)
+app.command(cls=Command)(branches.branches)
+app.command(cls=Command)(basin.basin)
+app.command(cls=Command)(receptance.receptance)
+app.command(cls=Command)(stepped.stepped)
+app.command(cls=Command)(modes.modes)
+app.command(cls=Command)(response.response)
+app.command(cls=Command)(flow.flow)
+app.command(cls=Command)(angle.angle)
+app.command(cls=Command)(identify.identify)
+app.command(cls=Command)(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
-app.command()(archive.archive)
+app.command(cls=Command)(archive.archive)
 app.add_typer(study.app, name="study")

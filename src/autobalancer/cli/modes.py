@@ -64,7 +64,7 @@ def modes(
         if critical is not None:
             answer["critical_speeds"] = _records(critical, "critical", _CRITICAL)[:count]
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(_picture(found, speed_unit, frequency_unit), plot)
     if as_json:

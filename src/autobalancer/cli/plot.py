@@ -46,9 +46,10 @@ def plot(
     chosen = tuple(draw) if kind == "all" else (kind,)
     if single and len(chosen) > 1:
         raise QuestionError(f"--out {out}: a file is one picture; choose --kind {', '.join(draw)}, or give a folder")
+    title = result.name if result.is_dir() else result.stem  # the name of a run may hold a point: deep-n3-mu0.5-s0
     skipped: list[str] = []
     for name in chosen:
-        path = out if single else out / f"{result.stem}_{name.replace('-', '_')}.{format}"
+        path = out if single else out / f"{title}_{name.replace('-', '_')}.{format}"
         try:
             picture = draw[name]()
         except QuestionError as reason:

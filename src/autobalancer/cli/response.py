@@ -65,7 +65,7 @@ def response(
     size = option_to_si(unbalance, "kg*m") if unbalance else None
     found = unbalance_response(described, speeds, places, size, balls=balls, quantity=quantity)  # type: ignore[arg-type]
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         if speeds.size > 1:
             figure = _over_speed(found, chosen, speed_unit)

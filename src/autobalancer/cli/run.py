@@ -40,11 +40,13 @@ def run(
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
+    from autobalancer.safe_file import ready_to_write
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
     from autobalancer.units import option_to_si
 
     described = read_machine(machine)
     out = out if out is not None else Path(f"{machine.stem}.nc")
+    ready_to_write(out)
     if isinstance(described, ChamberMachine):
         from autobalancer.cli.run_chamber import run_chamber
 
@@ -82,7 +84,7 @@ def run(
             keep_on_interrupt=True,
             progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
         )
-    save_run(result, out)
+    save_run(result, out, rescue=True)
     found = measures(result) if samples or envelope else None
     if as_json:
         numbers = (

@@ -36,7 +36,7 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
             keep_on_interrupt=True,
             progress=lambda time, end: bar.update(task, completed=time / end),
         )
-    save_run(result, out)
+    save_run(result, out, rescue=True)
     outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     found, reason = _measures(result)
     if context.params["as_json"]:

@@ -69,7 +69,7 @@ def stability(
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_stability(found, speed_unit=speed_unit), plot)
     if as_json:

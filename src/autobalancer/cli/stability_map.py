@@ -55,7 +55,7 @@ def map_(
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if out is not None:
-        save_run(found, out)
+        save_run(found, out, rescue=True)
     if plot is not None:
         save_picture(plot_map(found, speed_unit=speed_unit), plot)
     rates = found["growth_rate"].values

@@ -50,9 +50,11 @@ def stepped(
 
     from autobalancer.cli.ranges import speed_range
     from autobalancer.cli.run import _say_if_first
+    from autobalancer.safe_file import ready_to_write
     from autobalancer.units import option_to_si
 
     out = out if out is not None else Path(f"{machine.stem}_stepped.nc")
+    ready_to_write(out)
     console = Console(stderr=True)
     chosen = speed_range(speed)
     _say_if_first(console)

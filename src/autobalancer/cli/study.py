@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from autobalancer.cli.command import Command
+
 app = typer.Typer(
     help="Studies of machines with deep chambers: amplitudes over balls and friction, reactions, step size.",
     no_args_is_help=True,
@@ -20,7 +22,7 @@ Step = Annotated[str, typer.Option(help='Of the integration, such as "1e-6 s"; b
 Last = Annotated[str, typer.Option(help="Time at the end that is the steady state; by default a tenth.")]
 
 
-@app.command()
+@app.command(cls=Command)
 def amplitudes(
     machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
     balls: Annotated[
@@ -53,6 +55,7 @@ def amplitudes(
     from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
     from autobalancer.plots.save import save_picture
     from autobalancer.results.store import save_run
+    from autobalancer.safe_file import ready_to_write
     from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_means import optimal_means
     from autobalancer.units import option_to_si
@@ -61,6 +64,7 @@ def amplitudes(
     other = [] if single == "none" else _whole("single", single) if single else deep
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
     out = out if out is not None else Path(f"{machine.stem}_amplitudes.nc")
+    ready_to_write(out)
     with _bar("runs") as update, _said_when_stopped(archive is not None):
         found = chamber_amplitudes(
             _chamber_machine(machine),
@@ -75,7 +79,7 @@ def amplitudes(
             workers=workers or None,
             progress=update,
         )
-    save_run(found, out)
+    save_run(found, out, rescue=True)
     typer.echo(f"written: {out}")
     _say_what_failed(found)
     for path, draw in (
@@ -87,7 +91,7 @@ def amplitudes(
             typer.echo(f"written: {save_picture(draw(found), path)}")
 
 
-@app.command()
+@app.command(cls=Command)
 def reactions(
     machine: Annotated[Path, typer.Argument(help="Machine file with chambers.")],
     duration: Annotated[str, typer.Option(help='Such as "20 s".')],
@@ -141,7 +145,7 @@ def reactions(
         typer.echo(f"written: {save_picture(figure, out / f'{run.name}_{kind}.png')}")
 
 
-@app.command("step-size")
+@app.command("step-size", cls=Command)
 def step_size(
     stiffness_over_mass: Annotated[float, typer.Option(help="k/m of a ball in m^-0.5 s^-2.")] = 1e10,
     speeds: Annotated[str, typer.Option(help="Relative speeds in m/s.")] = "4,6,8,10",

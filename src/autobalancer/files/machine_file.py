@@ -12,6 +12,7 @@ from autobalancer.files.profiles import with_profiles
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
+from autobalancer.safe_file import write_text_safely
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -106,11 +107,14 @@ def machine_text(machine: Machine | ChamberMachine) -> str:
 
 
 def save_machine(machine: Machine | ChamberMachine, path: str | Path) -> Path:
-    """Write a machine file that :func:`load_machine` reads back as an equal machine. Returns the path."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(machine_text(machine), encoding="utf-8")
-    return path
+    """Write a machine file that :func:`load_machine` reads back as an equal machine. Returns the path.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written; an existing one is replaced only when the new one is complete.
+    """
+    return write_text_safely(path, machine_text(machine))
 
 
 def _plain(value: Any) -> Any:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError
+from autobalancer.safe_file import write_safely
 
 Frame = NDArray[np.uint8]
 
@@ -37,15 +37,7 @@ def write_film(path: Path, frames: Iterator[Frame], fps: int) -> None:
         If the file cannot be written.
     """
     write = _mp4 if film_format(path) == "mp4" else _gif
-    unfinished = path.with_name(f"{path.stem}.unfinished{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(unfinished, frames, fps)
-        os.replace(unfinished, path)
-    except (OSError, RuntimeError) as reason:
-        raise ResultError(f"{path}: cannot be written: {reason}") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_safely(path, lambda file: write(file, frames, fps))
 
 
 def _mp4(path: Path, frames: Iterator[Frame], fps: int) -> None:

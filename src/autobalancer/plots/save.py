@@ -7,7 +7,8 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError
+from autobalancer.safe_file import write_safely
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -41,10 +42,5 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
     if kind not in FORMATS:
         raise QuestionError(f"{path}: pictures are saved as .png, .svg or .pdf; end the name with one of these")
     when = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]  # equal runs, equal files
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with matplotlib.rc_context({"svg.hashsalt": "autobalancer"}):
-            figure.savefig(path, format=kind, dpi=dpi, metadata=when)
-    except OSError as reason:
-        raise ResultError(f"{path}: cannot be written: {reason}") from None
-    return path
+    with matplotlib.rc_context({"svg.hashsalt": "autobalancer"}):
+        return write_safely(path, lambda file: figure.savefig(file, format=kind, dpi=dpi, metadata=when))

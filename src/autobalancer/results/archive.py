@@ -17,6 +17,7 @@ from autobalancer.results.archive_query import condition
 from autobalancer.results.archive_run import RunFolder, Write, plain, write_part
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import save_run
+from autobalancer.safe_file import write_text_safely
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
 
@@ -78,8 +79,8 @@ class Archive:
             path.mkdir(parents=True, exist_ok=True)
             with RunLock(path):
                 if not (path / "run.json").exists():
-                    (path / "machine.toml").write_text(machine, encoding="utf-8")
-                    (path / "run.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
+                    write_text_safely(path / "machine.toml", machine)
+                    write_text_safely(path / "run.json", json.dumps(note, indent=1) + "\n")
         except OSError as reason:
             raise ResultError(f"{path}: cannot be written: {reason}") from None
         run = RunFolder(path, self.write)

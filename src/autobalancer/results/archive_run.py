@@ -8,9 +8,7 @@ checkpoint after it is there: a run that goes on drops later ones.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import ResultError
 from autobalancer.results.archive_lock import RunLock
 from autobalancer.results.archive_parts import NETCDF, open_parts
+from autobalancer.safe_file import write_safely
 
 Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
@@ -161,16 +160,11 @@ class RunFolder:
         return note
 
     def _put(self, path: Path, write: Callable[[Path], Any]) -> None:
-        unfinished = path.with_name(f"unfinished-{path.name}")
         try:
-            write(unfinished)
-            os.replace(unfinished, path)
-        except (OSError, RuntimeError) as reason:
-            unfinished.unlink(missing_ok=True)
-            full = isinstance(reason, OSError) and reason.errno in (errno.ENOSPC, errno.EDQUOT)
-            what = "the disk is full" if full else f"cannot be written: {reason}"
+            write_safely(path, write)
+        except ResultError as reason:
             raise ResultError(
-                f"{path}: {what}; the {len(self.parts())} parts written before are kept and can be read. "
+                f"{reason}; the {len(self.parts())} parts written before are kept and can be read. "
                 "Make room, then start the run again: it goes on from its last checkpoint"
             ) from None
 
@@ -191,5 +185,3 @@ def plain(value: Any) -> Any:
 def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
     with path.open("wb") as file:
         np.savez(file, **held)  # type: ignore[arg-type]
-        file.flush()
-        os.fsync(file.fileno())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,29 +10,44 @@ import xarray as xr
 
 from autobalancer.errors import ResultError
 from autobalancer.results.provenance import MAKER
+from autobalancer.safe_file import write_safely
 
 # netCDF turns a list of one into a scalar; these come back as lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
 
-def save_run(run: xr.Dataset, path: str | Path) -> Path:
+def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path:
     """Write a result as netCDF; an existing file is replaced only when the new one is complete.
+
+    Parameters
+    ----------
+    run
+        A result of this package.
+    path
+        The file; its folder is made if there is none.
+    rescue
+        If it cannot be written there, write it into a new folder among the temporary files; the error says where.
 
     Raises
     ------
     ResultError
         If the file cannot be written.
     """
-    path = Path(path)
-    unfinished = path.with_name(path.name + ".unfinished")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        run.to_netcdf(unfinished, engine="netcdf4")
-        os.replace(unfinished, path)
-    except OSError as reason:
-        unfinished.unlink(missing_ok=True)
-        raise ResultError(f"{path}: cannot be written: {reason}") from None
-    return path
+        return write_safely(path, lambda file: run.to_netcdf(file, engine="netcdf4"))
+    except ResultError as reason:
+        if not rescue:
+            raise
+        raise ResultError(f"{reason}\n{_rescued(run, Path(path).name[-60:])}") from None
+
+
+def _rescued(run: xr.Dataset, name: str) -> str:
+    try:
+        place = Path(tempfile.mkdtemp(prefix="autobalancer-")) / name
+        write_safely(place, lambda file: run.to_netcdf(file, engine="netcdf4"))
+    except (ResultError, OSError) as reason:
+        return f"it could not be kept among the temporary files either: {reason}"
+    return f"The result is kept in {place}; move it from there"
 
 
 def load_run(path: str | Path) -> xr.Dataset:

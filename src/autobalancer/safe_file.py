@@ -1,0 +1,130 @@
+"""Files that are complete or not there: how every result, machine, picture and note comes onto the disk.
+
+A file is written beside its place under another name, brought to the disk, and moved to its place. So a disk that is full, a
+crash or Ctrl-C leaves what was there before, and an unfinished file is removed again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from autobalancer.errors import ResultError
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_failed: list[Path] = []  # places of files that could not be written
+LITTLE = 65536  # bytes; with less room left a failure without a reason of its own is laid to the full disk
+
+
+def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
+    """Let ``write`` fill a new file, then move it to its place.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made if there is none. A link is followed.
+    write
+        Writes to the path it is given.
+
+    Raises
+    ------
+    ResultError
+        If the place is a folder or a device, or cannot be written, or the disk is full. What was there before is kept.
+    """
+    path = Path(path)
+    with _told(path):
+        place = _place(path)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = _beside(place)
+        try:
+            write(unfinished)
+            _to_disk(unfinished)
+            os.replace(unfinished, place)
+        except (OSError, RuntimeError) as reason:
+            raise ResultError(f"{path}: {_why(reason, place)}") from None
+        finally:
+            if unfinished.exists():
+                _failed.append(place)
+                _drop(unfinished)
+    return path
+
+
+def write_text_safely(path: str | Path, text: str) -> Path:
+    """Write a text file in UTF-8; raises as :func:`write_safely`."""
+    return write_safely(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def ready_to_write(*paths: str | Path | None) -> None:
+    """Try the places of files before a long computation whose results they are to hold.
+
+    Raises
+    ------
+    ResultError
+        As :func:`write_safely` would later.
+    """
+    for path in (Path(path) for path in paths if path is not None):
+        with _told(path):
+            place = _place(path)
+            folder = next(folder for folder in place.parents if folder.exists())
+            trial = _beside(folder / place.name)
+            try:
+                trial.write_bytes(b"\n")
+            finally:
+                _drop(trial)
+
+
+def _beside(place: Path) -> Path:
+    """A name for the unfinished file. The netCDF library never lets a file go that it could not write: not that name again."""
+    again = f"{_failed.count(place)}-" if place in _failed else ""
+    return place.with_name(f"unfinished-{again}{place.name}")
+
+
+def _drop(unfinished: Path) -> None:
+    """Remove an unfinished file; emptied before, so that it takes no room even where a library keeps it open."""
+    with contextlib.suppress(OSError):
+        os.truncate(unfinished, 0)
+    with contextlib.suppress(OSError):
+        unfinished.unlink()
+
+
+def _place(path: Path) -> Path:
+    """Where a file really goes."""
+    place = path.resolve()
+    if place.is_dir():
+        raise ResultError(f"{path}: is a folder; give the name of a file in it")
+    if place.exists() and not place.is_file():
+        raise ResultError(f"{path}: is a device or a pipe; give the name of a file")
+    return place
+
+
+def _to_disk(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Whatever the system or the netCDF library (RuntimeError) says becomes one sentence."""
+    try:
+        yield
+    except (OSError, RuntimeError) as reason:
+        raise ResultError(f"{path}: {_why(reason, path)}") from None
+
+
+def _why(reason: OSError | RuntimeError, path: Path) -> str:
+    given = reason.errno if isinstance(reason, OSError) else None
+    if given in NO_ROOM or (given is None and _full(path.parent)):
+        return "the disk is full"
+    return f"cannot be written: {(reason.strerror if isinstance(reason, OSError) else None) or reason}"
+
+
+def _full(folder: Path) -> bool:
+    try:
+        return shutil.disk_usage(folder).free < LITTLE
+    except OSError:
+        return False
