@@ -166,7 +166,7 @@ def test_the_race_shows_balls_to_scale_at_their_angles(run: xr.Dataset) -> None:
 def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None:
     resultant = races_of(run).resultant(Motion(run).at(run.time.values))
     assert np.allclose(np.abs(resultant), run.residual_unbalance.values, rtol=1e-9, atol=1e-15)
-    labels = [text.get_text() for text in ab.plot_race(run).legends[0].get_texts()]
+    labels = [text.get_text() for text in ab.plot_race(run).axes[0].get_legend().get_texts()]
     assert labels[:2] == ["unbalance 500 g mm", "balls 499 g mm"]
     assert labels[2].startswith(f"resultant {1e6 * float(run.residual_unbalance[-1]):.3g}")
 
@@ -188,8 +188,8 @@ def test_an_eccentric_race_says_how_much_larger_it_is_drawn(run: xr.Dataset) -> 
 def test_the_orbit_is_the_last_revolutions_in_the_chosen_frame(run: xr.Dataset) -> None:
     figure = ab.plot_orbit(run, deflection_unit="nm")
     x, y = lines(figure, 0)["rotor center"]
-    assert np.allclose(x, run.turn_x.values * 1e9)
-    assert np.allclose(y, run.turn_y.values * 1e9)
+    assert np.allclose(x[::8], run.turn_x.values * 1e9, atol=1e-6)
+    assert np.allclose(y[::8], run.turn_y.values * 1e9, atol=1e-6)
     assert "in space (nm)" in figure.axes[0].get_xlabel()
     assert figure.axes[0].get_aspect() == 1.0
     turned = lines(ab.plot_orbit(run, deflection_unit="nm", frame="rotor"), 0)["rotor center"]
@@ -228,7 +228,7 @@ def test_pictures_are_saved_by_extension(run: xr.Dataset, tmp_path: Path) -> Non
         path = save_picture(figure, tmp_path / "new" / f"race.{kind}", dpi=50)
         assert path.read_bytes().startswith(begin)
     with Image.open(tmp_path / "new" / "race.png") as picture:
-        assert picture.size == (280, 305)
+        assert picture.size == tuple((50.0 * figure.get_size_inches()).astype(int))
     with pytest.raises(QuestionError, match=r"\.png, \.svg or \.pdf"):
         save_picture(figure, tmp_path / "race.bmp")
 

@@ -25,7 +25,7 @@ class Wishes:
 
     speed_unit: str
     deflection_unit: str | None
-    log: bool
+    log: bool | None
     time: float | None
     start: float | None
     end: float | None

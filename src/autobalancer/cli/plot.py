@@ -19,7 +19,9 @@ def plot(
     format: Annotated[str, typer.Option(help="png, svg or pdf, if --out is a folder.")] = "png",
     speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
     deflection_unit: Annotated[str, typer.Option(help="m, mm, um or nm; by default what suits.")] = "",
-    log: Annotated[bool, typer.Option("--log", help="Logarithmic deflection in the run-up.")] = False,
+    log: Annotated[
+        bool | None, typer.Option("--log/--linear", help="Deflection axis of the run-up; by default what suits.")
+    ] = None,
     time: Annotated[str, typer.Option(help='Moment of race or arrangement, such as "12 s"; by default the end.')] = "",
     start: Annotated[str, typer.Option(help='Begin of what is drawn over time, such as "5 s".')] = "",
     end: Annotated[str, typer.Option(help="End of it.")] = "",

@@ -71,6 +71,11 @@ def moment_text(value: float) -> str:
     return "< 0.001 g mm" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} g mm"
 
 
+def couple_text(value: float) -> str:
+    """A couple unbalance in kg m^2 as text: ``"10 kg mm²"``."""
+    return f"{significant(value * 1e6)} kg mm²"
+
+
 def significant(value: float) -> str:
     """Three digits without an exponent where people would write none."""
     return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.3g}"

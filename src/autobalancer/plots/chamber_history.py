@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.plots.axis_units import length_axis, speed_axis
-from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, ball_color, ball_label, legend, look, picture
+from autobalancer.plots.ball_looks import FEW, BallLook, ball_looks
+from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, legend, look, picture
 from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber_measures import collision_statistics
 from autobalancer.results.chamber_shape import unbalance_of
@@ -116,10 +117,10 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
     unbalance = unbalance_of(run)
     heavy = np.angle(unbalance[0]) if unbalance is not None else 0.0
     angle = np.rad2deg(np.mod(np.arctan2(place[:, :, 2], place[:, :, 1]) - heavy, 2.0 * np.pi))
-    count = angle.shape[1]
+    count, looks = angle.shape[1], ball_looks(run)
     for i in range(count):
-        color = ball_color(i) if count <= 6 else ALL_BALLS
-        axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=color, alpha=0.6, label=ball_label(i, count))
+        shown = BallLook(ALL_BALLS, f"{count} balls" if i == 0 else "_") if count > FEW else looks[i]
+        axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=shown.color, alpha=0.6, label=shown.label)
     axes.set_ylim(0.0, 360.0)
     axes.set_yticks([0, 90, 180, 270, 360])
     axes.set_ylabel("from unbalance (°)")

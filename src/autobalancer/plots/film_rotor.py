@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.patches import Circle
 from matplotlib.transforms import Affine2D
 
 from autobalancer.plots.motion import Complexes, Floats, Moments, Races
-from autobalancer.plots.style import INK, RACE, UNBALANCE, ball_color
+from autobalancer.plots.style import INK, RACE, UNBALANCE
 
 SWEEP = np.linspace(0.0, 1.0, 60)  # points of the arc that a ball swept since the frame before
 MEMORY = 8  # frames for which the path of the rotor center stays visible
@@ -41,6 +42,7 @@ class RotorView:
         path: Complexes,
         per_frame: int,
         magnification: float,
+        colors: Sequence[str],
     ) -> None:
         length = unit_length(moments, races)
         self.moments, self.turned, self.per_frame = moments, turned, per_frame
@@ -58,7 +60,7 @@ class RotorView:
         axes.set_xlim(-1.22 * outside, 1.22 * outside)
         axes.set_ylim(-1.22 * outside, 1.22 * outside)
         self._races(axes, diameter, outside)
-        self._balls(axes, diameter)
+        self._balls(axes, diameter, colors)
         reach = 0.72 * float(self.radii.min(initial=outside))
         self.heavy_line = axes.plot([0.0, reach], [0.0, 0.0], color=UNBALANCE, lw=2.0, transform=self.turning)[0]
         self.heavy_spot = axes.plot([reach], [0.0], "o", ms=9, color=UNBALANCE, transform=self.turning)[0]
@@ -107,14 +109,14 @@ class RotorView:
         mark = [1.0 * outside, 1.06 * outside]
         self.artists += axes.plot(mark, [0.0, 0.0], color=INK, lw=3.0, solid_capstyle="butt", transform=self.turning)
 
-    def _balls(self, axes: Axes, diameter: Floats) -> None:
+    def _balls(self, axes: Axes, diameter: Floats, colors: Sequence[str]) -> None:
         """Balls to scale, points somewhat larger, each before the arc it swept."""
         self.trails: list[Line2D] = []
         self.balls: list[Circle] = []
         for i, thick in enumerate(diameter):
-            self.trails += axes.plot([], [], color=ball_color(i), lw=4.0, alpha=0.35, transform=self.turning)
+            self.trails += axes.plot([], [], color=colors[i], lw=4.0, alpha=0.35, transform=self.turning)
             size = 0.5 * thick if thick > 0.0 else 0.04
-            ball = Circle((0.0, 0.0), size, fc=ball_color(i), ec=INK, lw=0.8, transform=self.turning)
+            ball = Circle((0.0, 0.0), size, fc=colors[i], ec=INK, lw=0.8, transform=self.turning)
             axes.add_patch(ball)
             self.balls.append(ball)
         self.artists += [*self.trails, *self.balls]

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.plots.axis_units import AxisUnit, length_axis, length_text, significant
+from autobalancer.plots.ball_looks import ball_looks
 from autobalancer.plots.film_canvas import FilmCanvas
 from autobalancer.plots.film_rotor import RotorView
 from autobalancer.plots.history import Deflections, critical_speeds_of, deflections_of, history_of
@@ -35,7 +36,9 @@ class Scene(FilmCanvas):
         self.moments, self.unit = moments, unit
         figure = self.figure
         above = figure.add_axes((0.0, 0.13, 0.49, 0.75))
-        self.rotor = RotorView(above, moments, races, turned, path, per_frame, magnification)
+        self.rotor = RotorView(
+            above, moments, races, turned, path, per_frame, magnification, [ball.color for ball in ball_looks(run)]
+        )
         figure.text(0.245, 0.955, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
         self.text = figure.text(0.245, 0.91, "", ha="center", va="center", fontsize=11, family="monospace")
         figure.text(0.245, 0.015, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
@@ -62,7 +65,7 @@ class Scene(FilmCanvas):
         upper, lower = self.panels(0.57, first, last)
         history, deflections = history_of(run, first, last), deflections_of(run, first, last)
         if history is not None and history.time.size > 1:
-            speed_panel(upper, history, critical_speeds_of(run), self.unit)
+            speed_panel(upper, history, critical_speeds_of(run), self.unit, ball_looks(run))
         if deflections is None or deflections.time.size < 2:  # a short film between two bins or samples
             size = np.abs(self.moments.deflection_in_rotor)
             deflections = Deflections(self.moments.time, size, size, False)

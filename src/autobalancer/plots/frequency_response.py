@@ -14,7 +14,8 @@ from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, ball_color, ball_label, look, picture
+from autobalancer.plots.ball_looks import ball_looks
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, look, picture
 from autobalancer.results.series import wrapped
 
 COLORS = {"at rest": "#009E73", "swinging": "#E69F00", "stalled": "#0072B2"}
@@ -91,9 +92,9 @@ def plot_frequency_response(
             panels[-1].yaxis.set_major_locator(MultipleLocator(90.0))
             panels[-1].legend(
                 handles=[
-                    Line2D([], [], color=ball_color(i), marker="o", ls="", ms=4, label=ball_label(i, balls))
-                    for i in range(balls)
-                    if ball_label(i, balls) != "_"
+                    Line2D([], [], color=ball.color, marker="o", ls="", ms=4, label=ball.label)
+                    for ball in ball_looks(found)
+                    if ball.label != "_"
                 ],
                 loc="best",
             )
@@ -123,12 +124,12 @@ def _amplitudes(
 
 
 def _angles(panel: Axes, leg: xr.Dataset, speeds: AxisUnit, zero: float, *, hollow: bool) -> None:
-    x = leg["speed"].values * speeds.factor
+    x, looks = leg["speed"].values * speeds.factor, ball_looks(leg)
     for ball in range(leg.sizes["ball"]):
         low = leg["least_ball_angle_in_rotor"].values[:, ball] - zero
         high = leg["greatest_ball_angle_in_rotor"].values[:, ball] - zero
         stalled = leg["ball_motion"].values[:, ball] == 2
-        color = ball_color(ball)
+        color = looks[ball].color
         panel.vlines(x[stalled], -180.0, 180.0, color=color, lw=0.8, alpha=0.25, zorder=1.2)
         moving = ~stalled & np.isfinite(low)
         middle = wrapped(0.5 * (low + high))

@@ -9,8 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.places import places
+from autobalancer.plots.static import static_part
 
 Floats = NDArray[np.float64]
+CALM = 0.05  # of the greatest deflection
 SAVE_MORE = "save Samples() or Envelope() with simulate(..., save=...)"
 
 
@@ -21,16 +24,27 @@ class History(NamedTuple):
     speed: Floats  # rad/s
     ball_angle_in_rotor: Floats  # rad, not wrapped
     ball_speed_in_space: Floats  # rad/s
-    unbalance_angle_in_rotor: Floats  # rad; empty if not known
+    unbalance_angle_in_rotor: Floats  # rad, of each plane; no columns if not known
+
+
+class Curve(NamedTuple):
+    """Deflection or vibration of a place over time, from samples."""
+
+    name: str
+    time: Floats
+    value: Floats  # m
 
 
 class Deflections(NamedTuple):
-    """Least and greatest deflection (m) over time (s); the same twice if the run has samples only."""
+    """Least and greatest deflection (m) over time (s) of the reference place; the same twice if the run has samples only."""
 
     time: Floats
     low: Floats
     high: Floats
     is_envelope: bool
+    name: str = ""  # of the reference place, if there are others
+    static: complex = 0j  # m, about which the place vibrates at the end
+    curves: tuple[Curve, ...] = ()  # of other places; with a static deflection the vibration of all
 
 
 def span_of(run: xr.Dataset, start: float | None = None, end: float | None = None) -> tuple[float, float]:
@@ -62,7 +76,9 @@ def history_of(run: xr.Dataset, start: float, end: float) -> History | None:
         time, speed = _column(run, "time"), _column(run, "speed")
         angle = _balls(run, "ball_angle_in_rotor", time.size)
         ball_speed = _balls(run, "ball_speed_in_space", time.size)
-        unbalance = _column(run, "unbalance_angle_in_rotor")
+        unbalance = _balls(run, "plane_unbalance_angle_in_rotor", time.size)
+        if not unbalance.size and "unbalance_angle_in_rotor" in run:
+            unbalance = _column(run, "unbalance_angle_in_rotor")[:, None]
     elif "envelope_time" in run and "envelope_speed" in run:
         middle = _column(run, "envelope_time")
         half = middle[:1] if middle.size == 1 else 0.5 * np.diff(middle)
@@ -70,12 +86,11 @@ def history_of(run: xr.Dataset, start: float, end: float) -> History | None:
         speed = _column(run, "envelope_speed")
         angle = _balls(run, "envelope_ball_angle_in_rotor", time.size)
         slip = _balls(run, "envelope_ball_speed_in_rotor", time.size)
-        ball_speed, unbalance = slip + speed[:, None], np.empty(0)
+        ball_speed, unbalance = slip + speed[:, None], np.empty((time.size, 0))
     else:
         return None
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
-    if unbalance.size:
-        unbalance = np.unwrap(unbalance)[inside]
+    unbalance = np.unwrap(unbalance, axis=0)[inside]
     return History(time[inside], speed[inside], angle[inside], ball_speed[inside], unbalance)
 
 
@@ -91,7 +106,42 @@ def deflections_of(run: xr.Dataset, start: float, end: float) -> Deflections | N
     else:
         return None
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
-    return Deflections(time[inside], low[inside], high[inside], envelope)
+    name, static, curves = places_of(run, start, end)
+    return Deflections(time[inside], low[inside], high[inside], envelope, name, static, curves)
+
+
+def places_of(run: xr.Dataset, start: float, end: float) -> tuple[str, complex, tuple[Curve, ...]]:
+    """Name and static deflection of the reference place, and the curves of the others, or of all about where they rest."""
+    time = _column(run, "time")
+    inside = (time >= start - 1e-9) & (time <= end + 1e-9)
+    if inside.sum() < 2 or "rotor_angle" not in run or "x" not in run:
+        return "", 0j, ()
+    angle, found = _column(run, "rotor_angle"), places(run)
+    rest = [static_part(run, time, angle, place.deflection, end) for place in found]
+    moving = [np.abs(place.deflection - still) for place, still in zip(found, rest, strict=True)]
+    aside = abs(rest[0]) > 0.1 * float(moving[0][inside][-1]) and abs(rest[0]) > 1e-9
+    curves = []
+    for place, values in zip(found, moving, strict=True):
+        if aside or place is not found[0]:
+            label = place.name if len(found) > 1 else ""
+            curves.append(Curve(label, *_greatest(time[inside], values[inside])))
+    return found[0].name if len(found) > 1 else "", rest[0] if aside else 0j, tuple(curves)
+
+
+def quiet(deflections: Deflections) -> bool:
+    """Whether the end is so calm, next to the greatest deflection, that a linear axis would not show it."""
+    at_end = [deflections.high, *(curve.value for curve in deflections.curves)]
+    last = min(float(np.nanmax(values[int(0.97 * values.size) :], initial=0.0)) for values in at_end)
+    return last < CALM * float(np.nanmax(deflections.high, initial=0.0))
+
+
+def _greatest(time: Floats, value: Floats, bins: int = 800) -> tuple[Floats, Floats]:
+    """The greatest of some samples at a time where there are more of them than can be told apart in a picture."""
+    if time.size <= 2 * bins:
+        return time, value
+    edges = np.linspace(0, time.size, bins + 1).astype(int)[:-1]
+    ends = np.append(edges[1:], time.size) - 1
+    return 0.5 * (time[edges] + time[ends]), np.maximum.reduceat(value, edges)
 
 
 def critical_speeds_of(run: xr.Dataset) -> list[float]:

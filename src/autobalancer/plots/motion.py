@@ -27,6 +27,9 @@ class Moments(NamedTuple):
     deflection_in_rotor: Complexes  # m
     ball_angle_in_rotor: Floats  # rad, not wrapped; balls are the second axis
     unbalance_in_rotor: Complexes  # kg m
+    plane_deflection_in_rotor: Complexes  # m; planes are the second axis
+    plane_unbalance_in_rotor: Complexes  # kg m
+    couple_in_rotor: Complexes  # kg m^2
 
     @property
     def deflection_in_space(self) -> Complexes:
@@ -54,6 +57,16 @@ class Motion:
             self.ball_slip = np.asarray(np.gradient(self.ball_angle, self.time, axis=0))
         size, side = _known(run, "unbalance", rows[:1]), _known(run, "unbalance_angle_in_rotor", rows[:1])
         self.unbalance_in_rotor = size * np.exp(1j * side)
+        turned = np.exp(-1j * self.rotor_angle)
+        self.plane_deflection_in_rotor = self.deflection_in_rotor[:, None]
+        self.plane_unbalance_in_rotor = self.unbalance_in_rotor[:, None]
+        if "plane_unbalance" in run:
+            planes = run["plane_x"].values + 1j * run["plane_y"].values
+            self.plane_deflection_in_rotor = np.asarray(planes * turned[:, None])
+            side = run["plane_unbalance_angle_in_rotor"].values
+            self.plane_unbalance_in_rotor = np.nan_to_num(run["plane_unbalance"].values * np.exp(1j * side))
+        couple = _known(run, "couple_unbalance_angle_in_rotor", rows[:1])
+        self.couple_in_rotor = _known(run, "couple_unbalance", rows[:1]) * np.exp(1j * couple)
 
     def at(self, time: Floats) -> Moments:
         """States at ``time`` (s).
@@ -68,6 +81,7 @@ class Motion:
             given = f"{time.min():g} s" + (f" to {time.max():g} s" if time.size > 1 else "")
             raise QuestionError(f"time: given {given}; the samples go from {first:g} s to {last:g} s")
         slope = np.gradient(self.deflection_in_rotor, self.time)
+        planes = self.plane_deflection_in_rotor
         return Moments(
             time,
             np.interp(time, self.time, self.speed),
@@ -75,6 +89,9 @@ class Motion:
             cubic(time, self.time, self.deflection_in_rotor, slope),
             cubic(time, self.time, self.ball_angle, self.ball_slip),
             np.interp(time, self.time, self.unbalance_in_rotor),
+            cubic(time, self.time, planes, np.gradient(planes, self.time, axis=0)),
+            np.column_stack([np.interp(time, self.time, column) for column in self.plane_unbalance_in_rotor.T]),
+            np.interp(time, self.time, self.couple_in_rotor),
         )
 
 
@@ -98,14 +115,22 @@ class Races(NamedTuple):
     center: Complexes  # race center in the rotor, m
     balancer: NDArray[np.int64]  # from 1
     race: NDArray[np.int64]  # from 1, within its balancer
+    plane: NDArray[np.int64]  # from 0
 
-    def resultant(self, moments: Moments) -> Complexes:
-        """Unbalance with all balls, kg m, in the frame of the rotor."""
+    def vectors(self, moments: Moments) -> Complexes:
+        """What each ball contributes, kg m, in the frame of the rotor: (times, balls)."""
         mass = np.divide(
             self.ball_moment, self.orbit_radius, out=np.zeros_like(self.orbit_radius), where=self.orbit_radius > 0.0
         )
-        balls = self.ball_moment * np.exp(1j * moments.ball_angle_in_rotor) + mass * self.center
-        return np.asarray(moments.unbalance_in_rotor + balls.sum(axis=-1))
+        return np.asarray(self.ball_moment * np.exp(1j * moments.ball_angle_in_rotor) + mass * self.center)
+
+    def resultant(self, moments: Moments) -> Complexes:
+        """Unbalance with all balls, kg m, in the frame of the rotor."""
+        return np.asarray(moments.unbalance_in_rotor + self.vectors(moments).sum(axis=-1))
+
+    def of(self, balls: NDArray[np.intp]) -> Races:
+        """Some balls alone."""
+        return self._replace(**{name: column[balls] for name, column in self._asdict().items()})
 
 
 def races_of(run: xr.Dataset) -> Races:
@@ -118,6 +143,7 @@ def races_of(run: xr.Dataset) -> Races:
         _known(run, "race_center_x", (count,)) + 1j * _known(run, "race_center_y", (count,)),
         _known(run, "balancer", (count,), 1.0).astype(np.int64),
         _known(run, "race", (count,), 1.0).astype(np.int64),
+        _known(run, "ball_plane", (count,), 1.0).astype(np.int64) - 1,
     )
 
 

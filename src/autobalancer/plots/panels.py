@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 
 from autobalancer.plots.angles import slipping, wrapped
 from autobalancer.plots.axis_units import AxisUnit, length_text, significant
-from autobalancer.plots.history import Deflections, History
-from autobalancer.plots.style import CRITICAL, FILL, INK, UNBALANCE, ball_color, ball_label, legend
+from autobalancer.plots.ball_looks import BallLook
+from autobalancer.plots.history import Curve, Deflections, History
+from autobalancer.plots.labels import label_level, label_point
+from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, legend
 
-BEHIND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8}
+PLACES = (BALLS[0], BALLS[1], BALLS[2], BALLS[3], BALLS[4], BALLS[5])  # colors of the deflection at other places
 
 
-def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisUnit) -> None:
+def speed_panel(
+    axes: Axes, history: History, critical: Sequence[float], unit: AxisUnit, looks: Sequence[BallLook]
+) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
     drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
     drawn = drawn[np.isfinite(drawn)]
@@ -25,22 +31,14 @@ def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisU
         if not 0.9 * least <= level <= 1.1 * most:
             continue  # would squeeze what is asked for
         axes.axhline(level * unit.factor, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), zorder=1.5)
-        axes.annotate(
-            f"critical speed {significant(level * unit.factor)} {unit.sign}",
-            (1.0, level * unit.factor),
-            xycoords=("axes fraction", "data"),
-            xytext=(-2, 3),
-            textcoords="offset points",
-            ha="right",
-            fontsize=8.5,
-            color=CRITICAL,
-        )
+        text = f"critical speed {significant(level * unit.factor)} {unit.sign}"
+        label_level(axes, text, level * unit.factor, color=CRITICAL)
         least, most = min(least, level), max(most, level)
     axes.plot(history.time, history.speed * unit.factor, color=INK, lw=1.6, label="rotor")
     count = history.ball_speed_in_space.shape[1]
     for i in range(count):
         speed = history.ball_speed_in_space[:, i] * unit.factor
-        axes.plot(history.time, speed, color=ball_color(i), lw=_width(i, count), label=ball_label(i, count))
+        axes.plot(history.time, speed, color=looks[i].color, lw=_width(i, count), label=looks[i].label)
     axes.set_ylabel(f"speed in space ({unit.sign})" if count else f"rotor speed ({unit.sign})")
     room = 0.1 * (most - least) or 0.1 * abs(most) or 1.0
     axes.set_ylim((least - (room if least else 0.0)) * unit.factor, (most + room) * unit.factor)
@@ -48,72 +46,92 @@ def speed_panel(axes: Axes, history: History, critical: list[float], unit: AxisU
 
 
 def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, log: bool = False) -> None:
-    """Deflection with its envelope; greatest and last value as numbers."""
+    """Deflection with its envelope, and that of other places; greatest and last value as numbers."""
     time, low, high = deflections.time, deflections.low * unit.factor, deflections.high * unit.factor
-    greatest = float(np.nanmax(high, initial=0.0)) or 1.0
+    every = [high, *(curve.value * unit.factor for curve in deflections.curves)]
+    greatest = max(float(np.nanmax(values, initial=0.0)) for values in every) or 1.0
     if log:
-        floor = max(float(np.nanmin(high[high > 0.0], initial=greatest)), 1e-8 * greatest)
+        least = min(_least_of(values, greatest) for values in every)
+        floor = 0.5 * max(least, 1e-8 * greatest)
         axes.set_yscale("log")
-        axes.set_ylim(0.5 * floor, 8.0 * greatest)
-        low = np.maximum(low, 0.5 * floor)
+        axes.set_ylim(floor, 5.0 * greatest)
+        low = np.maximum(low, floor)
     else:
         axes.set_ylim(0.0, 1.18 * greatest)
     if deflections.is_envelope:
-        axes.fill_between(time, low, high, color=FILL, lw=0.0, label="between least and greatest")
-    axes.plot(time, high, color=INK, lw=0.9, label="greatest" if deflections.is_envelope else "deflection")
+        axes.fill_between(time, low, high, color=FILL, lw=0.0, label="least to greatest")
+    axes.plot(time, high, color=INK, lw=0.9, label=_main_label(deflections))
+    for curve, color in zip(deflections.curves, PLACES, strict=False):
+        axes.plot(curve.time, curve.value * unit.factor, color=color, lw=0.9, label=_curve_label(curve, deflections))
     axes.set_ylabel(f"deflection ({unit.sign})")
-    if deflections.is_envelope:
+    if deflections.is_envelope or deflections.curves:
         legend(axes)
-    if not np.isfinite(high).any():
-        return
-    peak = int(np.nanargmax(high))
-    late = time[peak] - time[0] > 0.6 * (time[-1] - time[0])
-    axes.plot(time[peak], high[peak], "o", ms=4, color=INK, label="_peak")
-    axes.annotate(
-        f"{length_text(float(deflections.high[peak]))} at {time[peak]:.4g} s",
-        (time[peak], high[peak]),
-        xytext=(-7 if late else 7, 3),
-        textcoords="offset points",
-        ha="right" if late else "left",
-        va="bottom",
-        fontsize=8.5,
-        bbox=BEHIND,
-    )
-    if time[-1] - time[peak] > 0.2 * (time[-1] - time[0]):  # else it says the same once more
-        axes.annotate(
-            f"at the end {length_text(float(deflections.high[-1]))}",
-            (time[-1], max(float(high[-1]), axes.get_ylim()[0])),
-            xytext=(-2, 6),
-            textcoords="offset points",
-            ha="right",
-            fontsize=8.5,
-            bbox=BEHIND,
-        )
+    _numbers(axes, deflections, unit)
 
 
-def angle_panel(axes: Axes, history: History) -> None:
-    """Ball angles in the rotor, the unbalance and its opposite; pale where a ball slips round and round."""
-    if history.unbalance_angle_in_rotor.size:
-        heavy = history.unbalance_angle_in_rotor
+def angle_panel(
+    axes: Axes, history: History, looks: Sequence[BallLook], *, plane: int = 0, balls: Sequence[int], name: str = ""
+) -> None:
+    """Ball angles of a plane in the rotor, the unbalance there and its opposite; pale where a ball slips round and round."""
+    if history.unbalance_angle_in_rotor.shape[1] > plane:
+        heavy = history.unbalance_angle_in_rotor[:, plane]
         axes.plot(*wrapped(history.time, heavy), color=UNBALANCE, lw=1.2, ls="--", label="unbalance")
         time, degrees = wrapped(history.time, heavy + np.pi)
         for turn, label in ((0.0, "opposite"), (360.0, "_"), (-360.0, "_")):  # at ±180 degrees both edges show it
             axes.plot(time, degrees + turn, color=UNBALANCE, lw=1.2, ls=":", label=label)
     span = float(np.ptp(history.time))
-    count = history.ball_angle_in_rotor.shape[1]
-    for i in range(count):
+    count = len(looks)
+    for i in balls:
         angle = history.ball_angle_in_rotor[:, i]
         fast = slipping(history.time, angle, span)
         time, degrees = wrapped(history.time, angle)
         if fast.any():
-            axes.plot(time, degrees, color=ball_color(i), lw=0.5, alpha=0.22, label="_slipping")
+            axes.plot(time, degrees, color=looks[i].color, lw=0.5, alpha=0.22, label="_slipping")
         hidden = np.interp(time, history.time, fast.astype(np.float64)) > 0.5
         shown = np.where(hidden, np.nan, degrees)
-        axes.plot(time, shown, color=ball_color(i), lw=_width(i, count), label=ball_label(i, count))
+        axes.plot(time, shown, color=looks[i].color, lw=_width(i - balls[0], count), label=looks[i].label)
     axes.set_ylim(-186.0, 186.0)
     axes.set_yticks([-180, -90, 0, 90, 180])
-    axes.set_ylabel("ball angle in the rotor (°)")
+    axes.set_ylabel(f"ball angle in the rotor (°)\n{name}" if name else "ball angle in the rotor (°)")
     legend(axes)
+
+
+def _numbers(axes: Axes, deflections: Deflections, unit: AxisUnit) -> None:
+    """The greatest deflection, and what is there at the end if that says something else."""
+    time, high = deflections.time, deflections.high
+    if not np.isfinite(high).any():
+        return
+    peak = int(np.nanargmax(high))
+    axes.plot(time[peak], high[peak] * unit.factor, "o", ms=4, color=INK, label="_peak")
+    label_point(axes, f"{length_text(float(high[peak]))} at {time[peak]:.4g} s", time[peak], high[peak] * unit.factor)
+    if time[-1] - time[peak] <= 0.2 * (time[-1] - time[0]):
+        return  # it would say the same once more
+    bottom = axes.get_ylim()[0]
+    if deflections.static:
+        curve = deflections.curves[0]
+        moving = f"vibration {length_text(float(curve.value[-1]))} at the end"
+        label_point(axes, moving, curve.time[-1], max(curve.value[-1] * unit.factor, bottom), color=PLACES[0])
+        return
+    label_point(axes, f"{length_text(float(high[-1]))} at the end", time[-1], max(high[-1] * unit.factor, bottom))
+
+
+def _main_label(deflections: Deflections) -> str:
+    """The legend of the reference place."""
+    name = f", {deflections.name}" if deflections.name else ""
+    return f"greatest{name}" if deflections.is_envelope else f"deflection{name}"
+
+
+def _curve_label(curve: Curve, deflections: Deflections) -> str:
+    """The legend of another place, or of the vibration of any place about where it rests."""
+    if not deflections.static:
+        return curve.name
+    side = f"{np.rad2deg(np.angle(deflections.static)):.0f}°".replace("-", "−")
+    about = f"about {length_text(abs(deflections.static))} at {side}" if curve is deflections.curves[0] else ""
+    return " ".join(word for word in ("vibration", curve.name, about) if word)
+
+
+def _least_of(values: np.ndarray, otherwise: float) -> float:
+    return float(np.nanmin(values[values > 0.0], initial=otherwise))
 
 
 def _width(number: int, count: int) -> float:

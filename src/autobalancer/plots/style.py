@@ -28,6 +28,8 @@ LOOK: Any = {
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.labelsize": 9.5,
+    "figure.titlesize": 10.5,
+    "figure.titleweight": "bold",
     "axes.edgecolor": "#606060",
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
@@ -73,6 +75,12 @@ def picture(width: float, height: float, dpi: float = 110.0) -> Figure:
     figure = Picture(figsize=(width, height), dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def heading(figure: Figure, text: str) -> None:
+    """The title of a figure with several panels: left and bold, as that of a panel."""
+    if text:
+        figure.suptitle(text, x=0.1 / figure.get_figwidth(), ha="left")
 
 
 def ball_color(number: int) -> str:

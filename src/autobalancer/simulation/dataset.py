@@ -15,6 +15,7 @@ from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BA
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.along_axis import axis_coordinates, couple_unbalance
 from autobalancer.simulation.at_places import ball_moments, ball_states_of, over_time, over_turns, place_names
 from autobalancer.simulation.race_forces import has_real_races, left_race, on_races
 from autobalancer.simulation.resolved_walls import wall_contacts
@@ -36,7 +37,7 @@ def run_dataset(
         "race_center_x": ("ball", np.array([ball.eccentricity.real for ball in balls], np.float64)),
         "race_center_y": ("ball", np.array([ball.eccentricity.imag for ball in balls], np.float64)),
     }
-    coordinates |= place_names(places)
+    coordinates |= place_names(places) | axis_coordinates(places, assembly)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)
     count = int(state.counts[NEXT_SAMPLE])
@@ -45,6 +46,7 @@ def run_dataset(
         data |= _states(record.samples[:count], record.sample_times[:count], assembly)
         data |= _at_stations("", "time", record.samples[:count], assembly)
         data |= over_time(record.samples[:count], record.sample_times[:count], assembly, places)
+        data |= couple_unbalance(places, record.sample_times[:count])
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
     bins = int(state.counts[NEXT_BIN])

@@ -21,6 +21,7 @@ __all__ = [
     "LateralModel",
     "Rows",
     "balancer_rows",
+    "couple_size",
     "lateral_model",
     "reference",
     "rows_at",
@@ -97,14 +98,19 @@ def unbalance_shape(machine: Machine, model: LateralModel, number: int) -> Compl
     unbalance: Unbalance = machine.unbalances[number]
     rows = rows_at(machine, model, unbalance.station, "unbalances", number, "station")
     size, shape = unbalance.size, rows.deflection
-    if unbalance.couple is not None:
-        size, shape = float(unbalance.couple), rows.slope
-    elif unbalance.misalignment is not None:
-        rotor = machine.rotor
-        assert isinstance(rotor, RigidRotor)
-        size = float(unbalance.misalignment) * float(rotor.transverse_inertia - rotor.polar_inertia)
-        shape = rows.slope
+    if unbalance.is_couple:
+        size, shape = couple_size(machine, number), rows.slope
     return np.asarray(size * cmath.exp(1j * float(unbalance.angle)) * shape, np.complex128)
+
+
+def couple_size(machine: Machine, number: int) -> float:
+    """The couple, or (J_t - J_p) chi, of one unbalance at factor one, kg m^2; 0 of a point unbalance."""
+    unbalance = machine.unbalances[number]
+    if unbalance.misalignment is None:
+        return float(unbalance.couple or 0.0)
+    rotor = machine.rotor
+    assert isinstance(rotor, RigidRotor)
+    return float(unbalance.misalignment) * float(rotor.transverse_inertia - rotor.polar_inertia)
 
 
 def unbalance_load(machine: Machine, model: LateralModel, time: float = np.inf) -> Complexes:
