@@ -79,6 +79,8 @@ __all__ = [
     "free_sphere",
     "frequency_response",
     "from_ross",
+    "held_by_friction",
+    "held_whirl",
     "identify",
     "largest_useful_count",
     "load_angle_series",
@@ -202,6 +204,7 @@ if TYPE_CHECKING:
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
     from autobalancer.laws.drag_curve import DragCurve
+    from autobalancer.laws.held_by_friction import held_whirl
     from autobalancer.laws.rest_interval import rest_interval
     from autobalancer.laws.slipstream import slipstream_factor
     from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
@@ -284,6 +287,7 @@ if TYPE_CHECKING:
     from autobalancer.stability.borders import border_speeds
     from autobalancer.stability.borders_over import border_curve
     from autobalancer.stability.branches import branches
+    from autobalancer.stability.held import held_by_friction
     from autobalancer.stability.maps import stability_map
     from autobalancer.stability.minimum import minimum_drag, minimum_viscosity
     from autobalancer.stability.speed_windows import speed_windows

@@ -37,9 +37,11 @@ def borders(
     Example: autobalancer borders examples/machines/discoidal.toml --over unbalance --plot borders.png
     --minimum-viscosity-at "1200 rpm"
     """
+    from autobalancer.cli.friction import friction_rows
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.stability.borders import border_speeds
+    from autobalancer.stability.held import held_by_friction
     from autobalancer.stability.windows import stable_windows
     from autobalancer.units import option_to_si
 
@@ -53,6 +55,8 @@ def borders(
     answer: dict[str, Any] = {
         "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=up_to or None)],
     }
+    held = held_by_friction(described, unbalance=size)
+    answer["friction"] = held.as_dict()
     if windows_up_to:
         found = stable_windows(described, option_to_si(windows_up_to, "rad/s"), unbalance=size)
         answer["stable_windows"] = {"windows": [list(pair) for pair in found.windows], "note": found.note}
@@ -63,6 +67,8 @@ def borders(
         typer.echo(json.dumps(_finite({"machine": str(machine), **answer}), indent=2))
         return
     _print(described.name, answer)
+    for name, text in friction_rows(held):
+        typer.echo(f"{name}: {text}")
     for path in (out, plot):
         if path is not None:
             typer.echo(f"written: {path}")

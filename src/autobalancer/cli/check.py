@@ -39,6 +39,8 @@ def check(
     from rich.console import Console
     from rich.table import Table
 
+    from autobalancer.cli.friction import friction_rows
+
     table = Table(title=found.name, show_header=False, title_justify="left", min_width=60)
     table.add_column(style="bold")
     table.add_column()
@@ -72,6 +74,9 @@ def check(
             f"needs {plane.required * 1e6:.5g} g mm for rest at {_speed(plane.speed)}, "
             f"capability {plane.capability * 1e6:.5g} g mm",
         )
+    if found.friction is not None:
+        for row in friction_rows(found.friction):
+            table.add_row(*row)
     if found.borders:
         if not math.isnan(found.sommerfeld_number):
             table.add_row("S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)")

@@ -6,6 +6,7 @@ Planar rotor with isotropic supports, steady speed.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -56,8 +57,6 @@ def rest_interval(
     QuestionError
         If a number is not above zero (damping: below zero), or no place within 90 degrees holds the ball.
     """
-    from scipy.optimize import brentq
-
     for name, value in (("unbalance", unbalance), ("moment", moment), ("orbit_radius", orbit_radius),
                         ("adherence", adherence), ("mass", mass), ("stiffness", stiffness), ("speed", speed)):  # fmt: skip
         if not value > 0.0:
@@ -66,22 +65,38 @@ def rest_interval(
         raise QuestionError(f"rest_interval: damping: given {damping:g}; must not be below zero")
     gain = speed**2 / complex(stiffness - mass * speed**2, damping * speed)
 
-    toward = 1.0 if heavy else -1.0
-
-    def excess(delta: float) -> float:
-        seen = (moment + toward * unbalance * np.exp(-1j * delta)) * gain  # z in axes along the ball
-        return float(abs(seen.imag) - adherence * (orbit_radius + seen.real))
-
-    held = [delta for delta in np.linspace(-0.5 * math.pi, 0.5 * math.pi, 4001) if excess(float(delta)) < 0.0]
-    if not held:
+    found = rest_ends(gain, unbalance, moment, orbit_radius, adherence, heavy=heavy)
+    if found is None:
         raise QuestionError(
             f"rest_interval: adherence {adherence:g} holds no ball {'near' if heavy else 'opposite to'} the unbalance"
         )
-    middle = float(min(held, key=abs))
+    return found
+
+
+def rest_ends(
+    gain: complex, unbalance: float, moment: float, orbit_radius: float, adherence: float, *, heavy: bool = False
+) -> tuple[float, float] | None:
+    """The same for any rotor, ``gain`` being its whirl for an unbalance at the place of the ball, 1/kg; None without one.
+
+    ``unbalance`` is that of the rotor and of all other balls in the plane.
+    """
+    from scipy.optimize import brentq
+
+    toward = 1.0 if heavy else -1.0
+
+    def excess(delta: Any) -> Any:
+        seen = (moment + toward * unbalance * np.exp(-1j * delta)) * gain  # z in axes along the ball
+        return np.abs(seen.imag) - adherence * (orbit_radius + seen.real)
+
+    tried = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 4001)
+    held = tried[excess(tried) < 0.0]
+    if not held.size:
+        return None
+    middle = float(held[np.argmin(np.abs(held))])
     ends = []
     for side in (-math.pi, math.pi):
         tried = np.linspace(middle, middle + side, 4001)
-        over = np.flatnonzero([excess(float(delta)) > 0.0 for delta in tried])
+        over = np.flatnonzero(excess(tried) > 0.0)
         first = int(over[0]) if over.size else 0
         ends.append(float(brentq(excess, tried[first - 1], tried[first], xtol=1e-14)) if first else side)
     return ends[0], ends[1]

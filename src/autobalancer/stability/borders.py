@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_states, equal_balls, planar_balancer_of
 from autobalancer.stability.border import Border
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import SEARCHED, Described, described, highest_searched, lower_critical_speed
 from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
@@ -115,7 +117,18 @@ def borders_of(
         found += exact(machine, p)
     if wanted & {RELEASE, CAPTURE}:
         found += release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)
-    return tuple(border for border in found if border.name in wanted)
+    return saying_what_is_ignored(machine, [border for border in found if border.name in wanted])
+
+
+def saying_what_is_ignored(machine: Machine, borders: Sequence[Border]) -> tuple[Border, ...]:
+    """Borders whose notes name what their theory leaves out of this machine; one that is not known leaves out nothing."""
+    at_rest, stalled = without(ignored_at_rest(machine)), without(ignored_by_stalled(machine))
+    found = []
+    for border in borders:
+        ignored = stalled if border.name in (RELEASE, CAPTURE) else at_rest
+        says = ignored and not math.isnan(border.speed)
+        found.append(replace(border, note="; ".join(filter(None, (border.note, ignored)))) if says else border)
+    return tuple(found)
 
 
 def averaged(p: Plane) -> Border:

@@ -16,7 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.borders import NAMES, Border, borders_of, exact, speed_or_none
+from autobalancer.stability.borders import NAMES, Border, borders_of, exact, saying_what_is_ignored, speed_or_none
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.planes import described, lower_critical_speed
@@ -88,7 +88,12 @@ def border_curve(
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
         if parameter == "unbalance" and not only and constant is not None and p.isotropic and not np.any(p.offset):
-            rows.append((*(b for b in constant if not b.name.startswith("exact border")), *exact(changed, p)))
+            rows.append(
+                (
+                    *(b for b in constant if not b.name.startswith("exact border")),
+                    *saying_what_is_ignored(changed, exact(changed, p)),
+                )
+            )
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")
         else:
             constant = borders_of(changed, p, only, top)

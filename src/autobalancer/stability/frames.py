@@ -97,10 +97,15 @@ def _damping_ratio(st: Stations, speed: float) -> float:
     return float(-own.real / abs(own))
 
 
+def service_speed(st: Stations, highest: float | None) -> float:
+    """The speed for which a machine is judged, rad/s: the highest prescribed one, else three times the lowest critical one."""
+    return min(3.0 * st.scale_speed if highest is None or highest <= 0.0 else highest, st.model.top_speed)
+
+
 def _needs(st: Stations, highest: float | None) -> tuple[StationSummary, ...]:
     if st.moment.size == 0:
         return ()
-    speed = min(3.0 * st.scale_speed if highest is None or highest <= 0.0 else highest, st.model.top_speed)
+    speed = service_speed(st, highest)
     try:
         needed = np.abs(required(st, speed))
     except QuestionError:  # a critical speed of an undamped rotor

@@ -17,6 +17,7 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.frames import StationSummary, frame_of
+from autobalancer.stability.held import HeldByFriction, held_by_friction
 from autobalancer.stability.lateral import largest_unbalance
 
 
@@ -56,10 +57,11 @@ class Summary:
     warnings: tuple[str, ...]
     rotor: str = "planar"
     stations: tuple[StationSummary, ...] = ()
+    friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
-        return asdict(self)
+        return {**asdict(self), "friction": self.friction.as_dict() if self.friction is not None else None}
 
 
 def summary(machine: Machine | str | Path) -> Summary:
@@ -109,40 +111,18 @@ def summary(machine: Machine | str | Path) -> Summary:
         warnings=_warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
-        + _short(frame.stations)
-        + (_left_out(machine, balls) if borders else ()),
+        + _short(frame.stations),
         rotor=machine.rotor.kind,
         stations=frame.stations,
+        friction=_held(machine) if balls else None,
     )
 
 
-def _left_out(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
-    """What the machine has and its border speeds do not know."""
-    races = [race for balancer in machine.balancers for race in balancer.races]
-    known = {
-        "friction": any(race.friction is not None for race in races),
-        "drag that is not linear": any(ball.drag_curve is not None for ball in balls),
-        "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
-        "partitions": any(race.partitions is not None for race in races),
-        "resolved contact": any(race.resolved is not None for race in races),
-        "excitations": bool(machine.excitations),
-    }
-    line = {
-        "slipstream": any(ball.slipstream for ball in balls),
-        "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
-    }
-    counted = {"friction", "drag that is not linear", "partitions"}  # for balls that stall
-    adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
-    stalled = {name: there for name, there in known.items() if name not in counted} | {"adherence": adheres} | line
-    texts = (
-        ("averaged and exact border do", known | line),
-        ("release and capture speed do", stalled),
-    )
-    return tuple(
-        f"{which} not count {', '.join(name for name, there in parts.items() if there)}; simulate the machine to see what they do"
-        for which, parts in texts
-        if any(parts.values())
-    )
+def _held(machine: Machine) -> HeldByFriction | None:
+    try:
+        return held_by_friction(machine)
+    except QuestionError:  # balls that feel the tilt of their race
+        return None
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:

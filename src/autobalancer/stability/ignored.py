@@ -1,0 +1,46 @@
+"""What a machine has and a theory of its stability does not know, so that every answer can say so in its own line."""
+
+from __future__ import annotations
+
+from autobalancer.catalog.resolve import resolve
+from autobalancer.machine import Machine
+
+
+def ignored_at_rest(machine: Machine) -> tuple[str, ...]:
+    """What steady states, their growth rates, averaged and exact border leave out."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    return _there(
+        {
+            "friction": any(race.friction is not None for race in races),
+            "drag that is not linear": any(ball.drag_curve is not None for ball in resolve(machine)),
+            "partitions": any(race.partitions is not None for race in races),
+        }
+        | _by_all(machine)
+    )
+
+
+def ignored_by_stalled(machine: Machine) -> tuple[str, ...]:
+    """What the torque balances of release and capture speed leave out; they know rolling resistance and any drag."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
+    return _there({"adherence": adheres} | _by_all(machine))
+
+
+def without(names: tuple[str, ...]) -> str:
+    """In words, for a note; empty if nothing is left out."""
+    return f"ignores {', '.join(names)}" if names else ""
+
+
+def _by_all(machine: Machine) -> dict[str, bool]:
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    return {
+        "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
+        "resolved contact": any(race.resolved is not None for race in races),
+        "excitations": bool(machine.excitations),
+        "slipstream": any(race.slipstream for race in races),
+        "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
+    }
+
+
+def _there(parts: dict[str, bool]) -> tuple[str, ...]:
+    return tuple(name for name, there in parts.items() if there)

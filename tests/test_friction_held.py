@@ -1,0 +1,189 @@
+"""What friction holds: the whirl below which no ball moves, and the residual unbalance, against grids and simulation."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import label
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
+from autobalancer.machine import Machine
+from autobalancer.stability.lateral import plane
+from autobalancer.stability.station_states import required
+from autobalancer.stability.stations import stations
+
+MACHINES = Path(__file__).parent.parent / "examples" / "machines"
+
+
+def machine(adherence: float, rolling: float | None = None, name: str = "discoidal.toml") -> Machine:
+    found = ab.load_machine(MACHINES / name)
+    friction = {"rolling_resistance": 0.5 * adherence if rolling is None else rolling, "adherence": adherence}
+    for number in range(1, len(found.balancers) + 1):
+        found = with_parameter(found, f"balancers[{number}].races[1].friction", friction)
+    return found
+
+
+# the whirl --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mu", [1e-4, 0.006, 0.3])
+def test_just_below_the_held_whirl_no_angle_moves_and_just_above_one_does(mu: float) -> None:
+    angles = np.linspace(-math.pi, math.pi, 20001)
+
+    def moves(whirl: float) -> bool:
+        seen = whirl * np.exp(-1j * angles)
+        return bool((np.abs(seen.imag) > mu * (0.07 + seen.real)).any())
+
+    assert not moves(held_whirl(0.07, mu) * (1.0 - 1e-6))
+    assert moves(held_whirl(0.07, mu) * (1.0 + 1e-6))
+
+
+def test_weight_across_the_axis_takes_from_the_whirl_that_is_held() -> None:
+    """With g/w^2 above mu eps / sqrt(1 + mu^2) nothing is held: a ball in the horizontal race of a resting rotor rolls."""
+    speed, mu = 120.0, 0.006
+    assert held_whirl(0.25, mu, weight=9.81 / speed**2) == pytest.approx(held_whirl(0.25, mu) - 9.81 / speed**2)
+    assert held_whirl(0.25, mu, weight=9.81 / 50.0**2) < 0.0
+    lying = with_parameter(machine(mu), "axis", "horizontal")
+    assert "friction does not hold them" in ab.held_by_friction(lying, "600 rpm").planes[0].sentence
+    with pytest.raises(QuestionError, match="orbit_radius"):
+        held_whirl(0.0, mu)
+
+
+# the residual -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "phase", "held"), [(0.58, 0.58, 2.92, 0.1), (1.29, 1.5, 2.96, 0.3), (0.84, 0.84, 3.13, 0.1)]
+)
+def test_the_largest_held_residual_is_that_of_a_map_of_all_angles_of_two_balls(
+    first: float, second: float, phase: float, held: float
+) -> None:
+    """All pairs of angles at rest that are connected with the balanced ones, by flood fill on the torus."""
+    count = 700
+    a, b = np.meshgrid(*2 * [np.linspace(-math.pi, math.pi, count, endpoint=False)], indexing="ij")
+    residual = 1.0 + first * np.exp(1j * a) + second * np.exp(1j * b)
+    whirl = residual * np.exp(1j * phase)
+    rests = (np.abs((whirl * np.exp(-1j * a)).imag) <= held) & (np.abs((whirl * np.exp(-1j * b)).imag) <= held)
+    twice = np.tile(rests, (2, 2))
+    parts, _ = label(twice, structure=np.ones((3, 3)))
+    balanced = np.unique(parts[twice & np.tile(np.abs(residual) < 0.02, (2, 2))])
+    there = np.isin(parts, balanced[balanced > 0])
+    connected = there[:count, :count] | there[count:, :count] | there[:count, count:] | there[count:, count:]
+    greatest = float(np.abs(residual)[connected].max())
+    found = largest_held_residual((1.0, 1.0), (first, second), held, phase=phase)
+    assert found == pytest.approx(greatest, rel=0.06, abs=0.004)  # the grid has steps of half a degree
+    assert found > greatest - 0.01
+
+
+def test_without_friction_nothing_is_held_and_with_much_everything() -> None:
+    assert largest_held_residual((1.0, 1.0), (0.8, 0.8), 0.0) == 0.0
+    assert largest_held_residual((1.0, 1.0), (0.8, 0.8), 3.0) == pytest.approx(2.6)
+    short = largest_held_residual((1.0, 1.0), (0.3, 0.3), 1e-4)  # the balls leave 0.4, friction or not
+    assert short == pytest.approx(0.4, abs=0.01)
+
+
+def _random_machine(rng: np.random.Generator) -> tuple[Machine, float]:
+    """Balls in fluid that do balance: well above the critical speed, with a held whirl below that of the unbalance."""
+    found = machine(1e-3)
+    critical = math.sqrt(44654.0 / 12.27)
+    speed = critical * rng.uniform(1.6, 5.0)
+    found = with_parameter(found, "unbalances", [{"moment": float(rng.uniform(200e-6, 900e-6))}])
+    p = plane(found)
+    whirl = abs(p.fixed_load) * speed**2 / abs(p.dynamic_stiffness(speed))
+    adherence = float(whirl * rng.uniform(0.05, 0.4) / 0.07695)
+    friction = {"rolling_resistance": adherence * float(rng.uniform(0.2, 1.0)), "adherence": adherence}
+    return with_parameter(found, "balancers[1].races[1].friction", friction), float(speed)
+
+
+def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_ones() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        one, speed = _random_machine(rng)
+        said = ab.held_by_friction(one, speed).planes[0]
+        p = plane(one)
+        angles = ab.basin(one, speed, random=250)["final_ball_angle_in_rotor"].values
+        left = np.abs(p.fixed_load + (p.moment * np.exp(1j * angles)).sum(axis=1))
+        assert said.median_residual == pytest.approx(float(np.median(left)), rel=0.2)  # of 250 starts
+        assert (left < said.residual_95).mean() == pytest.approx(0.95, abs=0.05)
+        trapped = left > said.worst_residual
+        assert trapped.mean() == pytest.approx(said.trapped_share, abs=0.06)
+        assert (
+            left[trapped] > 0.8 * said.required
+        ).all()  # balls in line on both sides: nothing between these and the worst
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("adherence", [1e-3, 1e-4])
+def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adherence: float) -> None:
+    two = machine(adherence, name="two_plane_rotor.toml")
+    for number in (1, 2):
+        two = with_parameter(two, f"balancers[{number}].races[1].coincidence", True)
+    said, st = ab.held_by_friction(two), stations(two, largest=True)
+    need, rng, left = required(st, said.speed), np.random.default_rng(3), []
+    for _ in range(60):
+        one = two
+        for number in (1, 2):
+            starts = rng.uniform(-math.pi, math.pi, 2).tolist()
+            one = with_parameter(one, f"balancers[{number}].races[1].balls[1].start_angles", starts)
+        run = ab.simulate(one, duration=6.0)
+        assert np.abs(run["ball_speed_in_rotor"].values[-1]).max() < 1e-6 * said.speed
+        left.append(np.abs(st.moments(run["ball_angle_in_rotor"].values[-1]) - need))
+    for place, middle in zip(said.planes, np.median(left, axis=0), strict=True):
+        assert place.median_residual == pytest.approx(middle, rel=0.35)  # sixty runs
+
+
+# what is said -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_not_move() -> None:
+    """The whirl of the unbalance, U/M, is below mu eps: the same machine at speed keeps its balls where they start."""
+    fast = with_parameter(machine(0.006), "drive.profile", {"kind": "constant", "speed": "3000 rpm"})
+    said = ab.held_by_friction(fast)
+    assert said.planes[0].holds
+    assert "WILL NOT MOVE" in said.planes[0].sentence
+    assert said.planes[0].worst_residual == pytest.approx(
+        abs(plane(fast).unbalance) + plane(fast).moment.sum(), rel=1e-9
+    )
+    run = ab.simulate(fast, duration=3.0)
+    moved = run["ball_angle_in_rotor"].values[-1] - run["ball_angle_in_rotor"].values[0]
+    assert np.abs(moved).max() < 1e-9
+    low = ab.held_by_friction(machine(1e-5)).planes[0]
+    assert not low.holds
+    assert low.worst_residual < 0.05 * abs(plane(fast).unbalance)
+
+
+def test_rolling_resistance_alone_holds_as_adherence_does() -> None:
+    both = ab.held_by_friction(machine(1e-3, 1e-3)).planes[0]
+    rolling = with_parameter(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})
+    assert ab.held_by_friction(rolling).planes[0] == both
+
+
+def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> None:
+    ideal, rough = MACHINES / "discoidal.toml", tmp_path / "rough.toml"
+    ab.save_machine(machine(0.006), rough)
+    for path, words in ((ideal, "ideal balls"), (rough, "WILL NOT MOVE")):
+        answer = CliRunner().invoke(app, ["check", str(path)], env={"COLUMNS": "300"}, catch_exceptions=False)
+        assert words in answer.output
+        found = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"], catch_exceptions=False).output)
+        assert bool(found["friction"]["planes"]) == (path == rough)
+    assert found["friction"]["planes"][0]["holds"]
+
+
+def test_every_border_names_in_its_own_line_what_its_theory_leaves_out() -> None:
+    rough = {border.name: border.note for border in ab.border_speeds(machine(0.006))}
+    assert "ignores friction" in rough["exact border"]
+    assert "ignores friction" in rough["averaged border"]
+    assert rough["release speed"].endswith("ignores adherence")
+    ideal = ab.border_speeds(MACHINES / "discoidal.toml")
+    assert not any("ignores" in border.note for border in ideal)
+    real = ab.border_speeds("docs/machines/real_race.toml")
+    assert all("waves of the race, excitations" in border.note for border in real)
