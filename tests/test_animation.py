@@ -17,6 +17,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.animation import _frame_times
 from autobalancer.plots.axis_units import SPEED_UNITS
 from autobalancer.plots.film_scene import Scene
+from autobalancer.plots.labels import labels_of
 from autobalancer.plots.motion import Motion, races_of
 from autobalancer.plots.style import look
 from autobalancer.simulation.sampling import Envelope, Samples
@@ -31,15 +32,13 @@ def run() -> xr.Dataset:
 
 def scene_of(run: xr.Dataset, times: np.ndarray, *, turns: bool = False, scale: float = 10.0) -> Scene:
     moments = Motion(run).at(times)
-    turned = moments.rotor_angle if turns else np.zeros_like(times)
-    path = moments.deflection_in_rotor * np.exp(1j * turned)
     with look():
         return Scene(
             run,
             moments,
+            moments,
             races_of(run),
-            turned,
-            path,
+            in_space=turns,
             per_frame=1,
             magnification=scale,
             unit=SPEED_UNITS["rpm"],
@@ -82,10 +81,10 @@ def test_the_film_places_center_and_balls_where_the_run_has_them(run: xr.Dataset
     scene = scene_of(run, times, turns=True)
     scene.frame(5)
     now = run.isel(time=695)
-    shift = complex(*scene.rotor.placed.transform((0.0, 0.0)))
+    shift = complex(*scene.views[0].placed.transform((0.0, 0.0)))
     assert shift == pytest.approx(complex(now.x, now.y) * 10.0 / 0.1)
-    for i, ball in enumerate(scene.rotor.balls):
-        place = complex(*scene.rotor.placed.transform(ball.center)) - shift
+    for i, ball in enumerate(scene.views[0].balls):
+        place = complex(*scene.views[0].placed.transform(ball.center)) - shift
         angle = float(now.ball_angle_in_rotor[i] + now.rotor_angle)
         assert place == pytest.approx(np.exp(1j * angle))
     assert scene.cursors[0].get_xdata()[0] == times[5]
@@ -96,9 +95,9 @@ def test_in_its_own_frame_the_rotor_does_not_turn_and_balls_leave_a_trail(run: x
     times = run.time.values[840:880:4]
     scene = scene_of(run, times)
     scene.frame(3)
-    axis = scene.rotor.placed.transform((1.0, 0.0)) - scene.rotor.placed.transform((0.0, 0.0))
+    axis = scene.views[0].placed.transform((1.0, 0.0)) - scene.views[0].placed.transform((0.0, 0.0))
     assert axis == pytest.approx([1.0, 0.0])
-    x, y = scene.rotor.trails[0].get_data()
+    x, y = scene.views[0].trails[0].get_data()
     swept = np.unwrap(np.arctan2(y, x))
     angle = run.ball_angle_in_rotor.values[[848, 852], 0]
     assert swept[-1] - swept[0] == pytest.approx(angle[0] - angle[1])
@@ -161,3 +160,32 @@ def test_the_command_line_makes_a_film(run: xr.Dataset, tmp_path: Path) -> None:
     assert answer.exit_code == 0
     assert count_frames_and_secs(str(tmp_path / "stall.mp4"))[0] == 10
     assert CliRunner().invoke(app, ["animate", str(result), "--seconds", "4 mm"]).exit_code == 2
+
+
+def test_a_film_of_two_planes_has_a_disc_for_each_and_shows_the_axis_tilt() -> None:
+    run = ab.simulate(MACHINE.with_name("two_plane_rotor.toml"), duration=0.5, save=(Samples(201), Envelope(50)))
+    scene = scene_of(run, run.time.values[20:60])
+    scene.frame(3)
+    assert [len(view.balls) for view in scene.views] == [2, 2]
+    for plane, view in enumerate(scene.views):
+        z = complex(*view.placed.transform((0.0, 0.0))) * 0.05 / 10.0  # orbit radius 50 mm, drawn ten times larger
+        assert z == pytest.approx(complex(Motion(run).plane_deflection_in_rotor[23, plane]), rel=1e-6)
+        heavy = complex(*(float(values[1]) for values in view.heavy_line.get_data()))
+        angle = float(run.plane_unbalance_angle_in_rotor[23, plane])
+        assert np.angle(heavy) == pytest.approx(angle)
+    assert scene.axis is not None
+    right, up = scene.axis.line.get_data()
+    lower, upper = Motion(run).plane_deflection_in_rotor[23] * 10.0 / 0.05
+    assert np.diff(up)[0] == pytest.approx((upper - lower).imag - 0.3 * (upper - lower).real)
+    assert np.asarray(right).size == 2
+
+
+def test_the_cursor_of_a_film_passes_behind_its_labels(run: xr.Dataset) -> None:
+    scene = scene_of(run, run.time.values[600:700:10])
+    scene.frame(2)
+    assert max(map(scene.moving.index, scene.cursors)) < min(
+        scene.moving.index(labels_of(panel)) for panel in scene.figure.axes[-2:]
+    )
+    boxes = labels_of(scene.figure.axes[-1]).placed
+    assert boxes
+    assert not any(one.overlaps(other) for i, one in enumerate(boxes) for other in boxes[:i])

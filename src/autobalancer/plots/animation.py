@@ -37,6 +37,9 @@ def animate(
 ) -> Path:
     """Make a film of a run: rotor, races, balls and unbalance beside speeds and deflection over time.
 
+    Balancers in different planes have a disc each, with the unbalance of their plane; below them the axis is seen from
+    the side, with these planes in perspective, so that one sees it tilt or bend.
+
     A rotor at 3000 rpm turns twice between two frames of a film in real time, and its picture would seem to stand or
     to creep. In the frame of the rotor, the default, it stands still as under a stroboscope, and one sees what
     matters: how the balls wander against it, and to which side it is deflected. In space the rotor turns as it does;
@@ -94,15 +97,15 @@ def animate(
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
     turns = frame == "space"
-    greatest = float(np.abs(moments.deflection_in_rotor).max())
+    greatest = max(float(np.abs(z).max()) for z in (moments.deflection_in_rotor, moments.plane_deflection_in_rotor))
     scale = magnification(deflection_scale, greatest, unit_length(moments, races), 0.15)
     with look():
         scene = Scene(
             run,
             moments,
+            fine,
             races,
-            moments.rotor_angle if turns else np.zeros_like(times),
-            fine.deflection_in_space if turns else fine.deflection_in_rotor,
+            in_space=turns,
             per_frame=PATH_POINTS,
             magnification=scale,
             unit=unit,

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.plots.film_files import Frame
+from autobalancer.plots.labels import labels_of
 from autobalancer.plots.style import INK, picture
 
 WIDTH, SHAPE = 9.6, 17.0 / 30.0  # inches, and height by width; the width in pixels sets the resolution
@@ -33,16 +34,19 @@ class FilmCanvas:
     def panels(self, left: float, first: float, last: float) -> tuple[Axes, Axes]:
         """Two axes over the time of the film, one above the other, right of ``left``, each with a cursor at ``first``."""
         wide = 0.975 - left
-        upper = self.figure.add_axes((left, 0.565, wide, 0.37))
-        lower = self.figure.add_axes((left, 0.09, wide, 0.37), sharex=upper)
+        upper = self.figure.add_axes((left, 0.55, wide, 0.35))
+        lower = self.figure.add_axes((left, 0.09, wide, 0.345), sharex=upper)
         lower.set_xlabel("time (s)")
         lower.set_xlim(first, last)
         self.cursors = [panel.axvline(first, color=INK, lw=1.0, zorder=6, clip_on=False) for panel in (upper, lower)]
         return upper, lower
 
     def freeze(self, moving: Sequence[Artist]) -> None:
-        """Draw everything but ``moving`` and the cursors, which each frame draws in this order."""
-        self.moving = [*moving, *self.cursors]
+        """Draw everything but ``moving``, the cursors and the labels before which they pass, which each frame draws so."""
+        labels = [labels_of(panel) for panel in self.figure.axes if any(line in self.cursors for line in panel.lines)]
+        for each in labels:
+            each.held = True
+        self.moving = [*moving, *self.cursors, *labels]
         for artist in self.moving:
             artist.set_animated(True)
         self.canvas.draw()

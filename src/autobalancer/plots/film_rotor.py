@@ -29,8 +29,8 @@ def unit_length(moments: Moments, races: Races) -> float:
 class RotorView:
     """Disc, races, balls, unbalance and the path of the center; ``show(k)`` moves them to frame ``k``.
 
-    ``turned`` is the angle (rad) by which the rotor is drawn in each frame: zero in its own frame. ``path`` has
-    ``per_frame`` deflections (m, as drawn) for each frame.
+    Lengths are shares of ``length`` (m). ``turned`` is the angle (rad) by which the rotor is drawn in each frame: zero in
+    its own frame. ``path`` has ``per_frame`` deflections (m, as drawn) for each frame.
     """
 
     def __init__(
@@ -43,8 +43,8 @@ class RotorView:
         per_frame: int,
         magnification: float,
         colors: Sequence[str],
+        length: float,
     ) -> None:
-        length = unit_length(moments, races)
         self.moments, self.turned, self.per_frame = moments, turned, per_frame
         self.radii, self.places = races.orbit_radius / length, races.center / length
         self.path = path * magnification / length
@@ -57,8 +57,13 @@ class RotorView:
         outside = float((self.radii + 0.5 * diameter).max(initial=1.0))
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_xlim(-1.22 * outside, 1.22 * outside)
-        axes.set_ylim(-1.22 * outside, 1.22 * outside)
+        reach = 1.08 * outside + float(np.abs(self.center).max(initial=0.0))
+        room = max(1.22 * outside, reach) + 0.16 * outside
+        axes.set_xlim(-room, room)
+        axes.set_ylim(-room, room)
+        for side, degrees in ((1.0, "0°"), (1j, "90°"), (-1.0, "180°"), (-1j, "−90°")):
+            spot = side * (room - 0.06 * outside)
+            axes.text(spot.real, spot.imag, degrees, ha="center", va="center", fontsize=7.5, color="#606060")
         self._races(axes, diameter, outside)
         self._balls(axes, diameter, colors)
         reach = 0.72 * float(self.radii.min(initial=outside))
@@ -75,7 +80,7 @@ class RotorView:
         self.key = [
             Line2D([], [], color=UNBALANCE, lw=2.0, marker="o", ms=6, label="unbalance"),
             Line2D([], [], color=INK, lw=3.0, label="zero mark"),
-            Line2D([], [], color="#606060", lw=0.0, marker="+", ms=9, label="rotor center at rest"),
+            Line2D([], [], color="#606060", lw=0.0, marker="+", ms=9, label="not deflected"),
         ]
 
     def show(self, k: int) -> None:

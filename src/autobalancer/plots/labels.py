@@ -44,6 +44,8 @@ class Labels(Artist):
         self.panel = axes
         self.entries: list[_Label] = []
         self.placed: list[Bbox] = []  # in pixels, as drawn last
+        self.joints: list[Line2D] = []
+        self.held = False  # whether the places found first are kept, as in a film
         self.set_zorder(7.0)
         self.set_in_layout(False)
 
@@ -58,10 +60,14 @@ class Labels(Artist):
         """Find the places and draw."""
         if not self.get_visible():
             return
+        if self.held and self.placed:
+            for artist in (*self.joints, *(label.text for label in self.entries)):
+                artist.draw(renderer)
+            return
         pixel = renderer.points_to_pixels(1.0)
         frame = self.panel.get_window_extent(renderer)
         curves = self._curves(frame)
-        self.placed = []
+        self.placed, self.joints = [], []
         self._levels(renderer, frame, curves, pixel)
         for label in self.entries:
             if not label.edge:
@@ -123,6 +129,7 @@ class Labels(Artist):
         line.set_figure(self.panel.figure)
         line.set_transform(IdentityTransform())
         line.draw(renderer)
+        self.joints.append(line)
 
     def _curves(self, frame: Bbox) -> Floats:
         """Points of all curves in pixels, close enough to each other that no label slips between them."""

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.plots.ball_looks import planes_of
-from autobalancer.plots.motion import Complexes
+from autobalancer.plots.motion import Complexes, Floats, cubic
 
 
 class Place(NamedTuple):
@@ -39,6 +39,28 @@ def places(run: xr.Dataset, prefix: str = "") -> list[Place]:
     if not same:
         return [Place("rotor", float("nan"), reference), *found]
     return [same[0], *(place for place in found if place is not same[0])]
+
+
+class PlacesInRotor(NamedTuple):
+    """Places with a position on the axis, in its order, at some times."""
+
+    names: tuple[str, ...]
+    position: Floats  # (places,) m
+    deflection: Complexes  # (times, places) m, in the rotor
+
+
+def places_in_rotor(run: xr.Dataset, times: Floats) -> PlacesInRotor | None:
+    """What is known along the axis at ``times`` (s); ``None`` if that are fewer than two places."""
+    known = [place for place in places(run) if np.isfinite(place.position)]
+    known = sorted(known, key=lambda place: place.position)
+    if len({place.position for place in known}) < 2:
+        return None
+    samples = run["time"].values
+    z = np.column_stack([place.deflection for place in known]) * np.exp(-1j * run["rotor_angle"].values)[:, None]
+    between = cubic(times, samples, z, np.gradient(z, samples, axis=0))
+    return PlacesInRotor(
+        tuple(place.name for place in known), np.array([place.position for place in known]), np.asarray(between)
+    )
 
 
 def _renamed(run: xr.Dataset, kind: str) -> list[str]:

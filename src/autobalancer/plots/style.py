@@ -96,7 +96,19 @@ def ball_label(number: int, count: int) -> str:
 
 
 def legend(axes: Axes) -> None:
-    """A legend in one row above the panel, where it hides nothing; none if there is nothing to explain."""
-    handles, _ = axes.get_legend_handles_labels()
-    if handles:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1)
+    """A legend above the panel, where it hides nothing, in as few rows as fit; none if there is nothing to explain."""
+    handles, labels = axes.get_legend_handles_labels()
+    if not handles:
+        return
+    room = 72.0 * axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
+    columns = len(labels)
+    while columns > 1 and _legend_width(labels, columns) > room:
+        columns = min(columns - 1, -(-len(labels) // (-(-len(labels) // (columns - 1)))))
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
+
+
+def _legend_width(labels: list[str], columns: int) -> float:
+    """Points that a legend takes, entries going down the columns."""
+    rows = -(-len(labels) // columns)
+    widest = [max(len(label) for label in labels[i : i + rows]) for i in range(0, len(labels), rows)]
+    return sum(4.9 * width + 34.0 for width in widest)
