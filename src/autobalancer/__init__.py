@@ -45,6 +45,7 @@ __all__ = [
     "annulus_flow",
     "annulus_of",
     "archived_run",
+    "balance_grade",
     "ball_angle_to_unbalance",
     "basin",
     "bearings",
@@ -98,6 +99,7 @@ __all__ = [
     "optimal_means",
     "over_seeds",
     "peak_deflection",
+    "permissible_unbalance",
     "pick_up_borders",
     "planar_receptance",
     "plot_amplitudes",
@@ -168,6 +170,7 @@ __all__ = [
     "unbalance_response",
     "unconstrained_motion",
     "units",
+    "verdict",
     "vibration",
     "whirl_orbits",
     "with_parameter",
@@ -201,6 +204,7 @@ if TYPE_CHECKING:
     from autobalancer.flow.question import annulus_flow
     from autobalancer.flow.relaxation import RelaxationModes, relaxation_modes
     from autobalancer.flow.spin_up import SpinUp, spin_up
+    from autobalancer.laws.balance_quality import balance_grade, permissible_unbalance
     from autobalancer.laws.capability import capability, largest_useful_count
     from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
     from autobalancer.laws.drag_curve import DragCurve
@@ -259,6 +263,7 @@ if TYPE_CHECKING:
     )
     from autobalancer.results.places import residual_unbalance, static_deflection, support_forces, vibration
     from autobalancer.results.store import load_run, save_run
+    from autobalancer.results.verdict import verdict
     from autobalancer.rotordynamics.campbell import campbell
     from autobalancer.rotordynamics.critical import critical_speeds
     from autobalancer.rotordynamics.equivalent_planar import equivalent_planar

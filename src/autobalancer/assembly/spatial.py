@@ -67,8 +67,8 @@ class Parts:
         return float(loads) + mobile * sum(ball.moment for ball in balls) + eccentric
 
 
-def spatial_parts(machine: Machine, balls: tuple[Ball, ...]) -> Parts:
-    """Build, reduce and place everything but the time."""
+def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False) -> Parts:
+    """Build, reduce and place everything but the time; if ``held`` the mass of the balls belongs to the rotor."""
     model = lateral_model(machine)
     top = top_speed(machine)
     if top is not None and top > model.top_speed * (1.0 + 1e-12):
@@ -77,6 +77,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...]) -> Parts:
             "extend the tables"
         )
     loaded = with_ball_mass(machine, model)
+    model = loaded if held else model
     critical = tuple(float(w) for w in undamped_critical_speeds(loaded))
     if top is None:
         top = min(2.0 * critical[min(2, len(critical) - 1)] if critical else 1000.0, model.top_speed)

@@ -16,7 +16,7 @@ from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_facto
 from autobalancer.assembly.race_numbers import is_real, race_numbers
 from autobalancer.assembly.resolved import is_resolved, resolved_numbers, resolved_scales, resolved_size, start_states
 from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.spatial import pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
+from autobalancer.assembly.spatial import Parts, pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import MachineError
 from autobalancer.kernels.resolved_layout import BALL_STATES
@@ -129,7 +129,7 @@ def assemble(
         damping_y=by,
         gravity_x=0.0,
         gravity_y=-pull,
-        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(_polar(ball) for ball in balls),
+        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(ball_inertia(ball) for ball in balls),
         balls=ball_matrix(balls),
         rotor=np.zeros(0),
         **drive_numbers(machine),
@@ -155,10 +155,11 @@ def assemble_general(
     rotating: bool | None,
     contact: bool,
     lags: Lags,
+    parts: Parts | None = None,
 ) -> Assembly:
     """Numbers of a machine for the equations of kernels/stations.py and kernels/guided_race.py."""
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
-    parts = spatial_parts(machine, balls)
+    parts = spatial_parts(machine, balls) if parts is None else parts
     resolved = is_resolved(machine)
     real = not resolved and is_real(machine, balls, lags)
     if real and machine.tilting_races == "full":
@@ -192,7 +193,7 @@ def assemble_general(
         gravity_x=0.0,
         gravity_y=-pull,
         polar_inertia=float(machine.rotor.inertia or 0.0)
-        + (0.0 if real or resolved else sum(_polar(ball) for ball in balls)),
+        + (0.0 if real or resolved else sum(ball_inertia(ball) for ball in balls)),
         balls=ball_matrix(balls),
         rotor=rotor,
         **numbers,
@@ -259,7 +260,8 @@ def unbalance_at(system: System, time: float) -> complex:
     return complex(u[0], u[1])
 
 
-def _polar(ball: Ball) -> float:
+def ball_inertia(ball: Ball) -> float:
+    """Inertia of a ball about the shaft, its own spin included, kg m^2."""
     spin = ball.spin_ratio * ball.mass * ball.radius**2
     return spin + ball.effective_mass * (abs(ball.eccentricity) ** 2 + ball.orbit_radius**2)
 

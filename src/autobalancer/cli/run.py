@@ -36,7 +36,8 @@ def run(
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from autobalancer import measures, save_run
+    from autobalancer import measures, save_run, verdict
+    from autobalancer.cli.verdict_table import json_ready, print_verdict
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
@@ -85,21 +86,27 @@ def run(
             progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
         )
     save_run(result, out, rescue=True)
-    found = measures(result) if samples or envelope else None
+    held = None
+    if result.attrs["outcome"] == "finished" and result.sizes.get("ball", 0):
+        end = float(result.attrs["end_time"])
+        held = simulate(described, hold_balls=True, duration=end, save=[Envelope(), LastRevolutions()])
+    found = verdict(result, held)
     if as_json:
-        numbers = (
-            {str(name): value.values.tolist() for name, value in found.data_vars.items()} if found is not None else {}
-        )
-        outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")}
-        typer.echo(json.dumps({"result": str(out), **outcome, "measures": numbers}, indent=2))
+        numbers = measures(result) if samples or envelope else {}
+        answer = {
+            "result": str(out),
+            **{key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")},
+            "verdict": found.as_dict(),
+            "measures": {str(name): numbers[name].values.tolist() for name in numbers},
+        }
+        typer.echo(json.dumps(json_ready(answer), indent=2))
     else:
         plain = Console()
-        plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
+        print_verdict(found, plain)
         for key in ("flow_text", "coincidence_text"):
             if key in result.attrs:
                 plain.print(f"[yellow]note:[/yellow] {result.attrs[key]}")
-        if found is not None:
-            plain.print(_table(found))
+        plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
         plain.print(f"result: {out}")
     if result.attrs["outcome"] == "interrupted":
         raise typer.Exit(130)
@@ -111,23 +118,3 @@ def _say_if_first(console: Any) -> None:
 
     if not compiled_before():
         console.print("compiling the equations; this happens once and takes less than a minute ...")
-
-
-def _table(found: Any) -> Any:
-    import numpy as np
-    from rich.table import Table
-
-    table = Table(show_header=False)
-    scale = {
-        "m": ("um", 1e6),
-        "rad": ("deg", 180.0 / np.pi),
-        "m/s": ("mm/s", 1e3),
-        "kg m": ("g mm", 1e6),
-        "1": ("%", 100.0),
-    }
-    for value in found.data_vars.values():
-        unit, factor = scale.get(value.attrs["units"], (value.attrs["units"], 1.0))
-        numbers = np.atleast_1d(value.values) * factor
-        text = ", ".join("-" if np.isnan(number) else f"{number:.5g}" for number in numbers)
-        table.add_row(value.attrs["long_name"], f"{text} {unit}")
-    return table

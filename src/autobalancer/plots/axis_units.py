@@ -6,6 +6,20 @@ import math
 from dataclasses import dataclass
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
+
+__all__ = [
+    "LENGTH_UNITS",
+    "SPEED_UNITS",
+    "AxisUnit",
+    "couple_text",
+    "length_axis",
+    "length_text",
+    "moment_text",
+    "round_down",
+    "significant",
+    "speed_axis",
+]
 
 
 @dataclass(frozen=True)
@@ -55,30 +69,6 @@ def length_axis(unit: str | None, greatest: float) -> AxisUnit:
     if unit not in LENGTH_UNITS:
         raise QuestionError(f"deflection_unit: given {unit!r}; must be one of {', '.join(LENGTH_UNITS)}")
     return LENGTH_UNITS[unit]
-
-
-def length_text(value: float) -> str:
-    """A length in m as text in its natural unit: ``"8.8 nm"``."""
-    if abs(value) < 1e-11:
-        return "0" if value == 0.0 else "< 0.01 nm"
-    unit = length_axis(None, abs(value))
-    return f"{significant(value * unit.factor)} {unit.sign}"
-
-
-def moment_text(value: float) -> str:
-    """An unbalance in kg m as text: ``"500 g mm"``."""
-    shown = value * 1e6
-    return "< 0.001 g mm" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} g mm"
-
-
-def couple_text(value: float) -> str:
-    """A couple unbalance in kg m^2 as text: ``"10 kg mm²"``."""
-    return f"{significant(value * 1e6)} kg mm²"
-
-
-def significant(value: float) -> str:
-    """Three digits without an exponent where people would write none."""
-    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def round_down(value: float) -> float:

@@ -29,6 +29,8 @@ def places(run: xr.Dataset, prefix: str = "") -> list[Place]:
     for kind in ("place",) if f"{prefix}place_x" in run else ("plane", "station"):
         if f"{prefix}{kind}_x" not in run:
             continue
+        if kind == "place" and "place_kind" in run:
+            run = run.isel(place=np.flatnonzero(run["place_kind"].values != "support"))
         names = planes_of(run).names if kind == "plane" else _renamed(run, kind)
         z = np.asarray(run[f"{prefix}{kind}_x"].values + 1j * run[f"{prefix}{kind}_y"].values)
         where = run[f"{kind}_position"].values if f"{kind}_position" in run else np.full(z.shape[1], np.nan)

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.places import Places, coordinates, deflections, plane_unbalances, support_forces
+from autobalancer.assembly.place_response import plane_unbalances, without_balancing
+from autobalancer.assembly.places import Places, coordinates, deflections, support_forces, turning_mass
 from autobalancer.assembly.resolved import ball_states
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.resolved_layout import BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix
 
@@ -17,6 +18,7 @@ def place_names(places: Places) -> dict[str, Any]:
     """Coordinates of a result: names of planes, places and supports, and the plane of each ball."""
     found: dict[str, Any] = {
         "place": np.array(places.names, dtype=object),
+        "place_kind": ("place", np.array(places.kinds, dtype=object)),
         "support": np.array(places.supports, dtype=object),
     }
     if places.planes:
@@ -49,7 +51,23 @@ def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places
     }
     if places.planes:
         found |= _unbalances("turn_", "turn", states, times, assembly, places)
+        unbalance = np.array([unbalance_at(assembly.system, float(time)) for time in times], np.complex128)
+        left = unbalance + ball_moments(states, assembly).sum(axis=1)
+        found |= {"turn_unbalance": ("turn", np.abs(unbalance)), "turn_residual_unbalance": ("turn", np.abs(left))}
     return found
+
+
+def at_the_end(time: float, speed: float, assembly: Assembly, places: Places) -> dict[str, Any]:
+    """What the machine would do at its last speed with its balls held, unless it is shaken from outside."""
+    if not assembly.balls or places.machine.excitations:
+        return {}
+    vibration, force = without_balancing(places, time, speed)
+    return {"vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
+
+
+def mass_attributes(places: Places) -> dict[str, float]:
+    """Mass of all that turns, to which an unbalance is compared."""
+    return {"turning_mass": turning_mass(places)}
 
 
 def ball_states_of(states: Matrix, assembly: Assembly) -> Any:

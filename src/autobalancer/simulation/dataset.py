@@ -16,7 +16,15 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, 
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.along_axis import axis_coordinates, couple_unbalance
-from autobalancer.simulation.at_places import ball_moments, ball_states_of, over_time, over_turns, place_names
+from autobalancer.simulation.at_places import (
+    at_the_end,
+    ball_moments,
+    ball_states_of,
+    mass_attributes,
+    over_time,
+    over_turns,
+    place_names,
+)
 from autobalancer.simulation.race_forces import has_real_races, left_race, on_races
 from autobalancer.simulation.resolved_walls import wall_contacts
 
@@ -81,12 +89,14 @@ def run_dataset(
         data["event_speed"] = ("event", log[:, 2 + SPEED])
         data["event_deflection"] = ("event", np.hypot(log[:, 2 + X], log[:, 2 + Y]))
         attributes = attributes | {"events_seen": record.event_seen.tolist(), "events_watched": events}
+    data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places)
     dataset = label(xr.Dataset(data, coordinates))
     dataset.attrs = {
         "title": f"Run of {attributes['machine_name']}",
         **provenance(),
         **attributes,
-        **left_race(dataset),
+        **mass_attributes(places),
+        **left_race(dataset, assembly),
     }
     return dataset
 

@@ -14,6 +14,8 @@ from autobalancer.kernels.rotor_layout import BALL_ROWS
 from autobalancer.kernels.system import BALLS, Floats, Matrix
 from autobalancer.simulation.equations import equations
 
+STANDARD_GRAVITY = 9.80665
+
 
 def has_real_races(assembly: Assembly) -> bool:
     """Whether guided balls run on races with friction, shape, curved drag or excitation."""
@@ -34,15 +36,22 @@ def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any
     return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
 
 
-def left_race(run: xr.Dataset) -> dict[str, Any]:
-    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, and a sentence."""
+def left_race(run: xr.Dataset, assembly: Assembly) -> dict[str, Any]:
+    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, and a sentence.
+
+    A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill.
+    """
     if "ball_at_rest" not in run:
         return {}
-    pulled = run["ball_normal_force"].values < 0.0
+    weight = STANDARD_GRAVITY * np.array([ball.effective_mass for ball in assembly.balls])
+    force = run["ball_normal_force"].values
+    pulled = force < -0.01 * weight
     if not pulled.any():
         return {}
     when = int(np.argmax(pulled.any(axis=1)))
-    ball, time = int(np.argmax(pulled[when])) + 1, float(run["time"][when])
+    ball = int(np.argmax(pulled[when])) + 1
+    pressed = np.flatnonzero(force[:when, ball - 1] >= 0.0)
+    time = float(run["time"][pressed[-1] + 1 if pressed.size else 0])
     text = (
         f"at {time:.6g} s ball {ball} would have left its race, since the normal force is negative; guided balls stay on "
         "their path and do not rub there. Balls with 'resolved' contact can leave it"

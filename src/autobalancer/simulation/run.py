@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import Assembly, assemble
@@ -34,7 +35,7 @@ from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.drag_range import drag_range_attributes
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
-from autobalancer.simulation.fluid_lag import fluid_lags
+from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
@@ -57,6 +58,7 @@ def simulate(
     tolerance: float = 1e-8,
     method: Method = "dormand_prince_8",
     frame: Literal["auto", "rotor", "space"] = "auto",
+    hold_balls: bool = False,
     seed: int = 0,
     mass_spread: float = MASS_SPREAD,
     max_steps: int = 100_000_000,
@@ -84,6 +86,9 @@ def simulate(
     frame
         Axes in which the equations are integrated. ``auto`` turns with the rotor where the machine is isotropic and
         feels no gravity; results are the same.
+    hold_balls
+        Run the same machine without balancing: its balls are spread evenly over their races and held, so that their
+        mass stays and critical speeds are the same. The result has no balls.
     seed
         For the start positions of balls that have none in the machine.
     mass_spread
@@ -116,9 +121,15 @@ def simulate(
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
-    known = fluid_lags(machine, end, seed=seed, max_steps=max_steps)
+    known = KnownLags({}, {}) if hold_balls else fluid_lags(machine, end, seed=seed, max_steps=max_steps)
     rotating = None if frame == "auto" else frame == "rotor"
-    assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
+
+    def assembled() -> Assembly:
+        if hold_balls:
+            return assemble_held(machine, rotating)
+        return assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
+
+    assembly = assembled()
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
@@ -134,7 +145,7 @@ def simulate(
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     if not (interrupted or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
+        assembly = assembled()
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
@@ -159,6 +170,7 @@ def simulate(
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
             **known.record,
+            **({"balls_held": 1} if hold_balls else {}),
             "outcome": ended.name,
             "outcome_text": ended.text,
             "duration": end,

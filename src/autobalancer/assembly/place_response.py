@@ -1,0 +1,86 @@
+"""What unbalance does at the planes and places of a machine at a steady speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalancer.assembly.places import Places, table_shares
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.rotors import unbalance_shape
+from autobalancer.assembly.rotors.model import Complexes, Floats
+from autobalancer.assembly.rotors.planes import least_moments
+from autobalancer.assembly.rotors.reduction import circular
+from autobalancer.machine import PlanarRotor
+
+AT_ONCE = 1_000_000  # entries of the dynamic stiffnesses that are solved together
+
+
+def plane_unbalances(places: Places, time: Floats, speed: Floats) -> Complexes:
+    """The unbalance that the balls of each plane have to balance so that all planes rest, kg m in the rotor, (T, P).
+
+    It is what the unbalances do at the planes at this speed, put into these planes; on a planar rotor their sum. nan at
+    a critical speed of an undamped rotor.
+    """
+    loads = _loads(places, time)
+    if isinstance(places.machine.rotor, PlanarRotor):
+        return np.repeat(loads[:, :1], len(places.planes), axis=1)
+    rows = places.rows[: len(places.planes)]
+    found = np.empty((time.size, len(places.planes)), np.complex128)
+    step = max(1, AT_ONCE // places.basis.shape[1] ** 2)
+    for first in range(0, time.size, step):
+        part = slice(first, first + step)
+        dynamic = _dynamic_stiffness(places, speed[part])
+        circles = rows[:, 0] - 1j * rows[:, 1]  # force of a unit vector that turns with the rotor
+        forces = np.concatenate([np.tile(circles.T, (dynamic.shape[0], 1, 1)), loads[part, :, None]], axis=2)
+        try:
+            moved = 0.5 * circles.conj() @ np.linalg.solve(dynamic, forces)
+            found[part] = least_moments(moved[:, :, :-1], moved[:, :, -1], places.capability)
+        except np.linalg.LinAlgError:
+            found[part] = np.nan
+    return found
+
+
+def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
+    """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
+
+    The balls are spread evenly over their races and held; the speed is steady, and nothing shakes the machine from outside.
+    nan at a critical speed of an undamped rotor.
+    """
+    now = np.array([float(speed)])
+    load = _loads(places, np.array([float(time)]))[0] + places.centers
+    try:
+        moved = np.linalg.solve(_dynamic_stiffness(places, now)[0], speed**2 * load)
+    except np.linalg.LinAlgError:
+        return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
+    force = np.zeros((len(places.supports), 2), np.complex128)
+    for i, share in enumerate(table_shares(places.speeds, now)):
+        force += share * (places.stiffness[i] + 1j * speed * places.damping[i]) @ moved
+    return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)
+
+
+def _semi_major(pairs: Complexes) -> Floats:
+    """Greatest length of Re((x, y) e^(i theta)), of complex (..., 2)."""
+    x, y = pairs[..., 0], pairs[..., 1]
+    return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x - 1j * y)), np.float64)
+
+
+def _loads(places: Places, time: Floats) -> Complexes:
+    """Loads of all unbalances: forces are w^2 Re(load e^(i theta)), (T, R)."""
+    total = np.zeros((time.size, places.basis.shape[1]), np.complex128)
+    for number, part in enumerate(places.machine.unbalances):
+        shape = places.basis.T @ circular(places.model, unbalance_shape(places.machine, places.model, number))
+        fixed = part.schedule is None
+        factor = np.ones(time.size) if fixed else np.array([unbalance_factor(part, float(t)) for t in time])
+        total += factor[:, None] * shape
+    return total
+
+
+def _dynamic_stiffness(places: Places, speed: Floats) -> Complexes:
+    """K + i w (C + w G) - w^2 M over the coordinates, with the balls on the rotor, (T, R, R)."""
+    model, basis = places.model, places.basis
+    w = speed[:, None, None]
+    total = 1j * w**2 * (basis.T @ model.gyroscopic @ basis) - w**2 * (basis.T @ model.mass @ basis)
+    for i, share in enumerate(table_shares(model.speeds, speed)):
+        small = basis.T @ model.stiffness[i] @ basis + 1j * w * (basis.T @ model.damping[i] @ basis)
+        total = total + share[:, None, None] * small
+    return np.asarray(total, np.complex128)

@@ -1,0 +1,41 @@
+"""A verdict on the terminal and as JSON."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from autobalancer.results.verdict import Verdict
+
+COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow"}
+
+
+def print_verdict(found: Verdict, console: Console) -> None:
+    """The headline, a table that fits the terminal, and notes."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from autobalancer.results.verdict_text import verdict_lines
+
+    head, rows, notes = verdict_lines(found)
+    console.print(f"[bold {COLORS.get(found.word, 'red')}]{escape(head)}[/]", highlight=False)
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for label, text in rows:
+        table.add_row(escape(label), escape(text))
+    console.print(table, highlight=False)
+    for note in notes:
+        console.print(f"[yellow]note:[/yellow] {escape(note)}", highlight=False)
+
+
+def json_ready(value: Any) -> Any:
+    """The same without nan and infinity, which JSON does not have: they become null."""
+    if isinstance(value, dict):
+        return {str(key): json_ready(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_ready(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,44 @@
+"""Numbers of results as people read them."""
+
+from __future__ import annotations
+
+LENGTHS = (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
+
+
+def length_text(value: float) -> str:
+    """A length in m as text in its natural unit: ``"8.8 nm"``."""
+    if abs(value) < 1e-11:
+        return "0" if value == 0.0 else "< 0.01 nm"
+    sign, factor = next(((sign, factor) for sign, factor in LENGTHS if abs(value) * factor >= 1.0), LENGTHS[-1])
+    return f"{significant(value * factor)} {sign}"
+
+
+def moment_text(value: float) -> str:
+    """An unbalance in kg m as text: ``"500 g mm"``."""
+    shown = value * 1e6
+    return "< 0.001 g mm" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} g mm"
+
+
+def couple_text(value: float) -> str:
+    """A couple unbalance in kg m^2 as text: ``"10 kg mm²"``."""
+    return f"{significant(value * 1e6)} kg mm²"
+
+
+def share_text(value: float) -> str:
+    """A share as text in percent: ``"12.3 %"``."""
+    return "< 0.01 %" if 0.0 < value < 1e-4 else f"{significant(100.0 * value)} %"
+
+
+def velocity_text(value: float) -> str:
+    """A velocity in m/s as text: ``"1.2 mm/s"``."""
+    return "< 0.001 mm/s" if 0.0 < value < 1e-6 else f"{significant(value * 1e3)} mm/s"
+
+
+def force_text(value: float) -> str:
+    """A force in N as text."""
+    return "< 0.001 N" if 0.0 < abs(value) < 1e-3 else f"{significant(value)} N"
+
+
+def significant(value: float) -> str:
+    """Three digits without an exponent where people would write none."""
+    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.3g}"

@@ -1,0 +1,244 @@
+"""The verdict on a run: balanced or not, what is left where, and the same machine without balancing beside it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.laws.balance_quality import balance_grade
+from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
+from autobalancer.results.places import residual_unbalance, support_forces, vibration, whole_turns
+from autobalancer.results.verdict_rule import NO_VERDICT, changing_because, verdict_word
+from autobalancer.results.verdict_text import verdict_html, verdict_lines
+
+
+@dataclass(frozen=True)
+class PlaceVerdict:
+    """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m)."""
+
+    name: str
+    static: float
+    vibration: float
+    velocity_rms: float
+    without_balls: float
+
+
+@dataclass(frozen=True)
+class PlaneVerdict:
+    """A plane of balancers: its unbalance and what is left of it, kg m."""
+
+    name: str
+    unbalance: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class SupportVerdict:
+    """A support: static force, greatest vibrating force, and that without balls, N."""
+
+    name: str
+    static: float
+    vibrating: float
+    without_balls: float
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Greatest deflection of a run at the reference station (m) and the speed there (rad/s)."""
+
+    place: str
+    deflection: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Settling:
+    """The ball that settles last: how long it takes, from when, and when that is in the run, s; ``moving`` never settle."""
+
+    ball: int
+    duration: float
+    counted_from: str
+    settled_at: float
+    moving: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a run says of balancing, SI.
+
+    ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls* or *no verdict*, and then
+    ``because`` says why. ``ratio`` is the greatest vibration of all places over the greatest without balls. ``unbalance``
+    and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
+    ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11.
+    """
+
+    word: str
+    because: str
+    speed: float
+    ratio: float
+    unbalance: float
+    residual: float
+    grade_before: float
+    grade_after: float
+    places: tuple[PlaceVerdict, ...]
+    planes: tuple[PlaneVerdict, ...]
+    supports: tuple[SupportVerdict, ...]
+    peak: Peak | None
+    peak_without_balls: Peak | None
+    settling: Settling | None
+    notes: tuple[str, ...]
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the word is *balanced*."""
+        return self.word == "balanced"
+
+    @property
+    def residual_share(self) -> float:
+        """Residual over unbalance; nan without unbalance."""
+        return self.residual / self.unbalance if self.unbalance > 0.0 else np.nan
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        head, lines, notes = verdict_lines(self)
+        width = max((len(label) for label, _ in lines), default=0)
+        return "\n".join(
+            [head, *(f"  {label:<{width}}  {text}" for label, text in lines), *(f"note: {n}" for n in notes)]
+        )
+
+    def _repr_html_(self) -> str:
+        return verdict_html(self)
+
+
+def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
+    """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict_rule`, and what it leaves where.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` with its last revolutions, which it keeps by default.
+    held
+        The same machine from ``simulate(machine, hold_balls=True)``. It gives the peak without balls; of a machine that
+        is shaken from outside the vibration without balls too, which a run knows by itself otherwise.
+
+    Raises
+    ------
+    QuestionError
+        If the run is none of balls in races.
+    """
+    if "place" not in run.coords:
+        raise QuestionError(
+            "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
+        )
+    notes = tuple(str(run.attrs[name]) for name in ("left_race_text",) if name in run.attrs)
+    peak, other_peak = (None if one is None else _peak(one) for one in (run, held))
+    try:
+        turns = whole_turns(run)
+    except QuestionError as reason:
+        none = np.nan
+        return Verdict(
+            NO_VERDICT, str(reason), none, none, none, none, none, none, (), (), (), peak, other_peak, None, notes
+        )
+    places, supports = _places(run, held), _supports(run, held)
+    planes = _planes(run)
+    unbalance, residual = _rotor(run.isel(turn=turns), planes)
+    speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
+    without = max(place.without_balls for place in places)
+    ratio = max(place.vibration for place in places) / without if without > 0.0 else np.nan
+    because = _because(run, without, unbalance, planes)
+    before, after = (
+        balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
+    )
+    return Verdict(
+        NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
+        places, planes, supports, peak, other_peak, _settling(run), notes,
+    )  # fmt: skip
+
+
+def _because(run: xr.Dataset, without: float, unbalance: float, planes: tuple[PlaneVerdict, ...]) -> str:
+    if not run.sizes.get("ball", 0):
+        return "the machine has no balls"
+    if np.isnan(without):
+        if "vibration_without_balls" in run:
+            return "the speed is a critical speed of a rotor without damping"
+        return "the machine is shaken from outside; give 'held', its run with hold_balls=True"
+    if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
+        return "the rotor has no unbalance"
+    return changing_because(run, without)
+
+
+def _peak(run: xr.Dataset) -> Peak | None:
+    try:
+        found = peak_deflection(run)
+    except QuestionError:
+        return None
+    return Peak(str(run.attrs["reference_station"]), float(found["deflection"]), float(found["speed"]))
+
+
+def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
+    moved = vibration(run)
+    greatest = moved["greatest"].values.copy()
+    if run.attrs.get("axis") == "vertical" and "envelope_high" in run:
+        greatest[0] = max(greatest[0], residual_vibration(run))  # slow changes over the last twentieth count too
+    without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
+    columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without)
+    return tuple(
+        PlaceVerdict(str(name), *map(float, row)) for name, *row in zip(run["place"].values, *columns, strict=True)
+    )
+
+
+def _supports(run: xr.Dataset, held: xr.Dataset | None) -> tuple[SupportVerdict, ...]:
+    force = support_forces(run)
+    without = _without(run, held, "force_without_balls", support_forces, run.sizes["support"])
+    columns = (force["static"].values, force["greatest"].values, without)
+    return tuple(
+        SupportVerdict(str(name), *map(float, row)) for name, *row in zip(run["support"].values, *columns, strict=True)
+    )
+
+
+def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> NDArray[np.float64]:
+    if name in run:
+        return np.asarray(run[name].values, np.float64)
+    if held is not None and held.sizes.get("turn", 0) > 1:
+        return np.asarray(measure(held)["greatest"].values, np.float64)
+    return np.full(count, np.nan)
+
+
+def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
+    if "plane" not in run.coords:
+        return ()
+    found = residual_unbalance(run)
+    rows = zip(run["plane"].values, found["unbalance"].values, found["residual"].values, strict=True)
+    return tuple(PlaneVerdict(str(name), float(unbalance), float(left)) for name, unbalance, left in rows)
+
+
+def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, float]:
+    """Unbalance and residual of the whole rotor: of several planes the sums, else the resultants."""
+    if len(planes) > 1:
+        return sum(plane.unbalance for plane in planes), sum(plane.residual for plane in planes)
+    if "turn_unbalance" not in last:
+        return np.nan, np.nan
+    return float(last["turn_unbalance"].mean()), float(last["turn_residual_unbalance"].mean())
+
+
+def _settling(run: xr.Dataset) -> Settling | None:
+    if not run.sizes.get("ball", 0):
+        return None
+    try:
+        found = settling_time(run)
+    except QuestionError:
+        return None
+    at = found["settled_at"].values
+    moving = tuple(int(ball) for ball in found["ball"].values[np.isnan(at)])
+    if len(moving) == at.size:
+        return Settling(0, np.nan, "", np.nan, moving)
+    last = int(np.nanargmax(at))
+    return Settling(last + 1, float(found[last]), str(found["counted_from"].values[last]), float(at[last]), moving)

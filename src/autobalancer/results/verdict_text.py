@@ -1,0 +1,103 @@
+"""A verdict as lines that people read."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from autobalancer.laws.balance_quality import grade_name
+from autobalancer.results.number_text import (
+    force_text,
+    length_text,
+    moment_text,
+    share_text,
+    significant,
+    velocity_text,
+)
+
+if TYPE_CHECKING:
+    from autobalancer.results.verdict import Peak, Settling, Verdict
+
+Lines = list[tuple[str, str]]
+LISTED = 8  # balls that are named
+
+
+def verdict_lines(found: Verdict) -> tuple[str, Lines, list[str]]:
+    """A headline, rows of a label and a text, and notes."""
+    rows: Lines = []
+    if not math.isnan(found.residual):
+        of = f" of {moment_text(found.unbalance)}, {share_text(found.residual_share)}" if found.unbalance > 0.0 else ""
+        rows.append(("residual unbalance", moment_text(found.residual) + of))
+    if len(found.planes) > 1:
+        for plane in found.planes:
+            share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
+            rows.append((f"  {plane.name}", f"{moment_text(plane.residual)} of {moment_text(plane.unbalance)}{share}"))
+    for number, place in enumerate(found.places):
+        text = f"{length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
+        rows.append(
+            ("vibration" if not number else "", f"{place.name}: {text}{_without(place.without_balls, length_text)}")
+        )
+    sag = [place for place in found.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
+    for number, place in enumerate(sag):
+        name = f"{place.name}: " if len(found.places) > 1 else ""
+        rows.append(("static deflection" if not number else "", name + length_text(place.static)))
+    for number, support in enumerate(found.supports):
+        static = f"static {force_text(support.static)}, " if support.static > 0.01 * support.vibrating else ""
+        name = f"{support.name}: " if len(found.supports) > 1 else ""
+        text = f"{name}{static}vibrating {force_text(support.vibrating)}"
+        rows.append(("support forces" if not number else "", text + _without(support.without_balls, force_text)))
+    if not math.isnan(found.grade_after):
+        after, before = (
+            f"{grade_name(v)} ({velocity_text(v)})" if v > 0.0 else "no unbalance"
+            for v in (found.grade_after, found.grade_before)
+        )
+        rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
+    if found.peak is not None:
+        where = f"{found.peak.place}: " if len(found.places) > 1 else ""
+        rows.append(("greatest deflection", where + _peak(found.peak)))
+        if found.peak_without_balls is not None:
+            rows.append(("  without balls", _peak(found.peak_without_balls)))
+    if found.settling is not None:
+        rows.append(("balls settle", _settling(found.settling)))
+    return headline(found), rows, list(found.notes)
+
+
+def headline(found: Verdict) -> str:
+    """The verdict in one line."""
+    if found.because:
+        return f"{found.word}: {found.because}"
+    return f"{found.word}: vibration {share_text(found.ratio)} of that without balls"
+
+
+def verdict_html(found: Verdict) -> str:
+    """The verdict as a table for a notebook."""
+    head, rows, notes = verdict_lines(found)
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
+        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+        for label, text in rows
+    )
+    told = "".join(f"<p>note: {html.escape(note)}</p>" for note in notes)
+    return f"<p><b>{html.escape(head)}</b></p><table>{cells}</table>{told}"
+
+
+def _without(value: float, text: Callable[[float], str]) -> str:
+    return "" if math.isnan(value) else f"; without balls {text(value)}"
+
+
+def _peak(peak: Peak) -> str:
+    return f"{length_text(peak.deflection)} at {significant(peak.speed * 30.0 / math.pi)} rpm"
+
+
+def _settling(settling: Settling) -> str:
+    moving = settling.moving
+    if not settling.ball:
+        return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end"
+    at = f" (at {settling.settled_at:.5g} s)" if settling.counted_from != "start" else ""
+    text = f"{settling.duration:.3g} s after the {settling.counted_from}{at}, ball {settling.ball} last"
+    if moving:
+        named = ", ".join(map(str, moving[:LISTED])) + (", ..." if len(moving) > LISTED else "")
+        text += f"; still moving: {len(moving)} ({named})"
+    return text

@@ -1,0 +1,159 @@
+"""The verdict on a run, and the machine without balancing beside it."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.results.verdict_rule import verdict_word
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+
+
+def at_speed(name: str, speed: float) -> Machine:
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}
+    return ab.with_parameter(ab.load_machine(MACHINES / name), "drive", drive)
+
+
+def with_adherence(adherence: float) -> Machine:
+    machine = at_speed("discoidal.toml", 150.0)
+    friction = {"rolling_resistance": 0.5 * adherence, "adherence": adherence}
+    return ab.with_parameter(machine, "balancers[1].races[1].friction", friction)
+
+
+@pytest.fixture(scope="module")
+def balanced() -> xr.Dataset:
+    return ab.simulate(at_speed("two_plane_rotor.toml", 600.0), duration=4.0)
+
+
+def test_balls_that_balance_are_called_so_and_what_is_left_is_said_of_each_plane(balanced: xr.Dataset) -> None:
+    found = ab.verdict(balanced)
+    assert found.balanced
+    assert found.word == "balanced"
+    assert [plane.name for plane in found.planes] == ["lower", "upper"]
+    assert all(plane.residual < 1e-2 * plane.unbalance for plane in found.planes)
+    assert [place.name for place in found.places] == ["lower", "upper", "support 1", "support 2"]
+    assert str(found).startswith("balanced: vibration ")
+    assert "upper" in found._repr_html_()
+    json.dumps(found.as_dict())
+
+
+@pytest.mark.parametrize(
+    "name", ["discoidal.toml", "two_plane_rotor.toml", "eccentric_race.toml", "resolved_balls.toml"]
+)
+def test_a_run_with_held_balls_ends_in_the_steady_response_that_every_run_has_beside_it(name: str) -> None:
+    machine = at_speed(name, 300.0)
+    short = ab.simulate(machine, duration=0.05, save=ab.LastRevolutions(1, 4))
+    held = ab.simulate(machine, duration=6.0, hold_balls=True, tolerance=1e-10)
+    found = ab.vibration(held)
+    assert held.sizes["ball"] == 0
+    np.testing.assert_allclose(found["greatest"], short["vibration_without_balls"], rtol=1e-3)
+    np.testing.assert_allclose(ab.support_forces(held)["greatest"], short["force_without_balls"], rtol=1e-3)
+    np.testing.assert_allclose(held.attrs["critical_speeds"], short.attrs["critical_speeds"], rtol=1e-12)
+    if name != "eccentric_race.toml":  # whose balls have an unbalance of their own even when they are spread
+        steady = ab.unbalance_response(machine, [300.0], balls=True)["semi_major"][0].sel
+        for place in set(found["place"].values) & {
+            str(s) for s in short.coords.get("station", xr.DataArray([])).values
+        }:
+            assert float(steady(station=place)) == pytest.approx(float(found["greatest"].sel(place=place)), rel=1e-3)
+
+
+def test_without_balls_a_planar_rotor_whirls_as_the_textbook_says() -> None:
+    run = ab.simulate(at_speed("stall_and_release.toml", 400.0), duration=0.1, save=ab.LastRevolutions(1))
+    w, m, k, b, u = 400.0, 10.0, 625e3, 100.0, 5e-4
+    assert float(run["vibration_without_balls"][0]) == pytest.approx(
+        u * w**2 / abs(k - m * w**2 + 1j * b * w), rel=1e-9
+    )
+
+
+def test_balls_that_friction_holds_are_not_balanced() -> None:
+    found = ab.verdict(ab.simulate(with_adherence(0.1), duration=10.0))
+    assert found.word in ("not balanced", "worse than without balls", "partly balanced")
+    # a planar rotor at rest in its own frame answers in proportion to what is left
+    assert found.ratio == pytest.approx(found.residual_share, rel=1e-3)
+    assert ab.verdict(ab.simulate(with_adherence(1e-7), duration=30.0)).word == "balanced"
+
+
+def test_balls_below_the_critical_speed_make_it_worse() -> None:
+    machine = at_speed("discoidal.toml", 0.5 * 62.6)
+    found = ab.verdict(ab.simulate(machine, duration=120.0))
+    assert found.word == "worse than without balls"
+    assert found.residual > 1.9 * found.unbalance
+
+
+def test_the_words_have_the_limits_that_are_documented() -> None:
+    words = [verdict_word(ratio) for ratio in (0.0, 0.1, 0.1001, 0.9, 0.9001, 1.1, 1.1001, math.nan)]
+    partly, not_ = "partly balanced", "not balanced"
+    worse = "worse than without balls"
+    assert words == ["balanced", "balanced", partly, partly, not_, not_, worse, "no verdict"]
+
+
+def test_a_run_that_is_not_at_its_end_has_no_verdict() -> None:
+    machine = ab.load_machine(MACHINES / "stall_and_release.toml")
+    during = ab.verdict(ab.simulate(machine, duration=12.0))
+    assert during.word == "no verdict"
+    assert "speed still changes" in during.because
+    stopped = ab.simulate(machine, max_steps=200)
+    assert "did not finish" in ab.verdict(stopped).because or "no whole revolution" in ab.verdict(stopped).because
+    settling = ab.simulate(at_speed("stall_and_release.toml", 500.0), duration=0.6)
+    assert "vibration still changes" in ab.verdict(settling).because
+    bare = machine.model_copy(update={"balancers": ()})
+    assert ab.verdict(ab.simulate(bare)).because == "the machine has no balls"
+    light = machine.model_copy(update={"unbalances": ()})
+    assert ab.verdict(ab.simulate(light)).because == "the rotor has no unbalance"
+
+
+def test_a_shaken_machine_is_compared_with_its_run_with_held_balls() -> None:
+    machine = at_speed("discoidal.toml", 150.0)
+    shake = {"kind": "base_motion", "acceleration": "0.2 m/s^2", "frequency": "9 Hz"}
+    shaken = ab.with_parameter(machine, "excitations", (shake,))
+    run = ab.simulate(shaken, duration=15.0)
+    assert "shaken" in ab.verdict(run).because
+    found = ab.verdict(run, ab.simulate(shaken, duration=15.0, hold_balls=True))
+    assert found.word in ("partly balanced", "not balanced")  # the balls do nothing against the base
+    assert found.residual_share < 0.05
+
+
+def test_balance_quality_grades_are_the_velocity_of_the_mass_center() -> None:
+    # ISO 21940-11: G 6.3 at 3000 rpm is an eccentricity of 20 um
+    speed = 3000 * math.pi / 30
+    allowed = ab.permissible_unbalance(6.3e-3, 10.0, speed)
+    assert allowed == pytest.approx(10.0 * 20.05e-6, rel=1e-3)
+    assert ab.balance_grade(allowed, 10.0, speed) == pytest.approx(6.3e-3)
+    with pytest.raises(QuestionError, match="mass"):
+        ab.balance_grade(1e-4, 0.0, speed)
+
+
+def test_the_grade_of_a_run_is_that_of_what_is_left_on_the_mass_that_turns(balanced: xr.Dataset) -> None:
+    found = ab.verdict(balanced)
+    mass = 5.0 + float((balanced["ball_moment"] / balanced["orbit_radius"]).sum())
+    assert found.grade_before == pytest.approx(found.unbalance * 600.0 / mass, rel=1e-9)
+    assert found.grade_after == pytest.approx(found.residual * 600.0 / mass, rel=1e-9)
+    rig = ab.rig("discoidal_rig")  # of several bodies only those that turn count
+    turning = sum(float(body.mass) for body in rig.rotor.bodies if body.rotating)
+    run = ab.simulate(rig, duration=0.5, save=ab.LastRevolutions(1))
+    assert turning < float(run.attrs["turning_mass"]) < turning + 0.2
+
+
+def test_the_command_prints_the_verdict_first_within_eighty_columns(tmp_path: Path) -> None:
+    machine = str(MACHINES / "two_plane_rotor.toml")
+    answer = CliRunner(env={"COLUMNS": "80"}).invoke(app, ["run", machine, "--out", str(tmp_path / "r.nc")])
+    assert answer.exit_code == 0
+    lines = answer.stdout.splitlines()
+    assert lines[0].startswith("balanced: vibration ")
+    assert max(map(len, lines[:-1])) <= 80
+    assert "ISO 21940-11" in answer.stdout
+    shown = CliRunner().invoke(app, ["run", machine, "--out", str(tmp_path / "r.nc"), "--json"])
+    told = json.loads(shown.stdout)["verdict"]
+    assert told["word"] == "balanced"
+    assert told["peak_without_balls"]["deflection"] > 0.0
