@@ -11,7 +11,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from autobalancer import blend, capability, fluid, fluids, materials, suitable_bearings
+from autobalancer import blend, capability, fluid, fluids, friction_coefficients, materials, suitable_bearings
 from autobalancer.cli.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
 
@@ -86,7 +86,7 @@ def test_capability_prints_what_the_law_says() -> None:
     assert "with 20 balls; room for 39" in run(*arguments)
 
 
-@pytest.mark.parametrize("command", ["bearings", "fluids", "fluid", "blend", "materials", "capability"])
+@pytest.mark.parametrize("command", ["bearings", "fluids", "fluid", "blend", "materials", "friction", "capability"])
 def test_every_help_has_an_example(command: str) -> None:
     assert f"Example: autobalancer catalog {command}" in run(command, "--help")
 
@@ -120,3 +120,18 @@ def test_the_catalog_loads_neither_scipy_nor_pint_before_it_needs_them() -> None
         "assert not {'scipy', 'pint', 'xarray', 'numba'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_every_coefficient_of_friction_names_its_source_and_what_it_was_found_on() -> None:
+    found = friction_coefficients()
+    listed = json.loads(run("friction", "--json"))
+    assert [entry["name"] for entry in listed] == [entry.name for entry in found]
+    text = run("friction")
+    for entry, row in zip(found, listed, strict=True):
+        assert entry.name in text
+        assert entry.source
+        assert entry.conditions
+        assert 0.0 < entry.rolling_resistance < 1.0
+        assert row["adherence"] is None or row["adherence"] >= entry.rolling_resistance  # as a race demands it
+        assert row["rolling_resistance"] == entry.rolling_resistance
+    assert [entry.rolling_resistance for entry in found] == sorted(entry.rolling_resistance for entry in found)

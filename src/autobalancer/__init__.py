@@ -79,6 +79,7 @@ __all__ = [
     "fluids",
     "free_sphere",
     "frequency_response",
+    "friction_coefficients",
     "from_ross",
     "held_by_friction",
     "held_whirl",
@@ -197,6 +198,7 @@ if TYPE_CHECKING:
     from autobalancer.assembly.parameters import with_parameter
     from autobalancer.catalog.bearings import bearings, suitable_bearings
     from autobalancer.catalog.fluids import blend, fluid, fluids
+    from autobalancer.catalog.friction import friction_coefficients
     from autobalancer.catalog.materials import materials
     from autobalancer.files.machine_file import load_chamber_machine, load_machine, machine_text, save_machine
     from autobalancer.files.rigs import rig, rig_text, rigs

@@ -14,6 +14,7 @@ HOME = {
     "fluid": "catalog.fluids",
     "blend": "catalog.fluids",
     "materials": "catalog.materials",
+    "friction_coefficients": "catalog.friction",
     "capability": "laws.capability",
     "largest_useful_count": "laws.capability",
     # solve

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from autobalancer.catalog.fluids import FluidState
 
-_HELP = "Look up bearings, ball materials, fluids and published rigs."
+_HELP = "Look up bearings, ball materials, friction, fluids and published rigs."
 app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="rich")
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
@@ -169,6 +169,31 @@ def materials(as_json: Json = False) -> None:
         return
     table = [[entry.name, f"{entry.density:.5g}", entry.source, entry.remark] for entry in all_materials()]
     _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table)
+
+
+@app.command()
+def friction(as_json: Json = False) -> None:
+    """List published coefficients of friction between a ball and its race, with what they were found on.
+
+    [dim]Example:[/dim] autobalancer catalog friction
+    """
+    from textwrap import fill
+
+    from autobalancer.catalog.friction import friction_coefficients
+
+    found = friction_coefficients()
+    if as_json:
+        rows = [{k: None if v != v else v for k, v in asdict(entry).items()} for entry in found]
+        typer.echo(json.dumps(rows, indent=2))
+        return
+    for entry in found:
+        values = f"rolling resistance {entry.rolling_resistance:.0e}"
+        if entry.adherence == entry.adherence:
+            values += f", adherence {entry.adherence:.0e}"
+        typer.secho(f"{entry.name}: {values}", bold=True)
+        for text in (f"{entry.kind}: {entry.conditions}", entry.source, entry.remark):
+            typer.echo(fill(text, 80, initial_indent="  ", subsequent_indent="    "))
+    typer.echo("They differ by orders of magnitude: measure your own pair, or try both ends.")
 
 
 @app.command()
