@@ -20,7 +20,8 @@ import console  # noqa: E402
 import key_tables  # noqa: E402
 import picture_tables  # noqa: E402
 import result_tables  # noqa: E402
-from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown  # noqa: E402
+from reproductions import KINDS  # noqa: E402
+from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown, totals  # noqa: E402
 
 import autobalancer  # noqa: E402
 
@@ -103,17 +104,27 @@ def public_names() -> str:
 
 
 def table(ledger: Ledger, command: str) -> str:
-    """The rows of the last run and its pictures, or how to make them."""
+    """The rows of the last run and its pictures, with their totals first, or how to make them."""
     rows = ledger.rows()
     if not rows:
-        return f"Nothing was measured for this copy of the pages; run `{command}` and build them again.\n"
-    text = markdown(ledger, rows)
+        return (
+            f"`build/{ledger.name}.json` is missing, so there is no table in this copy of the pages. "
+            f"Run `{command}` in a checkout and build the pages again.\n"
+        )
+    counted = totals(ledger, rows)
+    text = f"{markdown(list(counted[0]), counted)}\n" if counted else ""
+    text += markdown([key for key in ledger.shown if any(key in row for row in rows)], rows)
     pictures = sorted((ledger.file.parent / ledger.name).glob("*/*.png"))
     for picture in pictures:
         copy = TABLES / f"{picture.parent.name}_{picture.name}"
         shutil.copyfile(picture, copy)
         text += f"\n![{picture.stem.replace('_', ' ')}](/{copy.relative_to(HERE).as_posix()})\n"
     return text
+
+
+def kinds() -> str:
+    """The kinds of reproduction and what each means."""
+    return "| kind | the target is |\n|---|---|\n" + "".join(f"| {kind} | {text} |\n" for kind, text in KINDS.items())
 
 
 def write(path: Path, text: str) -> None:
@@ -125,6 +136,7 @@ def write(path: Path, text: str) -> None:
 TABLES.mkdir(parents=True, exist_ok=True)
 write(GENERATED / "public.rst", public_names())
 write(TABLES / "reproductions.md", table(REPRODUCTIONS, "make reproduce"))
+write(TABLES / "reproduction_kinds.md", kinds())
 write(TABLES / "benchmarks.md", table(BENCHMARKS, "make bench"))
 for module in (analysis_matrix, key_tables, result_tables, border_tables, picture_tables, command_tables, console):
     for name, text in module.pages().items():

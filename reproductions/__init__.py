@@ -1,49 +1,67 @@
 """Published results, done again.
 
 A module ``reproductions/<source>/<name>.py`` has a function ``reproduce(out: Path) -> list[dict]`` that puts
-its pictures into ``out`` and returns rows, made by :func:`compared_all`.
+its pictures into ``out`` and returns rows, made by :func:`compared_all`. Every row has a kind, one of :data:`KINDS`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
-Found = tuple[str, str, float, float, float] | tuple[str, str, str, float, float, float]
-
-
-def compared(
-    *, source: str, figure: str, quantity: str, unit: str, target: float, obtained: float, tolerance: float
-) -> dict[str, Any]:
-    """One row. Target, obtained, deviation (obtained less target) and tolerance are all in ``unit``."""
-    deviation = obtained - target
-    return {
-        "source": source,
-        "figure": figure,
-        "quantity": quantity,
-        "unit": unit,
-        "target": target,
-        "obtained": obtained,
-        "deviation": deviation,
-        "tolerance": tolerance,
-        "verdict": "hit" if abs(deviation) <= tolerance else "missed",
-    }
+Kind = Literal["printed", "closed form", "words", "external", "fitted", "internal"]
+KINDS: dict[Kind, str] = {
+    "printed": "a number or a curve that the source prints; nothing was fitted to it",
+    "closed form": "a formula of the source against an independent computation, such as a simulation",
+    "words": "a statement of the source in words: yes or no, an order, or a wide range",
+    "external": "the result of other software for the same machine",
+    "fitted": "parameters, or the range that is compared, were chosen to meet this target or after seeing it",
+    "internal": "this software against itself or against its own closed form; a check, not a reproduction",
+}
+assert set(KINDS) == set(get_args(Kind))
 
 
-def compared_all(source: str, figure: str | None, found: Iterable[Found]) -> list[dict[str, Any]]:
-    """Rows of tuples (quantity, unit, target, obtained, tolerance); without a ``figure`` each tuple begins with its own."""
+@dataclass(frozen=True)
+class Found:
+    """One comparison. Target, obtained and tolerance are in ``unit``; a ``note`` says why a target is missed.
+
+    ``figure`` is where the source has the target, if it is not that of :func:`compared_all`.
+    """
+
+    kind: Kind
+    quantity: str
+    unit: str
+    target: float
+    obtained: float
+    tolerance: float
+    note: str = ""
+    figure: str = ""
+
+
+def said(quantity: str, true: bool, note: str = "", figure: str = "") -> Found:
+    """A statement in words that is true here or not."""
+    return Found("words", f"{quantity} (1 = true)", "1", 1.0, float(true), 0.0, note, figure)
+
+
+def compared_all(source: str, figure: str, found: Iterable[Found]) -> list[dict[str, Any]]:
+    """Rows as they are kept; the deviation is obtained less target."""
     rows = []
     for entry in found:
-        where, (quantity, unit, target, obtained, tolerance) = (figure, entry) if figure else (entry[0], entry[1:])
-        rows.append(
-            compared(
-                source=source,
-                figure=str(where),
-                quantity=quantity,
-                unit=unit,
-                target=target,
-                obtained=obtained,
-                tolerance=tolerance,
-            )
-        )
+        if entry.kind not in KINDS:
+            raise ValueError(f"{entry.quantity}: kind {entry.kind!r}; must be one of {', '.join(KINDS)}")
+        deviation = float(entry.obtained) - float(entry.target)
+        row = {
+            "source": source,
+            "figure": entry.figure or figure,
+            "kind": entry.kind,
+            "quantity": entry.quantity,
+            "unit": entry.unit,
+            "target": float(entry.target),
+            "obtained": float(entry.obtained),
+            "deviation": deviation,
+            "tolerance": float(entry.tolerance),
+            "verdict": "hit" if abs(deviation) <= entry.tolerance else "missed",
+        }
+        rows.append(row | ({"note": entry.note} if entry.note else {}))
     return rows

@@ -21,7 +21,7 @@ class Ledger:
     """A list of rows in ``build/<name>.json``.
 
     Modules match ``pattern`` below the folder ``name``; one that has ``function`` contributes rows with
-    ``columns`` (and perhaps ``extra``), told apart by ``identity``.
+    ``columns`` (and perhaps ``extra``), distinguished by ``identity``. ``group`` is the column by which they are counted.
     """
 
     name: str
@@ -30,6 +30,7 @@ class Ledger:
     columns: tuple[str, ...]
     identity: tuple[str, ...]
     extra: tuple[str, ...] = ()
+    group: str = ""
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -81,6 +82,7 @@ REPRODUCTIONS = Ledger(
     columns=(
         "source",
         "figure",
+        "kind",
         "quantity",
         "unit",
         "target",
@@ -90,6 +92,8 @@ REPRODUCTIONS = Ledger(
         "verdict",
     ),
     identity=("source", "figure", "quantity"),
+    extra=("note",),
+    group="kind",
 )
 BENCHMARKS = Ledger(
     name="benchmarks",
@@ -131,19 +135,33 @@ def main(ledger: Ledger, call: Callable[[Any, str], Iterable[Row]], arguments: S
                 crashed.append(name)
             progress.advance(task)
     ledger.keep(rows, replace=only == "*")
-    console.print(_rich_table(ledger, rows))
+    console.print(_rich_table(ledger.columns, rows))
+    if counted := totals(ledger, rows):
+        console.print(_rich_table(list(counted[0]), counted))
     console.print(f"{len(rows)} rows in {ledger.file.relative_to(ROOT)}")
     if crashed:
         console.print(f"[red]crashed: {', '.join(crashed)}")
     return 1 if crashed else 0
 
 
-def markdown(ledger: Ledger, rows: list[Row]) -> str:
+def markdown(columns: Sequence[str], rows: list[Row]) -> str:
     """The rows as a Markdown table."""
-    shown = [key for key in ledger.shown if any(key in row for row in rows)]
-    lines = [shown, ["---"] * len(shown), *([spell(row.get(key)) for key in shown] for row in rows)]
+    lines = [columns, ["---"] * len(columns), *([spell(row.get(key)) for key in columns] for row in rows)]
     cells = [[cell.replace("|", r"\|") for cell in line] for line in lines]
     return "".join(f"| {' | '.join(line)} |\n" for line in cells)
+
+
+def totals(ledger: Ledger, rows: list[Row]) -> list[Row]:
+    """How many rows of each group hit and missed, and all of them; empty if the ledger has no groups."""
+    if not ledger.group:
+        return []
+    groups = list(dict.fromkeys(row[ledger.group] for row in rows))
+    parts = {group: [row for row in rows if row[ledger.group] == group] for group in groups} | {"all": rows}
+    hits = {group: sum(row["verdict"] == "hit" for row in part) for group, part in parts.items()}
+    return [
+        {ledger.group: group, "rows": len(part), "hits": hits[group], "missed": len(part) - hits[group]}
+        for group, part in parts.items()
+    ]
 
 
 def spell(value: Any) -> str:
@@ -153,17 +171,17 @@ def spell(value: Any) -> str:
     return "" if value is None else str(value)
 
 
-def _rich_table(ledger: Ledger, rows: list[Row]) -> Any:
+def _rich_table(columns: Sequence[str], rows: list[Row]) -> Any:
     from rich.table import Table
     from rich.text import Text
 
     table = Table()
-    for key in ledger.shown:
+    for key in columns:
         numeric = any(isinstance(row.get(key), (int, float)) for row in rows)
         table.add_column(key, justify="right" if numeric else "left")
     colors = {"hit": "green", "missed": "red"}
     for row in rows:
-        cells = [spell(row.get(key)) for key in ledger.shown]
+        cells = [spell(row.get(key)) for key in columns]
         table.add_row(*(Text(cell, style=colors.get(cell, "")) for cell in cells))
     return table
 

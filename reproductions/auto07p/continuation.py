@@ -19,7 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.plots.branches import plot_branches
 from autobalancer.stability.bifurcation_curves import bifurcation_curves
 from autobalancer.stability.branches import branches
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 STALL = Path(__file__).resolve().parents[2] / "examples" / "machines" / "stall_and_release.toml"
 SPEED, BAUTIN_SPEED, BAUTIN_DRAG, PERIOD = 1e-6, 1e-4, 1e-8, 1e-6  # tolerances
@@ -33,31 +33,38 @@ STALLED_FOLDS = (383.31503761, 282.94986783, 286.16477973, 284.30055441, 259.656
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Our points next to those of AUTO; the stalled orbit with AUTO's folds as a picture."""
-    rows: list[tuple[str, str, str, float, float, float]] = []
+    rows: list[Found] = []
     for drag, speed in HOPF.items():
         found = branches(machine(drag), "speed", 300.0, 262.0, orbits=drag == 1e-4, intervals=60)
         if drag == 1e-4:
             swinging = found
         obtained = nearest(found, "Hopf", speed)
-        rows.append(("balanced state", f"Hopf speed, drag {drag:g} N m s", "rad/s", speed, obtained, SPEED))
+        rows.append(external("balanced state", f"Hopf speed, drag {drag:g} N m s", "rad/s", speed, obtained, SPEED))
     curve = bifurcation_curves(machine(1e-4), "Hopf", "speed", 300.0, 262.0, "drag", 6e-5, 3e-4)
     point = float(curve["special_parameter"][0]), float(curve["special_second_parameter"][0])
-    rows.append(("balanced state", "Bautin point, speed", "rad/s", BAUTIN[0], point[0], BAUTIN_SPEED))
-    rows.append(("balanced state", "Bautin point, drag", "N m s", BAUTIN[1], point[1], BAUTIN_DRAG))
+    rows.append(external("balanced state", "Bautin point, speed", "rad/s", BAUTIN[0], point[0], BAUTIN_SPEED))
+    rows.append(external("balanced state", "Bautin point, drag", "N m s", BAUTIN[1], point[1], BAUTIN_DRAG))
     speed, period = DOUBLING
     rows.append(
-        ("swinging balls", "first period doubling", "rad/s", speed, nearest(swinging, "period doubling", speed), SPEED)
-    )
+        external("swinging balls", "first period doubling", "rad/s", speed, nearest(swinging, "period doubling", speed),
+                 SPEED)
+    )  # fmt: skip
     obtained = nearest(swinging, "period doubling", speed, "special_period")
-    rows.append(("swinging balls", "period there", "s", period / CRITICAL, obtained, PERIOD))
+    rows.append(external("swinging balls", "period there", "s", period / CRITICAL, obtained, PERIOD))
     for number, speed in enumerate(SWINGING_FOLDS, 1):
-        rows.append(("swinging balls", f"fold {number}", "rad/s", speed, nearest(swinging, "fold", speed), SPEED))
+        obtained = nearest(swinging, "fold", speed)
+        rows.append(external("swinging balls", f"fold {number}", "rad/s", speed, obtained, SPEED))
     stalled = branches(load_machine(STALL), "speed", 255.0, 450.0, from_state="stalled", intervals=60)
     names = ("release", *(f"fold {number} of the unstable orbits" for number in (2, 3, 4)), "least speed")
     for name, speed in zip(names, STALLED_FOLDS, strict=True):
-        rows.append(("stalled balls", name, "rad/s", speed, nearest(stalled, "fold", speed), SPEED))
+        rows.append(external("stalled balls", name, "rad/s", speed, nearest(stalled, "fold", speed), SPEED))
     draw(stalled, out)
-    return compared_all("AUTO-07p 0.9.2", None, rows)
+    return compared_all("AUTO-07p 0.9.2", "", rows)
+
+
+def external(figure: str, quantity: str, unit: str, target: float, obtained: float, tolerance: float) -> Found:
+    """A row against AUTO-07p; ``figure`` says which motion it is of."""
+    return Found("external", quantity, unit, target, obtained, tolerance, figure=figure)
 
 
 def machine(drag: float) -> Machine:

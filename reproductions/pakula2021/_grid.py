@@ -22,6 +22,7 @@ from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
 from autobalancer.studies.chamber_grid import Cell, gathered
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
+LOST = "the machine of the source is not printed; who is carried depends on its masses, supports and motor"
 TABLE = Path(__file__).parent / "data" / "amplitudes_of_the_reference_machine.csv"
 DURATION, LAST = 16.0, 1.0  # s of a run, and of its end that is the steady state
 MEASURES = (

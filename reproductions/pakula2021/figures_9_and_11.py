@@ -10,7 +10,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from autobalancer.files.machine_file import load_chamber_machine
@@ -19,12 +18,12 @@ from autobalancer.plots.save import save_picture
 from autobalancer.results.chamber_balls import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
-from reproductions import compared_all
+from reproductions import compared_all, said
 from reproductions.pakula2021._grid import MACHINE
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
-    """Places of the balls, as pictures and as counts."""
+    """Places of the balls as pictures, and what the source says of them."""
     stages = _run("deep", 20, 0.7, 10.0)
     picture = plot_arrangement(stages, [0.0, 0.5, 10.0], title="Start-up with 20 balls (Pakuła 2021, figure 9)")
     save_picture(picture, out / "figure_9.png")
@@ -39,31 +38,11 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         name = {"single": "single layer", "deep": "deep chamber"}[layers]
         title = f"{balls} balls, {name}, friction {friction:g} (Pakuła 2021, figure 11)"
         save_picture(plot_arrangement(run, [0.0, duration], title=title), out / f"figure_11_{layers}_{balls}.png")
-    crowded = _on_heavy_side(found["single", 9])
     rows = [
-        (
-            "balls in one row along the axis at rest, 3 in the deep chamber",
-            "balls",
-            3.0,
-            _in_one_row(found["deep", 3]),
-            0.0,
-        ),
-        (
-            "most of 20 balls in the deep chamber on the light side in the end (1 = true)",
-            "1",
-            1.0,
-            float(_on_heavy_side(stages) < 50.0),
-            0.0,
-        ),
-        ("balls carried, 9 in the deep chamber, friction 0.7", "%", 100.0, _carried(found["deep", 9]), 0.0),
-        ("single layer with a ball on the heavy side, 9 balls", "1", 1.0, float(crowded > 0.0), 0.0),
-        (
-            "single layer with a ball on the heavy side, 3 balls",
-            "1",
-            0.0,
-            float(_on_heavy_side(found["single", 3]) > 0.0),
-            0.0,
-        ),
+        said("most of 20 balls in the deep chamber on the light side in the end", _on_heavy_side(stages) < 50.0),
+        said("9 balls in the deep chamber are all carried, friction 0.7", bool(balls_carried(found["deep", 9]).all())),
+        said("single layer of 9 balls: some on the heavy side", _on_heavy_side(found["single", 9]) > 0.0),
+        said("single layer of 3 balls: none on the heavy side", _on_heavy_side(found["single", 3]) == 0.0),
     ]
     return compared_all("Pakuła 2021", "9 and 11", rows)
 
@@ -73,17 +52,7 @@ def _run(layers: str, balls: int, friction: float, duration: float) -> xr.Datase
     return simulate_chamber(chamber_variant(machine, balls=balls, friction=friction, layers=layers), duration=duration)
 
 
-def _in_one_row(run: xr.Dataset) -> float:
-    """Balls within a radius of the lowest line of the chamber at time zero."""
-    place = run["ball_position"].isel(time=0).values
-    return float((np.abs(place[:, 1]) < run["ball_radius"].values).sum())
-
-
 def _on_heavy_side(run: xr.Dataset) -> float:
     """Share in the half with the unbalance in the last tenth of the run, %; the unbalance is at the zero mark."""
     last = ball_places_in_rotor(run).isel(time=slice(-run.sizes["time"] // 10, None))
     return 100.0 * float((last.mean("time").isel(axis=1) > 0.0).mean())
-
-
-def _carried(run: xr.Dataset) -> float:
-    return 100.0 * float(balls_carried(run).mean())

@@ -18,10 +18,12 @@ import numpy as np
 from autobalancer.plots.chamber_study import plot_step_sizes
 from autobalancer.plots.save import save_picture
 from autobalancer.studies.step_size import step_size_study
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 DATA = Path(__file__).parent / "data" / "central_collision_table5.csv"
 STIFFNESS_OVER_MASS = 1e10
+ORDER = 0.3  # decades, a factor of two
+SAMPLE = "the source samples one phase of the contact in its step; the error is symmetric about zero"
 SPEEDS, STEPS = (4.0, 6.0, 8.0, 10.0), (1e-4, 1e-5, 1e-6, 1e-7)
 
 
@@ -41,27 +43,21 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for step in (1e-4, 1e-5):
         ours = 100.0 * math.sqrt(float((found["root_mean_square"].sel(step=step) ** 2).mean()))
         theirs = math.sqrt(np.mean([printed[speed, step] ** 2 for speed in SPEEDS]))
-        rows.append(
-            (
-                f"order of magnitude of the error at a step of {step:g} s",
-                "decades",
-                math.log10(theirs),
-                math.log10(ours),
-                0.5,
-            )
-        )
+        quantity = f"order of magnitude of the error at a step of {step:g} s"
+        rows.append(Found("fitted", quantity, "decades", math.log10(theirs), math.log10(ours), ORDER, SAMPLE))
     inside = [
         100.0 * float(found["least"].sel(relative_speed=speed, step=step)) <= error
         and error <= 1.05 * 100.0 * float(found["greatest"].sel(relative_speed=speed, step=step))
         for (speed, step), error in printed.items()
     ]
-    rows.append(("entries within the range over the phases", "%", 100.0, 100.0 * float(np.mean(inside)), 10.0))
+    share = 100.0 * float(np.mean(inside))
+    rows.append(Found("fitted", "entries within the range over the phases", "%", 100.0, share, 10.0))
     size = found["typical_root_mean_square"].sel(relative_speed=8.0).values
     power = float(np.log10(size[1] / size[2]))
     theirs = math.log10(printed[8.0, 1e-5] / printed[8.0, 1e-6])
-    rows.append(("power of the step from 1e-5 to 1e-6 s at 8 m/s", "1", theirs, power, 0.5))
+    rows.append(Found("fitted", "power of the step from 1e-5 to 1e-6 s at 8 m/s", "1", theirs, power, 0.2, SAMPLE))
     gains = 100.0 * float(found["share_of_gains"].sel(step=[1e-6, 1e-7]).mean())
-    rows.append(("collisions that gain energy (the table has no loss)", "%", 100.0, gains, 10.0))
+    rows.append(Found("words", "collisions that gain energy; the table has no loss", "%", 100.0, gains, 10.0, SAMPLE))
     return compared_all("Pakuła 2021", "table 5", rows)
 
 

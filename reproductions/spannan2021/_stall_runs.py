@@ -1,4 +1,4 @@
-"""Slow run-ups and run-downs of the discoidal stand-in (table 6.4) with two balls in 0.65 mm^2/s oil, for figure 6.23."""
+"""Slow run-ups and run-downs of the discoidal stand-in (table 6.4), two balls in 0.65 mm^2/s oil, for figures 6.22 and 6.23."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.laws.drag_coefficient import discoidal
 from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.laws.stall import StalledBall, StallRange, planar_receptance, stall_balance, stall_ranges
+from autobalancer.laws.stall import StalledBall, StallRange, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Samples
 from reproductions.spannan2021.figure_6_24 import (
@@ -88,13 +88,6 @@ def balance(rolling: float, law: str) -> StallRange | None:
     """Release and capture by the torque balance on both balls in line, with what the whirl adds to the normal force."""
     found = stall_ranges(stalled_ball(rolling, law), ROTOR, [CRITICAL])
     return found[-1] if found else None
-
-
-def whirl_of_balance(speed: float) -> float:
-    """Whirl of stalled balls at a rotor speed by the torque balance, drag law (6.9), no rolling resistance."""
-    release = balance(0.0, "whole").release_whirl
-    whirl = np.linspace(0.7 * CRITICAL, release, 2000)
-    return float(np.interp(speed, stall_balance(stalled_ball(0.0, "whole"), ROTOR, whirl).speed, whirl))
 
 
 def stalled_ball(rolling: float, law: str) -> StalledBall:

@@ -15,7 +15,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "eccentric_race.toml"
 SUPPORTS = {"isotropic": "625 kN/m", "orthotropic": ("500 kN/m", "750 kN/m")}
@@ -32,7 +32,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         forward = complex((z * np.exp(-1j * run["turn_rotor_angle"].values))[:-1].mean())
         angle = float(np.degrees(np.angle(forward)) % 360.0)
         rows += [
-            (f"mean deflection = E, {name}", "mm", 0.1, 1e3 * abs(forward), 1e-4),
-            (f"its direction in the rotor = gamma + 180 deg, {name}", "deg", 250.0, angle, 0.01),
+            Found("closed form", f"mean deflection = E, {name}", "mm", 0.1, 1e3 * abs(forward), 1e-4),
+            Found("closed form", f"its direction in the rotor = gamma + 180 deg, {name}", "deg", 250.0, angle, 0.01),
         ]
     return compared_all("Spannan 2021", "4.3 in kind", rows)

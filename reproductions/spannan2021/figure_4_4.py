@@ -18,7 +18,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability import plot_stability
 from autobalancer.stability.states import eigenvalues
 from autobalancer.stability.windows import stable_windows
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 STIFFNESS = (1.0e5, 1.7e5)  # N/m
 MASS, BALL, ORBIT = 10.0, 2.0e-3, 0.1  # kg, kg, m; the mass with the balls
@@ -33,10 +33,10 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     edges = [edge for window in found.windows for edge in window]
     speeds = np.linspace(0.85 * low, 1.3 * high, 161)
     save_picture(plot_stability(eigenvalues(machine, list(speeds)), speed_unit="rad/s"), out / "figure_4_4.png")
-    rows: list[tuple[str, str, float, float, float]] = [("ranges", "1", 2.0, float(len(found.windows)), 0.0)]
+    rows = [Found("words", "ranges", "1", 2.0, float(len(found.windows)), 0.0)]
     names = ("lower range begins at w_x", "lower range ends at w_r (4.71)", "upper range begins at w_y")
     rows += [
-        (name, "rad/s", target, edge, 0.005 * target)
+        Found("closed form", name, "rad/s", target, edge, 0.005 * target)
         for name, target, edge in zip(names, (low, middle, high), edges, strict=False)
     ]
     return compared_all("Spannan 2021", "4.4 in kind", rows)

@@ -21,7 +21,7 @@ from autobalancer.plots.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.averaged_borders import averaged_border
 from autobalancer.stability.maps import stability_map
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
 BALL, CRITICAL, DAMPING = 2.5e-3 * 0.1, 250.0, 100.0  # kg m, rad/s, N s/m
@@ -38,14 +38,16 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     save_picture(plot_map(found, speed_unit="rad/s"), out / "figure_4_5a.png")
     exact = next(border.speed for border in ab.border_speeds(machine) if border.name == "exact border")
     rows = [
-        (
+        Found(
+            "closed form",
             "border of (4.69) and (4.70), worst position of the balls, against (4.74)",
             "rad/s",
             CRITICAL * ((1.0 + share) / (1.0 - share)) ** 0.5,
             averaged_border(machine, worst_case=True).speed,
             1e-3,
         ),
-        (
+        Found(
+            "internal",
             "border of the simulated full equations, against its eigenvalues",
             "rad/s",
             exact,

@@ -2,7 +2,7 @@
 
 The measured points of the source are pictures only. Angles come from simulated runs up to 90 degrees with the drag law
 (6.9), repaired, and mu = 0.05 as the source found, as in its section 6.1.4.1; the evaluation (6.6) and the fit of mu by
-overlapping series are then applied to them as to measured ones.
+overlapping series are then applied to them as to measured ones, and give back what was put in.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from autobalancer.measurement.equilibrium_angle import (
 from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 DIAMETER, ORBIT, STEEL, ROLLING = 0.0123, 0.07695, 7800.0, 0.05
 MASS = STEEL * math.pi / 6.0 * DIAMETER**3
@@ -45,23 +45,21 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         misses.append(float(np.abs(angles - statics)[slow].max()))
         stokes = slow & (race.reynolds(speeds) < 10.0)
         products += (drag_coefficients(race, speeds, angles, ROLLING) * race.reynolds(speeds))[stokes].tolist()
-    thin = fluid({"density_kg_m3": "760", "nu_mm2_s": "0.65"}, pressure=1.0)
-    lifted = 8.0 / 3.0 * 0.5 * DIAMETER / ORBIT / 0.6
-    top = float(np.sqrt(thin.weight / (0.5 * thin.fluid_density * math.pi / 4.0 * DIAMETER**2 * 0.6)) / ORBIT)
     fitted = fit_rolling_resistance(list(series.values()))
     found = [
-        ("6.16 in kind", "rolling resistance from overlapping series", "1", ROLLING, fitted, 3e-3),
-        ("6.17 in kind", "c_d Re from the angles, Re < 10", "1", 387.0, float(np.mean(products)), 4.0),
-        ("6.18 in kind", "simulated angle against statics, up to 60 deg", "deg", 0.0, math.degrees(max(misses)), 1.0),
-        ("6.15 in kind", "pressure force left out by (6.6), over the weight, c_d = 0.6, 90 deg", "1", lifted,
-         float(thin.inward(top)) / thin.weight, 1e-3),
+        Found("internal", "rolling resistance put in, from overlapping series", "1", ROLLING, fitted, 1e-3,
+              figure="6.16 in kind"),
+        Found("internal", "c_d Re put in, from the angles, Re < 10", "1", 387.0, float(np.mean(products)), 4.0,
+              figure="6.17 in kind"),
+        Found("internal", "simulated angle against statics, up to 60 deg", "deg", 0.0, math.degrees(max(misses)), 1.0,
+              figure="6.18 in kind"),
     ]  # fmt: skip
-    return compared_all("Spannan 2021", None, found)
+    return compared_all("Spannan 2021", "6.16 to 6.18 in kind", found)
 
 
-def fluid(row: dict[str, str], pressure: float = 0.0) -> TurnedRace:
+def fluid(row: dict[str, str]) -> TurnedRace:
     """The ball of table 6.2 in a fluid of table 6.3."""
-    return TurnedRace(DIAMETER, MASS, ORBIT, float(row["density_kg_m3"]), 1e-6 * float(row["nu_mm2_s"]), pressure)
+    return TurnedRace(DIAMETER, MASS, ORBIT, float(row["density_kg_m3"]), 1e-6 * float(row["nu_mm2_s"]))
 
 
 def measured(race: TurnedRace) -> tuple[TurnedRace, np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.plots.equivalent_planar import plot_equivalent_planar
 from autobalancer.plots.save import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from reproductions import compared_all
+from reproductions import Found, compared_all
 
 WITHIN = (3.5 / 3.4) ** 2 - 1.0
 DAMPER = "rotor.supports[2].damping"
@@ -33,6 +33,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         ("damping with piston dampers", "N s/m", 12.8, float(with_dampers["damping"]), WITHIN),
         ("damping without piston dampers", "N s/m", 0.7, float(without["damping"]), WITHIN + 0.05 / 0.7),
     ]
-    rows = [(f"{name} of the planar oscillator", unit, target, value, share * target)
+    rows = [Found("fitted", f"{name} of the planar oscillator", unit, target, value, share * target)
             for name, unit, target, value, share in found]  # fmt: skip
     return compared_all("Spannan 2021", "Table 6.6", rows)
