@@ -2,7 +2,8 @@
 
 The curve of the source is the greatest value in time of the mean over the bearings. The vertex at 1470 rpm, next to the
 part that the frame of the figure cuts off, does not lie on the curve through its neighbors and has a row of its own. The
-peaks of (3) are compared with 1455, 1700, 1920 and 2280 rpm, where the source has those of its simulation.
+peaks of (3) are compared with 1455, 1700, 1920 and 2280 rpm, where the source has those of its simulation. The rig is fitted to
+this very curve.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
 from autobalancer.rotordynamics.peaks import response_peaks
 from autobalancer.rotordynamics.response import unbalance_response
-from reproductions import compared_all
+from reproductions import Found, compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 
 PRINTED = (1455.0, 1700.0, 1920.0, 2280.0)  # rpm
@@ -32,30 +33,18 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     kept = speed != OFF
     worst = deviation[kept][np.argmax(np.abs(deviation[kept]))]
     rows = [
-        ("simulated curve, greatest deviation of all vertices but 1470 rpm", "%", 0.0, worst, 1.0),
-        ("simulated curve, deviation at 1470 rpm", "%", 0.0, float(deviation[~kept][0]), 1.0),
-        ("simulated curve, root mean square of the deviations but 1470 rpm", "%", 0.0,
-         float(np.sqrt((deviation[kept] ** 2).mean())), 0.2),
+        Found("fitted", "simulated curve, greatest deviation of all vertices but 1470 rpm", "%", 0.0, worst, 1.0),
+        Found("fitted", "simulated curve, deviation at 1470 rpm", "%", 0.0, deviation[~kept][0], 1.0,
+              "beside the part that the frame of the figure cuts off; not on the curve through its neighbors"),
+        Found("fitted", "simulated curve, root mean square of the deviations but 1470 rpm", "%", 0.0,
+              float(np.sqrt((deviation[kept] ** 2).mean())), 0.2),
     ]  # fmt: skip
-    low, high = 1000.0 * RPM, 3000.0 * RPM
-    means = response_peaks(machine, low, high, BEARINGS)["peak_speed"].values / RPM
-    drawn = response_peaks(machine, low, high, BEARINGS, measure="greatest_mean")["peak_speed"].values / RPM
+    means = response_peaks(machine, 1000.0 * RPM, 3000.0 * RPM, BEARINGS)["peak_speed"].values / RPM
     for number, (target, found) in enumerate(zip(PRINTED, means, strict=True), 1):
-        rows.append((f"peak {number} of (3), against the printed speed", "rpm", target, float(found), 0.005 * target))
-    for number, target in enumerate(_peaks(speed[kept], amplitude[kept])[1:], 2):
-        rows.append((f"peak {number} of the simulated curve", "rpm", target, float(drawn[number - 1]), 0.005 * target))
+        quantity = f"peak {number} of (3), against the printed speed"
+        rows.append(Found("fitted", quantity, "rpm", target, found, 0.005 * target))
     _draw(out)
     return compared_all("Rodrigues 2011", "8a", rows)
-
-
-def _peaks(speed: np.ndarray, amplitude: np.ndarray) -> list[float]:
-    """Tops of parabolas through the logarithms of three vertices."""
-    found = []
-    for i in np.flatnonzero((amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] >= amplitude[2:])) + 1:
-        part = slice(i - 1, i + 2)
-        square, slope, _ = np.polyfit(speed[part] - speed[i], np.log(amplitude[part]), 2)
-        found.append(float(speed[i] - 0.5 * slope / square))
-    return found
 
 
 def _draw(out: Path) -> None:

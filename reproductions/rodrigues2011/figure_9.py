@@ -1,10 +1,11 @@
 """Figure 9a: measured response with two balls, upwards and downwards, against the model with c_b = 0.1.
 
-Done as in the experiment: 0.25 s at a speed, 0.25 s of measurement, 10 rpm on, state carried over, then down again.
-Compared are levels (ratios of geometric means) over bands of the speed. The model has neither the resonances of motor and
-bearing near 1000 and 3300 rpm, nor the friction between balls and race, nor the 5 um by which the race runs out; without
-friction the balls lag behind on the way up from rest, and fall out of step at resonances that they passed in the rig.
-So the hysteresis is there below the second critical speed and missing at the fourth.
+Done as in the experiment, with balls that roll and touch. Compared are levels (ratios of geometric means) over bands of the
+speed. The race runs out by 5 um in a direction that is not printed: at high speed the level is 1.07 to 1.65 times the measured
+one over eight directions, 1.29 without any; the direction 91 degrees ahead of the heavy spot is nearest and is taken, so rows of
+it are fitted. The model has neither the resonances of motor and bearing near 1000 and 3300 rpm, nor the friction between balls
+and race; without friction the balls lag behind on the way up from rest, and fall out of step at resonances that they passed in
+the rig. So the hysteresis is there below the second critical speed and missing at the fourth.
 """
 
 from __future__ import annotations
@@ -12,44 +13,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import xarray as xr
-
 from autobalancer.plots.frequency_response import plot_frequency_response
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import UNBALANCE
-from autobalancer.studies.frequency_response import frequency_response
-from reproductions import compared_all
-from reproductions.rodrigues2011.balls import with_balls
-from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns
+from reproductions import Found, compared_all
+from reproductions.rodrigues2011.balls import as_measured, geometric_mean, level, stepped
+from reproductions.rodrigues2011.rig import columns
 
-HYSTERESIS = ((1200.0, 1500.0), (2200.0, 2500.0))  # rpm, where the source sees it
+MOTOR = "the torsional resonance of the motor is not in the model"
+FRICTION = "friction between balls and race is not in the model; one measured run"
+FAST = (4000.0, 5000.0)  # rpm
+WITHIN = 0.25
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Levels against the measured curves, and the picture."""
-    found = frequency_response(
-        with_balls(0.1),
-        np.arange(600.0, 5401.0, 10.0) * RPM,
-        dwell=0.25,
-        window=0.25,
-        direction="both",
-        stations=BEARINGS,
-    )
-    rows = []
-    for way, low, high, lacking in (
-        ("up", 800.0, 1200.0, "the motor's resonance is not in the model"),
-        ("up", 4000.0, 5000.0, "no friction, no run-out of the race"),
-        ("down", 4000.0, 5000.0, "no friction, no run-out of the race"),
-    ):
-        ratio = level(found.sel(direction=way), low, high) / measured(way, low, high)
-        rows.append(
-            (f"level {way}wards from {low:g} to {high:g} rpm, ours over measured ({lacking})", "1", 1.0, ratio, 0.25)
+    found = stepped(as_measured(3))
+    up, down = found.sel(direction="up"), found.sel(direction="down")
+    slow = level(up, 800.0, 1200.0) / measured("up", 800.0, 1200.0)
+    rows = [Found("printed", "level upwards from 800 to 1200 rpm, ours over measured", "1", 1.0, slow, WITHIN, MOTOR)]
+    for way, leg in (("up", up), ("down", down)):
+        text = f"level {way}wards from 4000 to 5000 rpm, ours over measured"
+        rows.append(Found("fitted", text, "1", 1.0, level(leg, *FAST) / measured(way, *FAST), WITHIN))
+    for low, high in ((1200.0, 1500.0), (2200.0, 2500.0)):  # where the source sees hysteresis
+        ours, theirs = (
+            level(up, low, high) / level(down, low, high),
+            measured("up", low, high) / measured("down", low, high),
         )
-    for low, high in HYSTERESIS:
-        ours = level(found.sel(direction="up"), low, high) / level(found.sel(direction="down"), low, high)
-        theirs = measured("up", low, high) / measured("down", low, high)
-        rows.append((f"run-up over run-down from {low:g} to {high:g} rpm", "1", theirs, ours, 0.25 * theirs))
+        text = f"run-up over run-down from {low:g} to {high:g} rpm"
+        rows.append(Found("fitted", text, "1", theirs, ours, WITHIN * theirs, FRICTION if low > 2000.0 else ""))
     figure = plot_frequency_response(found, deflection_unit="mm")
     for way, mark in (("up", "^"), ("down", "v")):
         speed, amplitude = columns(f"fig09_abb_3washers_run{way}")
@@ -62,15 +54,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     return compared_all("Rodrigues 2011", "9a", rows)
 
 
-def level(leg: xr.Dataset, low: float, high: float) -> float:
-    """Geometric mean of our amplitudes in a band, mm."""
-    speeds = leg["speed"].values / RPM
-    inside = (speeds >= low) & (speeds <= high)
-    return float(np.exp(np.log(leg["amplitude"].values[inside] * 1e3).mean()))
-
-
 def measured(way: str, low: float, high: float) -> float:
     """Geometric mean of the measured amplitudes in a band, mm."""
-    speed, amplitude = columns(f"fig09_abb_3washers_run{way}")
-    inside = (speed >= low) & (speed <= high)
-    return float(np.exp(np.log(amplitude[inside]).mean()))
+    return geometric_mean(*columns(f"fig09_abb_3washers_run{way}"), low, high)
