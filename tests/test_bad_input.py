@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import re
+import time
+import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from autobalancer.errors import MachineError
-from autobalancer.files.machine_file import parse_any
+from autobalancer.errors import MachineError, UnitError
+from autobalancer.files.machine_file import parse_any, read_machine
 from autobalancer.files.rigs import rig_text
+from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.units import to_si
 
 ROOT = Path(__file__).parents[1]
 RACE = (ROOT / "docs/machines/real_race.toml").read_text(encoding="utf-8")
+
+
+DISCOIDAL = (ROOT / "examples/machines/discoidal.toml").read_text(encoding="utf-8")
+CHAMBER = (ROOT / "examples/machines/deep_chamber.toml").read_text(encoding="utf-8")
 
 
 def refused(text: str) -> str:
@@ -28,3 +39,118 @@ def test_an_excitation_or_a_joint_without_its_kind_is_told_which_kinds_there_are
     told = refused(rig_text("discoidal_rig").replace('kind = "lock"', "", 1))
     assert "joints[1]: given" in told
     assert "one of 'lock', 'dashpot'" in told
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(
+            "1 9**9**9**9 m",
+            "1 m**9**9**9",
+            "1 m*(9**9**8)",
+            "1 m^9^9^9",
+            "1 (((m**9)**9)**9)/(((km**9)**9)**9)",
+            "1 9 m",
+        ),
+        *("1 " + "k" * 40_000, "9" * 50_000 + " m", "1" + " " * 10_000 + "m m", "1 " + "(" * 70, "1 m" + "*m" * 38),
+    ],
+)
+def test_a_quantity_that_would_be_worked_out_for_ever_is_refused_at_once(text: str) -> None:
+    begin = time.perf_counter()
+    with pytest.raises(UnitError) as reason:
+        to_si(text, "m")
+    assert time.perf_counter() - begin < 2.0
+    assert len(str(reason.value)) < 400
+
+
+def test_units_with_powers_brackets_and_superscripts_are_still_read() -> None:
+    for text, unit, value in (
+        ("3 g/(cm^3)", "kg/m^3", 3000.0),
+        ("1 kg·m²", "kg*m^2", 1.0),
+        ("2 m^-0.5 s^-2", "m^-0.5*s^-2", 2.0),
+        ("6 1/min", "1/s", 0.1),
+        ("1 (m/s)**2", "m^2/s^2", 1.0),
+    ):
+        assert to_si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [10**400, -(10**400), 10**5000, 1e308 * 10, float("nan")], ids=range(5))
+def test_a_number_beyond_all_bounds_is_no_quantity(number: float) -> None:
+    with pytest.raises(UnitError, match=r"given .{1,80}, which is not a finite number"):
+        to_si(number, "m")
+
+
+def with_value(text: str, entry: str, value: Any) -> str:
+    """A machine file with one entry replaced."""
+    changed, count = re.subn(rf"(?<![\w.]){entry} = [^\n]*", lambda _: f"{entry} = {value}", text, count=1)
+    assert count == 1
+    return changed
+
+
+@pytest.mark.parametrize("count", [10**6, 10**9, 10**30, 10**4000], ids=range(4))
+def test_more_balls_than_anybody_has_are_refused_before_they_are_made(count: int) -> None:
+    begin = time.perf_counter()
+    for file, told in (
+        (DISCOIDAL, "balancers: given .* balls in all; at most 1000"),
+        (CHAMBER, "chambers: given .* balls"),
+    ):
+        assert re.search(told, refused(with_value(file, "count", count)))
+    data = tomllib.loads(DISCOIDAL)
+    data["balancers"][0]["races"][0]["balls"][0]["count"] = count
+    with pytest.raises(MachineError, match="count: given"):
+        Machine(**data)
+    assert time.perf_counter() - begin < 2.0
+
+
+def test_balls_so_small_that_millions_fill_their_chamber_are_refused() -> None:
+    data = tomllib.loads(CHAMBER)
+    (group,) = data["chambers"][0]["balls"]
+    del group["total_mass"]
+    group["diameter"] = "1e-4 mm"
+    with pytest.raises(MachineError, match="of them would fill the chamber; take larger balls"):
+        ChamberMachine(**data)
+
+
+def test_lists_texts_and_files_of_any_length_are_refused_in_a_few_words(tmp_path: Path) -> None:
+    head, tail = DISCOIDAL[: DISCOIDAL.index("[[balancers]]")], DISCOIDAL[DISCOIDAL.index("[drive]") :]
+    balancer = DISCOIDAL[len(head) : -len(tail)]
+    race, balls = balancer.index("[[balancers.races]]"), balancer.index("[[balancers.races.balls]]")
+    large, endless = tmp_path / "large.toml", Path("/dev/zero")
+    large.write_text(DISCOIDAL + "#" * 10_000_000)
+    for text, told in (
+        (head + balancer * 101 + tail, "balancers: given a list of 101 entries; at most 100"),
+        (head + balancer[:race] + balancer[race:] * 101 + tail, "races: given a list of 101 entries; at most 100"),
+        (head + balancer[:balls] + balancer[balls:] * 1001 + tail, "balls: given a list of 1001 entries; at most 1000"),
+        (with_value(DISCOIDAL, "name", '"' + "x" * 9000 + '"'), "name: given a text of 9000 characters"),
+        (DISCOIDAL + "x = " + "[" * 100 + "]" * 100, "more than 20 deep"),
+        ("x = " + "[" * 5000 + "]" * 5000, "not valid TOML"),
+        (with_value(DISCOIDAL, "count", "9" * 5000), "not valid TOML"),
+        ("".join(f"k{i} = 1\n" for i in range(500)) + DISCOIDAL, "k19: unknown key"),
+    ):
+        answer = refused(text)
+        assert told in answer
+        assert len(answer) < 4000
+    for path in (large, endless):
+        with pytest.raises(MachineError, match=f"{path}: is larger than 10 MB"):
+            read_machine(path)
+
+
+@pytest.mark.parametrize(
+    ("file", "entry", "value"),
+    [
+        *((DISCOIDAL, "density", f'"{value}"') for value in ("1e300 kg/m^3", "1e12 kg/m^3", "1e-310 kg/m^3")),
+        *((DISCOIDAL, "orbit_radius", f'"{value}"') for value in ("9e18 m", "1e300 m", "1e-20 m")),
+        *((DISCOIDAL, "duration", f'"{value}"') for value in ("1e-310 s", "1e300 s")),
+        (DISCOIDAL, "start_angles", '["1e300 rad", 0.0]'),
+        (DISCOIDAL, "diameter", '"1e-9 mm"'),
+        (DISCOIDAL, "width", '"10 m"'),
+        (DISCOIDAL, "name", '""'),
+        (DISCOIDAL, "name", r'"pump\u001b[2J"'),
+        (DISCOIDAL, "name", r'"a\nb"'),
+        (CHAMBER, "depth", '"1e300 m"'),
+    ],
+)
+def test_what_no_machine_can_be_is_refused(file: str, entry: str, value: str) -> None:
+    told = refused(with_value(file, entry, value))
+    assert entry in told
+    assert "\x1b" not in told

@@ -271,7 +271,7 @@ TIMES = quantity("s", 0.0, 100.0, ("min", 60.0), ("ms", 1e-3))
 DURATIONS = quantity("s", 0.1, 100.0, ("min", 60.0))
 ANGLES = quantity("rad", -10.0, 10.0, ("deg", math.pi / 180))
 MASSES = quantity("kg", 1e-3, 50.0, ("g", 1e-3))
-TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), max_size=20)
+TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc", "Zl", "Zp")), max_size=20)
 ACCELERATIONS = quantity("rad/s^2", 0.1, 100.0, ("rpm/s", math.pi / 30))
 
 
@@ -353,7 +353,7 @@ UNBALANCES = st.one_of(
 STIFFNESS = quantity("N/m", 1.0, 1e7, ("kN/m", 1e3))
 MACHINES = part(
     {
-        "name": TEXTS,
+        "name": TEXTS.filter(str.strip),
         "axis": st.sampled_from(["vertical", "horizontal"]),
         "rotor": part(
             {

@@ -9,11 +9,17 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from functools import cache, lru_cache
 from typing import Any
 
 from autobalancer.errors import UnitError
 
+LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
+_POWER = re.compile(
+    r"(?:\*\*|\^)\s*(?:[+-]?\d(?:\.\d+)?|\(\s*[+-]?\d(?:\.\d+)?\s*(?:/\s*\d\s*)?\))(?!\s*(?:\*\*|\^|\d))"
+)
+_FACTOR = re.compile(r"(?<!\w)[\d.]+")
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
 
 
@@ -50,10 +56,23 @@ def _registry() -> Any:
 
 
 def _unit(text: str) -> Any:
+    """Refuses what the library would work out for ever, such as ``m**9**9**9``."""
+    rest = _POWER.sub(" ", text)
+    if len(text) > LONGEST or "**" in rest or "^" in rest or any(found != "1" for found in _FACTOR.findall(rest)):
+        raise UnitError(f"{shortened(text)} is not a unit; write one such as 'kg*m^2/s', with exponents below 10")
     try:
         return _registry().Unit(text if text else "dimensionless")
     except Exception as reason:
         raise UnitError(f"{text!r} is not a unit: {reason}") from None
+
+
+def shortened(value: Any, longest: int = 60) -> str:
+    """A value as text for a message."""
+    try:
+        text = repr(value[: 2 * longest] if isinstance(value, (str, list, tuple)) else value)
+    except (ValueError, RecursionError):  # Python writes no whole number of thousands of digits
+        return "a value too large to be shown"
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 def to_si(value: float | int | str, unit: str) -> float:
@@ -80,22 +99,24 @@ def to_si(value: float | int | str, unit: str) -> float:
         return _read(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise UnitError(
-            f"given {value!r}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}"
+            f"given {shortened(value)}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}"
         )
-    if not isinstance(value, str):
-        number = float(value)
-        if not math.isfinite(number):
-            raise UnitError(f"given {value!r}, which is not a finite number")
-        return number
-    return _read(value, unit)
+    if isinstance(value, str):
+        return _read(value, unit)
+    number = float(value) if abs(value) <= sys.float_info.max else math.inf
+    if not math.isfinite(number):
+        raise UnitError(f"given {shortened(value)}, which is not a finite number")
+    return number
 
 
 @lru_cache(maxsize=4096)
 def _read(value: str, unit: str) -> Given:
+    if len(value) > LONGEST:
+        raise UnitError(f"given {shortened(value)} of {len(value)} characters; write for example {_sample(unit)}")
     match = _NUMBER.match(value)
     if match is None:
         raise UnitError(
-            f"given {value!r}, which does not start with a finite number; write for example {_sample(unit)}"
+            f"given {shortened(value)}, which does not start with a finite number; write for example {_sample(unit)}"
         )
     number, written = float(match[1]), match[2].strip()
     if written.startswith(","):
@@ -110,8 +131,11 @@ def _read(value: str, unit: str) -> Given:
         raise UnitError(
             f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {_sample(unit)}"
         )
-    quantity = _registry().Quantity(number, source).to(target)
-    si = float(f"{float(quantity.magnitude):.15g}")  # no 1.9999999999999998e-05 from the conversion
+    try:
+        quantity = _registry().Quantity(number, source).to(target)
+        si = float(f"{float(quantity.magnitude):.15g}")  # no 1.9999999999999998e-05 from the conversion
+    except (ArithmeticError, ValueError):
+        si = math.inf
     if not math.isfinite(si):
         raise UnitError(f"given {value!r}, which is not a finite number")
     return Given(value, si)

@@ -118,6 +118,13 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         for key, room in (("width", race.width), ("height", race.height)):
             if room is not None and diameter > room:
                 problems.append((keys, f"a ball of {_mm(diameter)} does not fit into a chamber of {key} {_mm(room)}"))
+        if race.width is not None and race.width > orbit + radius:
+            problems.append(
+                (
+                    ("width",),
+                    f"given {_mm(race.width)}; that leaves no inner wall within a radius of {_mm(orbit + radius)}",
+                )
+            )
         displaced = density * volume
         if displaced >= mass:
             problems.append((keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid"))

@@ -8,11 +8,15 @@ from typing import Any
 
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError
+from autobalancer.files.bounds import refuse_out_of_bounds
 from autobalancer.files.profiles import with_profiles
+from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
 from autobalancer.safe_file import write_text_safely
+
+LISTED = 20  # problems named in one message
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -54,13 +58,7 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
 def read_machine(path: str | Path) -> Machine | ChamberMachine:
     """Read a machine file of either kind; raises as :func:`load_machine`."""
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise MachineFileError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as reason:
-        raise MachineFileError(f"{path}: cannot be read: {reason}") from None
-    return parse_any(text, str(path), folder=path.parent)
+    return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
 
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:
@@ -72,8 +70,9 @@ def parse_any(text: str, source: str = "machine text", *, folder: str | Path = "
     """Like :func:`read_machine`, from a string."""
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as reason:
+    except (ValueError, RecursionError) as reason:  # also a number of thousands of digits
         raise MachineFileError(f"{source}: not valid TOML: {reason}") from None
+    refuse_out_of_bounds(data, source)
     try:
         if "chambers" in data:
             return ChamberMachine(**data)
@@ -82,7 +81,9 @@ def parse_any(text: str, source: str = "machine text", *, folder: str | Path = "
     except MachineFileError:
         raise
     except ImpossiblePart as error:
-        lines = "".join(f"\n  {spell(keys, message)}" for keys, message in error.problems)
+        lines = "".join(f"\n  {spell(keys, message)}" for keys, message in error.problems[:LISTED])
+        if len(error.problems) > LISTED:
+            lines += f"\n  and {len(error.problems) - LISTED} more"
         raise MachineFileError(f"{source}: the machine is not possible as described:{lines}") from None
     except MachineError as error:
         raise MachineFileError(f"{source}: {error}") from None

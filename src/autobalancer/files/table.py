@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import AutobalancerError, ResultError, UnitError
+from autobalancer.files.text import TABLE, read_text
 from autobalancer.units import to_si
 
 _HEAD = re.compile(r"^\s*\"?\s*([A-Za-z_ ]+?)\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
@@ -97,12 +98,7 @@ def read_table(path: Path, example: str, place: str = "", error: type[Autobalanc
         Of the given kind, if the file cannot be read, holds no table, or a line has too few or too many cells.
     """
     place = place or str(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise error(f"{place}: no such file") from None
-    except (OSError, UnicodeDecodeError) as reason:
-        raise error(f"{place}: cannot be read: {reason}") from None
+    lines = read_text(path, TABLE, error, place).splitlines()
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     if len(body) < 2:
         raise error(f"{place}: no table; the first line must name the columns, such as: {example}")

@@ -15,6 +15,7 @@ from autobalancer.machine.part import (
     Gravity,
     ImpossiblePart,
     Listed,
+    Name,
     Part,
     Position,
     Problem,
@@ -53,7 +54,7 @@ class Machine(Part):
     2011, equation 1), or the ``full`` motion, with the inertia and weight of the ball along the axis.
     """
 
-    name: str
+    name: Name
     description: str = ""
     axis: Literal["vertical", "horizontal"]
     gravity: Gravity = 9.80665

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import unicodedata
 from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
 
 from autobalancer.errors import MachineError
-from autobalancer.units import to_si
+from autobalancer.machine.magnitudes import plausible
+from autobalancer.units import shortened, to_si
 
 Problem = tuple[tuple[str | int, ...], str]
 
@@ -89,8 +91,8 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
     if kind == "union_tag_not_found":
         name = entry["ctx"]["discriminator"].strip("'")
         tags = _tags(part.model_fields[str(entry["loc"][0])].annotation, name)
-        return f"given {_short(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
-    return f"given {_short(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
+        return f"given {shortened(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
+    return f"given {shortened(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
 
 
 def _tags(annotation: Any, name: str) -> list[str]:
@@ -100,20 +102,18 @@ def _tags(annotation: Any, name: str) -> list[str]:
     return [tag for inner in get_args(annotation) for tag in _tags(inner, name)]
 
 
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) < 60 else text[:57] + "..."
-
-
 def quantity(unit: str, *, positive: bool = False, non_negative: bool = False) -> PlainValidator:
     """Validator of one quantity in the SI unit ``unit``."""
 
     def read(value: Any) -> float:
         number = to_si(value, unit)
         if positive and not number > 0.0:
-            raise ValueError(f"given {_short(value)}; must be greater than zero")
+            raise ValueError(f"given {shortened(value)}; must be greater than zero")
         if non_negative and not number >= 0.0:
-            raise ValueError(f"given {_short(value)}; must not be negative")
+            raise ValueError(f"given {shortened(value)}; must not be negative")
+        wrong = plausible(number, unit, positive)
+        if wrong:
+            raise ValueError(f"given {shortened(value)}; {wrong}")
         return number
 
     return PlainValidator(read)
@@ -131,6 +131,27 @@ def one_or_two(unit: str, *, positive: bool = False) -> PlainValidator:
         return tuple(single(entry) for entry in value)  # type: ignore[call-arg]
 
     return PlainValidator(read)
+
+
+LONGEST_NAME = 200
+CONTROL = ("Cc", "Zl", "Zp", "Cs")  # Unicode categories of what steers a terminal, ends a line, or is no character
+
+
+def _label(value: Any) -> str:
+    """A text in one line that a terminal and a picture can show."""
+    if not isinstance(value, str):
+        raise ValueError(f"given {shortened(value)}; must be a text")
+    if len(value) > LONGEST_NAME:
+        raise ValueError(f"given {shortened(value)}; must not have more than {LONGEST_NAME} characters")
+    if any(unicodedata.category(sign) in CONTROL for sign in value):
+        raise ValueError(f"given {shortened(value)}; must be one line of characters that can be shown")
+    return value
+
+
+def _name(value: Any) -> str:
+    if isinstance(value, str) and not value.strip():
+        raise ValueError(f"given {value!r}; must not be empty")
+    return _label(value)
 
 
 def as_tuple(value: Any) -> Any:
@@ -161,4 +182,6 @@ Temperature = Annotated[float, quantity("K", positive=True)]
 Gravity = Annotated[float, quantity("m/s^2", non_negative=True)]
 Ratio = Annotated[float, quantity("", non_negative=True)]
 Positive = Annotated[float, quantity("", positive=True)]
+Label = Annotated[str, PlainValidator(_label)]
+Name = Annotated[str, PlainValidator(_name)]
 Listed = BeforeValidator(as_tuple)

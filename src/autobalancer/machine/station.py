@@ -6,8 +6,9 @@ from typing import Annotated, Any
 
 from pydantic import PlainValidator
 
-from autobalancer.machine.part import Part, Position
-from autobalancer.units import to_si
+from autobalancer.machine.part import Name, Part, Position, quantity
+
+_position = quantity("m").func
 
 
 def _place(value: Any) -> float | str:
@@ -15,7 +16,8 @@ def _place(value: Any) -> float | str:
         if not value.strip():
             raise ValueError("given an empty text; give a position along the axis, or the name of a station")
         return value
-    return to_si(value, "m")
+    position: float = _position(value)  # type: ignore[call-arg]
+    return position
 
 
 Place = Annotated[float | str, PlainValidator(_place)]
@@ -28,6 +30,6 @@ class Station(Part):
     the origin of a rig. In a rig with several bodies ``body`` says which one.
     """
 
-    name: str
+    name: Name
     position: Position
     body: str | None = None

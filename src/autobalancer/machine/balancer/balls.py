@@ -17,7 +17,7 @@ class Balls(Part):
     ``start_angles`` are the ball angles in the rotor at the start; without them they are drawn at random.
     """
 
-    count: Annotated[int, Field(strict=True, ge=1)] = 1
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
     diameter: Length | None = None
     mass: Mass | None = None
     density: Density | None = None

@@ -112,5 +112,5 @@ class Roundness(Part):
 class Partitions(Part):
     """Thin walls across the race that divide it into ``count`` equal parts; the first wall stands at ``angle``."""
 
-    count: Annotated[int, Field(strict=True, ge=1)]
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)]
     angle: Angle = 0.0

@@ -11,7 +11,7 @@ from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, P
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.resolved import ResolvedContact
-from autobalancer.machine.part import Angle, Length, Listed, Offset, Part
+from autobalancer.machine.part import Angle, Label, Length, Listed, Offset, Part
 from autobalancer.machine.station import Place
 
 
@@ -95,6 +95,6 @@ class Balancer(Part):
     ``station`` is where on the axis: a position, or the name of one of the machine's stations; needless on a planar rotor.
     """
 
-    name: str = ""
+    name: Label = ""
     station: Place | None = None
     races: Annotated[tuple[Race, ...], Field(min_length=1)]

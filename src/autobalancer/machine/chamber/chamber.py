@@ -11,6 +11,7 @@ from autobalancer.machine.chamber.triple import Place3, Triple, triple
 from autobalancer.machine.part import Density, Length, Listed, Mass, Offset, Part, Position, quantity
 
 Drag = Annotated[float, quantity("N*s/m", non_negative=True)]
+MOST = 2e6  # balls whose volume is that of the chamber; places for all of them are worked out
 SquareDrag = Annotated[float, quantity("N*s^2/m^2", non_negative=True)]
 Velocity3 = Annotated[Triple, triple("m/s")]
 Spin3 = Annotated[Triple, triple("rad/s")]
@@ -22,7 +23,7 @@ class FreeBalls(Part):
     Without ``positions`` (from the middle of the chamber) they are filled in and settle before the run starts.
     """
 
-    count: Annotated[int, Field(ge=1, strict=True)]
+    count: Annotated[int, Field(strict=True, ge=1, le=100_000)]
     density: Density
     diameter: Length | None = None
     mass: Mass | None = None
@@ -90,6 +91,12 @@ class Chamber(Part):
                 raise ValueError(
                     f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; "
                     f"the chamber is only {1e3 * self.inner_depth:.4g} mm deep"
+                )
+            area = self.radius**2 - self.inner_radius**2
+            if area * self.inner_depth > 4.0 / 3.0 * balls.radius**3 * MOST:
+                raise ValueError(
+                    f"{place}: their diameter is {2e3 * balls.radius:.4g} mm; more than {MOST:.0e} of them would fill the "
+                    f"chamber; take larger balls or a smaller chamber"
                 )
         return self
 

@@ -13,7 +13,7 @@ from autobalancer.machine.chamber.drive import ChamberDrive
 from autobalancer.machine.chamber.triple import Acceleration3
 from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.machine.machine import RunPlan
-from autobalancer.machine.part import Angle, Listed, Part, Speed
+from autobalancer.machine.part import Angle, Listed, Name, Part, Speed
 
 
 class ChamberStart(Part):
@@ -30,7 +30,7 @@ class ChamberMachine(Part):
     a vector.
     """
 
-    name: str
+    name: Name
     description: str = ""
     gravity: Acceleration3 = (0.0, 0.0, -9.80665)
     body: ChamberBody

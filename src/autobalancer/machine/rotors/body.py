@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Mass, Part, Position, quantity
+from autobalancer.machine.part import Mass, Name, Part, Position, quantity
 
 GROUND = "ground"
 BodyInertia = Annotated[float, quantity("kg*m^2", non_negative=True)]
@@ -20,7 +20,7 @@ class Body(Part):
     mass has inertias zero and is locked to a body that has some.
     """
 
-    name: str
+    name: Name
     mass: Mass
     position: Position
     offset: tuple[Position, Position] = (0.0, 0.0)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Mass, Part, Position, quantity
+from autobalancer.machine.part import Label, Mass, Part, Position, quantity
 
 OwnInertia = Annotated[float, quantity("kg*m^2", non_negative=True)]
 
@@ -19,7 +19,7 @@ class Disk(Part):
     ends of the shaft, or that name it as their ``body``, move with it.
     """
 
-    name: str = ""
+    name: Label = ""
     position: Position
     mass: Mass
     transverse_inertia: OwnInertia

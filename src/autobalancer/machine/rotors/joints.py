@@ -98,7 +98,7 @@ class Bushing(BodyJoint):
     kind: Literal["bushing"] = "bushing"
     position: Position
     radius: Offset = 0.0
-    count: Annotated[int, Field(strict=True, ge=1)] = 1
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
     angle: Angle = 0.0
     direction: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
     shear_stiffness: SpringStiffness = 0.0

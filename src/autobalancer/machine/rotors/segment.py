@@ -54,7 +54,7 @@ class ShaftSegment(Part):
     length: Length
     diameter: Length
     inner_diameter: Offset = 0.0
-    elements: Annotated[int, Field(strict=True, ge=1)] = 4
+    elements: Annotated[int, Field(strict=True, ge=1, le=1000)] = 4
     material: ShaftMaterial | None = None
     shear_coefficient: Positive | None = None
 

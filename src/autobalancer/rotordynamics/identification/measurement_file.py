@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.text import MACHINE, read_text
 from autobalancer.rotordynamics.identification.curve_file import read_curve
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.measurements import (
@@ -62,12 +63,8 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise QuestionError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as reason:
-        raise QuestionError(f"{path}: cannot be read: {reason}") from None
-    except tomllib.TOMLDecodeError as reason:
+        data = tomllib.loads(read_text(path, MACHINE, QuestionError))
+    except (tomllib.TOMLDecodeError, RecursionError) as reason:
         raise QuestionError(f"{path}: not valid TOML: {reason}") from None
     unknown = sorted(set(data) - set(KEYS) - {"name", "description"})
     if unknown:

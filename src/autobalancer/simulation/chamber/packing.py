@@ -41,27 +41,34 @@ def _rows(reach: float, pitch: float, along: Array) -> list[Array]:
     found = []
     for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
         for low in (0.0, 0.5):
-            sites = []
+            sites = [np.zeros((0, 3))]
             height, row = -reach * (1.0 - 1e-9) if low == 0.0 else -lift * math.floor(reach / lift), 0
             while height <= reach:
                 width = math.sqrt(max(reach**2 - height**2, 0.0))
                 shift = 0.5 * pitch if (row % 2 and lift < pitch) else 0.0
                 count = math.floor((width - shift) / pitch)
                 offsets = np.arange(-count - (1 if shift else 0), count + 1) * pitch + shift
-                sites += [(x, y, height) for y in offsets if abs(y) <= width for x in along]
+                inside = offsets[np.abs(offsets) <= width]
+                sites.append(_row(inside, np.full(inside.size, height), along))
                 height += lift
                 row += 1
-            found.append(np.array(sites).reshape(-1, 3))
+            found.append(np.vstack(sites))
     return found
 
 
 def _circles(reach: float, pitch: float, along: Array) -> Array:
-    sites = []
+    sites = [np.zeros((0, 3))]
     circle = reach
     while circle > 0.5 * pitch:
         turn = 2.0 * math.asin(0.5 * pitch / circle)
         count = math.floor(2.0 * math.pi / turn * (1.0 + 1e-12))
         angles = (np.arange(count) - count // 2) * turn
-        sites += [(x, circle * math.sin(angle), -circle * math.cos(angle)) for angle in angles for x in along]
+        sites.append(_row(circle * np.sin(angles), -circle * np.cos(angles), along))
         circle -= pitch
-    return np.array(sites).reshape(-1, 3)
+    return np.vstack(sites)
+
+
+def _row(y: Array, z: Array, along: Array) -> Array:
+    """A line of places along x at each (y, z)."""
+    n = along.size
+    return np.column_stack([np.tile(along, y.size), np.repeat(y, n), np.repeat(z, n)])
