@@ -519,7 +519,7 @@ def test_pictures_show_fit_and_loop(tmp_path: Path) -> None:
     fit = fit_receptance(load_receptance(hammer_file(tmp_path)))
     assert len(plot_receptance(fit).axes) == 2
     for speed in (70.0, 100.0):
-        title = plot_nyquist(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).axes[0].get_title(loc="left")
+        title = plot_nyquist(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
         assert ("unstable" in title) == (speed == 70.0)
     with pytest.raises(QuestionError, match="no loop"):
         plot_nyquist(fit)

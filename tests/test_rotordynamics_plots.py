@@ -15,6 +15,7 @@ from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.campbell import THINNEST, WHIRL, plot_campbell
+from autobalancer.plots.labels import labels_of
 from autobalancer.plots.modes import plot_modes
 from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
 from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
@@ -91,10 +92,13 @@ def test_the_bode_diagram_has_amplitude_and_phase_of_every_station(response: xr.
     assert drawn["B1, x"][0] == pytest.approx(response["speed"].values / RPM)
     assert drawn["B1, x"][1] == pytest.approx(size)
     assert drawn["mean of the greatest"][1] == pytest.approx(response["mean_of_greatest"].values * 1e3)
-    phase = lines(below)["B2, y"][1]
-    wrapped = np.exp(1j * np.radians(phase)) / np.exp(1j * response["y_phase"].values[:, 1])
-    assert wrapped == pytest.approx(np.ones(801))
-    assert np.abs(np.diff(phase)).max() < 90.0
+    at, phase = lines(below)["B2, y"]
+    assert np.nanmax(np.abs(phase)) <= 180.0 + 1e-9
+    known = [int(np.nanargmin(np.abs(at - speed) + 0.0 * phase)) for speed in response["speed"].values / RPM]
+    assert at[known] == pytest.approx(response["speed"].values / RPM)
+    same = np.exp(1j * np.radians(phase[known])) / np.exp(1j * response["y_phase"].values[:, 1])
+    assert same == pytest.approx(np.ones(801))
+    assert np.nanmax(np.abs(np.diff(phase))) < 90.0  # broken where it passes 180 degrees
     assert above.get_yscale() == "log"
     assert "(mm)" in above.get_ylabel()
 
@@ -112,7 +116,7 @@ def test_backward_whirl_is_underlaid_where_it_is(response: xr.Dataset) -> None:
 
 def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalance_to_its_opposite() -> None:
     found = unbalance_response(planar(), np.linspace(5.0, 600.0, 2000), unbalance=1e-4)
-    drawn = [line for line in plot_polar_response(found).axes[0].get_lines() if len(line.get_xdata()) == 2000]
+    drawn = [line for line in plot_polar_response(found).axes[0].get_lines() if len(line.get_xdata()) > 2000]
     assert len(drawn) == 1
     curve = np.asarray(drawn[0].get_xdata()) + 1j * np.asarray(drawn[0].get_ydata())
     assert curve[0].real > 0.0 > curve[-1].real
@@ -161,3 +165,32 @@ def test_unknown_units_and_parts_are_refused(response: xr.Dataset) -> None:
         plot_polar_response(response, part="z")
     with pytest.raises(QuestionError, match="one speed only"):
         plot_unbalance_response(response.isel(speed=[0]))
+
+
+def test_the_polar_line_between_a_few_speeds_is_that_of_many() -> None:
+    few, many = (unbalance_response(planar(), np.linspace(20.0, 90.0, n), unbalance=1e-4) for n in (51, 401))
+    (drawn,) = [line for line in plot_polar_response(few).axes[0].get_lines() if len(line.get_xdata()) == 401]
+    exact = plot_polar_response(many).axes[0].get_lines()
+    (close,) = [line for line in exact if len(line.get_xdata()) > 401]
+    one, other = (np.asarray(line.get_xdata()) + 1j * np.asarray(line.get_ydata()) for line in (drawn, close))
+    assert np.abs(one - other[::8]).max() < 0.02 * np.abs(other).max()
+    straight = np.interp(np.arange(401), np.arange(0, 401, 8), np.abs(one[::8]))
+    assert np.abs(np.abs(one) - straight).max() > 0.05 * np.abs(other).max()  # what a polygon would miss
+
+
+def test_numbers_of_close_critical_speeds_do_not_cover_each_other() -> None:
+    found = campbell(RIG, np.linspace(0.0, 5000.0, 61) * RPM)
+    figure = plot_campbell(found)
+    figure.draw_without_rendering()
+    placed = labels_of(figure.axes[0]).placed
+    assert len(placed) == found["intersection_speed"].size == 4
+    for i, one in enumerate(placed):
+        assert not any(one.overlaps(other) for other in placed[:i])
+
+
+def test_only_whirls_that_are_drawn_stand_in_the_legend_of_a_campbell_diagram() -> None:
+    found = campbell(RIG, np.linspace(0.0, 5000.0, 61) * RPM)
+    assert (found["whirl"].values[:, 0] == "straight").all()  # at standstill only
+    words = [text.get_text() for text in plot_campbell(found).axes[0].get_legend().get_texts()]
+    assert "straight" not in words
+    assert "mixed" in words

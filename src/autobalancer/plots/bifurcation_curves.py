@@ -42,6 +42,7 @@ def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> F
         figure = picture(7.2, 4.6)
         axes = figure.add_subplot()
         axes.set_title(str(curves.attrs.get("title", "Bifurcation curves")))
+        named: set[str] = set()
         for number in np.unique(curves["curve"].values):
             points = np.flatnonzero(curves["curve"].values == number)
             for dashed in (False, True):
@@ -49,14 +50,17 @@ def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> F
                 shown = np.where(wanted | np.roll(wanted, 1), up.values[points], np.nan)
                 style = (0, (4, 2.2)) if dashed else "-"
                 text = "Hopf, subcritical" if dashed else "Hopf, supercritical" if hopf else "fold"
-                label = text if wanted.any() and number == curves["curve"].values[0] else "_"
+                label = text if wanted.any() and text not in named else "_"
+                named.add(label)
                 axes.plot(across.values[points], shown, ls=style, lw=1.6, color=BALLS[0], label=label)
         for i, name in enumerate(curves["special_type"].values):
             place = (
                 float(curves["special_second_parameter"].values[i]) * across.unit.factor,
                 float(curves["special_parameter"].values[i]) * up.unit.factor,
             )
-            axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label=f"{name} point" if name == "Bautin" else str(name))
+            text = f"{name} point" if name == "Bautin" else str(name)
+            axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label="_" if text in named else text)
+            named.add(text)
         axes.set_xlabel(across.label)
         axes.set_ylabel(up.label)
         if float(across.values.min()) > 0.0 and across.values.max() / across.values.min() > 20.0:

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
-from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.stability import STABLE, UNSTABLE
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, look, picture
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
     "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
@@ -30,7 +31,8 @@ def plot_border_curve(
     """Draw border speeds over a parameter, each in its own style.
 
     A border that is *never* leaves the picture at the top, or says so in the legend. Above the exact border the
-    balanced state is stable and the picture green.
+    balanced state is stable and the picture green, below it red. Both are for the unbalance of the machine; the border for
+    the worst unbalance is a line of its own.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ def plot_border_curve(
     with look():
         figure = picture(7.6, 5.0)
         axes = figure.add_subplot()
-        figure.suptitle(str(found.attrs["title"]), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        heading(figure, str(found.attrs["title"]))
         if axis.log:
             axes.set_xscale("log")
         if log_speed:
@@ -69,8 +71,9 @@ def plot_border_curve(
         if "exact_border" in found:
             exact = drawable(found["exact_border"].values * unit.factor, high)
             axes.fill_between(
-                axis.values, exact, 1e3 * high, color="#E4F3EC", lw=0, zorder=0.5, label="balanced state stable"
+                axis.values, exact, 1e3 * high, lw=0, zorder=0.5, label="balanced state stable", color=STABLE
             )
+            axes.fill_between(axis.values, exact, low, lw=0, zorder=0.5, label="not stable", color=UNSTABLE)
         axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
         for name, style in BORDERS.items():
             if name in found:

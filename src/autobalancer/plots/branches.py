@@ -25,9 +25,10 @@ COLORS = {
     "stalled": "#8A4F1D",
 }
 NAMES = {
-    "swinging": "balls swing (greatest and least value)",
-    "stalled": "balls stall (greatest and least value)",
+    "swinging": "balls swing (thick: greatest, thin: least)",
+    "stalled": "balls stall (thick: greatest, thin: least)",
 }
+TOO_CLOSE = 0.02  # of the picture: marks nearer to each other are one
 MARKS = {
     "supercritical": ("o", INK, "Hopf, supercritical"),
     "subcritical": ("o", "white", "Hopf, subcritical"),
@@ -49,8 +50,8 @@ def plot_branches(
     """Draw branches over their parameter: deflection, ball angles, and how fast stalled balls turn.
 
     Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
-    greatest and least value. Balls that turn round and round have no line among the angles but one among the speeds. Marks
-    are small where what is unstable stays so.
+    greatest (thick) and least value (thin). Stalled balls have no line among the angles but one among the speeds. Marks
+    are small where an unstable state stays unstable; of equal marks very close to each other one is drawn.
 
     Parameters
     ----------
@@ -93,6 +94,9 @@ def plot_branches(
             _draw(panels[1], branches, across, degrees, "ball_angle_in_rotor_min", "ball_angle_in_rotor_max")
             panels[1].set_ylabel("ball angle in the rotor (°)")
             panels[1].yaxis.set_major_locator(_degrees())
+            if stalls:
+                where = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8.0, "color": "#606060"}
+                panels[1].annotate("stalled balls circle in the rotor: no line here", (0.995, 0.98), **where)
         if stalls:
             _draw(panels[-1], branches, across, speeds, "ball_speed_in_space", "ball_speed_in_space")
             panels[-1].set_ylabel(f"mean ball speed in space ({speeds.sign})")
@@ -116,14 +120,36 @@ def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: s
                 axes.plot(
                     x[piece], line, ls=style, lw=width, color=COLORS.get(name, INK), zorder=2.5 if stable else 2.2
                 )
-    for i in range(data.sizes.get("special", 0)):
-        kind = str(data["criticality"].values[i]) or str(data["special_type"].values[i])
+    for i in _apart(data):
+        kind = _mark_of(data, i)
         marker, face, _ = MARKS[kind]
         place = float(data["special_parameter"].values[i]) * across.factor
         for value in np.unique(np.round(np.atleast_1d(data[f"special_{high}"].values[i]) * unit.factor, 9)):
             small = 0.45 if data["special_unstable_directions"].values[i] else 1.0
             size = 9.0 if marker == "*" else 5.5 * small
             axes.plot(place, value, marker, ms=size, mfc=face, mec=INK, mew=0.9 * small, zorder=2.6 + small)
+
+
+def _mark_of(data: xr.Dataset, i: int) -> str:
+    return str(data["criticality"].values[i]) or str(data["special_type"].values[i])
+
+
+def _apart(data: xr.Dataset) -> list[int]:
+    """Special points that get a mark: of equal ones so close that their marks would be one blob, the first."""
+    if not data.sizes.get("special"):
+        return []
+    place, span = data["special_parameter"].values, float(np.ptp(data["parameter"].values)) or 1.0
+    height, tall = data["special_deflection_max"].values, float(np.nanmax(data["deflection_max"].values)) or 1.0
+    kept: list[int] = []
+    for i in range(place.size):
+        near = (
+            j for j in kept
+            if _mark_of(data, i) == _mark_of(data, j)
+            and math.hypot((place[i] - place[j]) / span, (height[i] - height[j]) / tall) < TOO_CLOSE
+        )  # fmt: skip
+        if next(near, None) is None:
+            kept.append(i)
+    return kept
 
 
 def _pieces(data: xr.Dataset) -> Iterator[tuple[slice, bool, str]]:

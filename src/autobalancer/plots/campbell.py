@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
+from autobalancer.plots.labels import label_point
 from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
 
 WHIRL = {"forward": BALLS[0], "backward": BALLS[1], "mixed": BALLS[3], "straight": "#8A8A8A"}
@@ -104,22 +105,15 @@ def _end_labels(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit
 
 def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
     crossed = zip(found["intersection_speed"].values, found["intersection_harmonic"].values, strict=True)
-    for number, (w, h) in enumerate(crossed):
+    for w, h in crossed:
         axes.plot(w * across.factor, h * w * up.factor, "o", ms=6, mfc="white", mec=INK, mew=1.4, zorder=4, label="_")
-        axes.annotate(
-            significant(w * across.factor) if w * across.factor < 1e3 else f"{w * across.factor:.0f}",
-            (w * across.factor, h * w * up.factor),
-            xytext=((5, -10), (-5, 5))[number % 2],  # of two close ones each has its side
-            textcoords="offset points",
-            ha=("left", "right")[number % 2],
-            fontsize=8,
-            color=INK,
-            zorder=5,
-        )
+        text = significant(w * across.factor) if w * across.factor < 1e3 else f"{w * across.factor:.0f}"
+        label_point(axes, text, w * across.factor, h * w * up.factor, size=8.0)
 
 
 def _explain(axes: Axes, found: xr.Dataset) -> None:
-    words = [word for word in WHIRL if (found["whirl"].values == word).any()]
+    drawn = found["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
+    words = [word for word in WHIRL if (drawn == word).any()]
     handles = [Line2D([], [], color=WHIRL[word], lw=2.0, label=word) for word in words]
     lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
     axes.legend(handles=[*handles, *lines], loc="upper left", ncols=2, frameon=True, framealpha=0.85, edgecolor="none")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
-from autobalancer.plots.style import BALLS, CRITICAL, INK, legend, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, heading, legend, look, picture
 
 
 def plot_equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
@@ -43,18 +43,22 @@ def plot_equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit
             own = 1.0 / np.abs(k - speed**2 * mass + 1j * speed * b)
             above.semilogy(unit.factor * speed, 1e6 * own, "--", color=color, label=f"oscillator, {way}")
             below.plot(unit.factor * speed, 100.0 * one["deviation"].sel(way=way).values, "--", color=color)
+            first, last = (float(one[end].sel(way=way)) * unit.factor for end in ("valid_from", "valid_to"))
+            if np.isfinite(first):
+                below.axvspan(first, last, color=color, alpha=0.12, lw=0, label=f"{way}: valid")
         below.plot(
             unit.factor * speed,
             100.0 * one["other_modes_share"].values,
             ":",
             color=INK,
-            label="share of the other modes",
+            label="other modes",
         )
-        below.axhline(100.0 * data.attrs["tolerance"], color=CRITICAL, lw=0.8)
+        below.axhline(100.0 * data.attrs["tolerance"], color=CRITICAL, lw=0.8, label="tolerance")
         below.set_ylim(0.0, 400.0 * data.attrs["tolerance"])
         for axes in (above, below):
             axes.axvline(unit.factor * float(one["critical_speed"]), color=CRITICAL, lw=0.8, ls=(0, (2, 2)))
             legend(axes)
-        above.set(ylabel="receptance (µm/N)", title=f"{data.attrs['place']}, along {direction}")
+        heading(figure, f"{data.attrs['title']}, along {direction}")
+        above.set(ylabel="receptance (µm/N)")
         below.set(xlabel=f"speed ({unit.sign})", ylabel="deviation (%)", xlim=(0.0, unit.factor * speed[-1]))
     return figure

@@ -14,9 +14,10 @@ from scipy.interpolate import RectBivariateSpline
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
-from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, ball_color, legend, look, picture
+from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, ball_color, heading, legend, look, picture
 
 STREAM_LINES = 7  # in each direction of circulation
+MODELS = {"chebyshev": "Chebyshev collocation", "differences": "finite differences", "modes": "diffusion modes"}
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
@@ -48,7 +49,7 @@ def plot_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = 
         _lag(panels[1, 0], flow, speed_unit)
         _profiles(panels[0, 1], flow)
         _stream_lines(figure, panels[1, 1], flow, _moment(flow, time), speed_unit)
-        figure.suptitle(f"{flow.attrs['title']} ({flow.attrs['model']})", fontsize=10.5, fontweight="bold")
+        heading(figure, f"{flow.attrs['title']} ({MODELS.get(flow.attrs['model'], flow.attrs['model'])})")
     return figure
 
 
@@ -59,7 +60,7 @@ def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         _history(upper, flow, speed_unit)
         _lag(lower, flow, speed_unit)
-        figure.suptitle(flow.attrs["title"], fontsize=10.5, fontweight="bold")
+        heading(figure, str(flow.attrs["title"]))
     return figure
 
 
@@ -74,7 +75,7 @@ def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float] | None 
         axes = figure.subplots()
         chosen = flow if moments is None else flow.isel(moment=[_moment(flow, t) for t in moments])
         _profiles(axes, chosen)
-        figure.suptitle(flow.attrs["title"], fontsize=10.5, fontweight="bold")
+        heading(figure, str(flow.attrs["title"]))
     return figure
 
 
@@ -83,7 +84,7 @@ def plot_secondary_flow(flow: xr.Dataset, *, time: float | None = None, speed_un
     with look():
         figure = picture(6.4, 5.4)
         _stream_lines(figure, figure.subplots(), flow, _moment(flow, time), speed_unit)
-        figure.suptitle(flow.attrs["title"], fontsize=10.5, fontweight="bold")
+        heading(figure, str(flow.attrs["title"]))
     return figure
 
 
@@ -112,8 +113,17 @@ def _lag(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
     unit, time = speed_axis(speed_unit), flow["time"].values
     for name, style, color in (("fluid_speed", "-", ball_color(0)), ("diffusion_speed", "--", CRITICAL)):
         axes.plot(time, (flow["speed"] - flow[name]) * unit.factor, style, color=color)
+    _uncertainty(axes, flow)
     axes.set_ylabel(f"lag behind the rotor ({unit.sign})")
     axes.set_xlabel("time (s)")
+
+
+def _uncertainty(axes: Axes, flow: xr.Dataset) -> None:
+    """Say how far two grids of an unsteady flow differ."""
+    share = float(flow.attrs.get("uncertainty", np.nan))
+    if share > 0.0:
+        text = f"uncertain: two grids differ by up to {100.0 * share:.2g} % of the greatest speed"
+        axes.annotate(text, (0.99, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize=8.5, color=INK)
 
 
 def _smooth(flow: xr.Dataset, field: str, moment: int) -> tuple[NDArray[np.float64], ...]:
@@ -137,11 +147,11 @@ def _profiles(axes: Axes, flow: xr.Dataset) -> None:
             color=color,
             label=f"{float(flow['moment'][i]):.3g} s",
         )
-    axes.plot(radius * 1e3, radius / radius[-1], "--", color=INK, lw=0.9, label="solid")
+    axes.plot(radius * 1e3, radius / radius[-1], "--", color=INK, lw=0.9, label="rigid rotation")
     axes.axvline(flow.attrs["orbit_radius"] * 1e3, color=UNBALANCE, lw=0.8, ls=":", zorder=0.5)
     axes.set_xlabel("radius (mm); dotted: orbit of the balls")
     axes.set_ylabel("velocity over that of the outer wall")
-    axes.legend(loc="best", fontsize=7.5)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize=7.5)
 
 
 def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, speed_unit: str) -> None:

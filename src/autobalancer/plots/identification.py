@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import fill
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -9,7 +11,11 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, UNBALANCE, legend, look, picture
+from autobalancer.plots.labels import label_point
+from autobalancer.plots.quantity_axis import plain_log_ticks
+from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
+
+OUTLIER = 5.0  # standard deviations
 
 
 def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
@@ -36,12 +42,13 @@ def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool =
     unit = speed_axis(speed_unit)
     curves = np.unique(fit["row_label"].values[fit["row_kind"].values == "response"])
     with look():
-        figure = picture(7.6, 3.2 + 2.9 * len(curves))
+        figure = picture(7.6, 3.4 + 2.9 * len(curves))
+        heading(figure, str(fit.attrs.get("title", "")))
         grid = figure.add_gridspec(len(curves) + 1, 2, width_ratios=[1.7, 1.0])
         for i, label in enumerate(curves):
             wanted = (fit["row_label"].values == label) & (fit["row_kind"].values == "response")
             _curve(figure.add_subplot(grid[i, :]), fit.isel(row=np.flatnonzero(wanted)), unit, str(label), log)
-        _deviations(figure.add_subplot(grid[-1, 0]), fit)
+        _deviations(figure.add_subplot(grid[-1, 0]), fit, unit)
         _correlation(figure, figure.add_subplot(grid[-1, 1]), fit)
     return figure
 
@@ -53,40 +60,45 @@ def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) 
     if sign == "m":
         length = length_axis(None, float(part["measured"].max()))
         sign, factor = length.sign, length.factor
-    axes.plot(speed, factor * part["measured"].values, ".", ms=4, color=ALL_BALLS, label="measured")
-    axes.plot(speed, factor * part["before"].values, ":", color=CRITICAL, label="before")
-    axes.plot(speed, factor * part["after"].values, color=UNBALANCE, label="after the fit")
+    axes.plot(speed, factor * part["before"].values, color=FILL, lw=3.0, label="before")
+    axes.plot(speed, factor * part["measured"].values, ".", ms=4, color=ALL_BALLS, zorder=3, label="measured")
+    axes.plot(speed, factor * part["after"].values, color=BALLS[0], label="after the fit, at the measured speeds")
+    for i in np.flatnonzero(np.abs(part["deviation"].values) > OUTLIER):
+        x, y = float(speed[i]), factor * float(part["measured"].values[i])
+        axes.plot(x, y, "o", ms=8, mfc="none", mec=INK, label="_")
+        label_point(axes, f"{part['deviation'].values[i]:+.0f} standard deviations", x, y, size=8.0)
     axes.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({sign})", title=label)
     if log:
         axes.set_yscale("log")
+        plain_log_ticks(axes, "y")
     legend(axes)
 
 
-def _deviations(axes: Axes, fit: xr.Dataset) -> None:
+def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
     single = fit.isel(row=np.flatnonzero(fit["row_kind"].values != "response"))
     if single.sizes["row"] == 0:
-        speed_like = np.arange(fit.sizes["row"])
-        axes.plot(speed_like, fit["deviation"].values, ".", ms=4, color=INK)
-        axes.set(xlabel="measured value", ylabel="deviation in standard deviations", title="after the fit")
+        axes.axhspan(-1.0, 1.0, color="#EFF2F4", lw=0)
+        axes.plot(fit["row_speed"].values * unit.factor, fit["deviation"].values, ".", ms=4, color=INK)
+        axes.set(xlabel=f"speed ({unit.sign})", ylabel="deviation (standard deviations)", title="after the fit")
         return
     place = np.arange(single.sizes["row"])[::-1]
     before = (single["before"] - single["measured"]).values / single["error"].values
     after = single["deviation"].values
     axes.axvspan(-1.0, 1.0, color="#EFF2F4", lw=0)
     axes.plot(before, place, "o", mfc="white", color=CRITICAL, label="before")
-    axes.plot(after, place, "o", color=UNBALANCE, label="after the fit")
+    axes.plot(after, place, "o", color=BALLS[0], label="after the fit")
     for at, a, b in zip(place, before, after, strict=True):
         axes.plot([a, b], [at, at], color=CRITICAL, lw=0.7, zorder=1)
     axes.set_yticks(place, [str(label) for label in single["row_label"].values])
     axes.set_ylim(-0.6, place[0] + 0.6)
-    axes.set_xlabel("deviation in standard deviations")
+    axes.set_xlabel("deviation (standard deviations)")
     legend(axes)
 
 
 def _correlation(figure: Figure, axes: Axes, fit: xr.Dataset) -> None:
     values = fit["correlation"].values
     names = [str(name) for name in fit["parameter"].values]
-    names = [name if len(name) <= 18 else "…" + name[-17:] for name in names]
+    names = [fill(name, 18) for name in names]
     axes.imshow(values, vmin=-1.0, vmax=1.0, cmap="PuOr")
     axes.grid(False)
     ticks = np.arange(len(names))

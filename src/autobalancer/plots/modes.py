@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
-from autobalancer.plots.campbell import WHIRL
-from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, heading, look, picture
 
 
 def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
@@ -43,7 +42,7 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
     rows = -(-count // columns)
     with look():
         figure = picture(4.4 * columns, 0.7 + 1.9 * rows)
-        figure.suptitle(str(found.attrs.get("title", "Modes")), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        heading(figure, str(found.attrs.get("title", "Modes")))
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for number, axes in enumerate(grid.ravel()):
             if number >= count:
@@ -53,13 +52,15 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
             mode = found.isel(mode=number)
             axes.set_title(
                 f"{mode['name'].item()}: {mode['frequency'].item() * unit.factor:.4g} {unit.sign}, "
-                f"{100.0 * mode['damping_ratio'].item():.2g} %, {mode['whirl'].item()}",
+                f"damping {100.0 * mode['damping_ratio'].item():.2g} %, {mode['whirl'].item()} whirl",
                 fontsize=8.5,
-                color=WHIRL.get(str(mode["whirl"].item()), INK),
+                color=INK,
             )
         grid[0, 0].set_ylim(-1.15, 1.15)
         for axes in grid[-1]:
             axes.set_xlabel("position along the axis (mm)")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("deflection (relative)")
         handles, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
     return figure
@@ -72,7 +73,7 @@ def _shape(axes: Axes, mode: xr.Dataset) -> None:
     greatest = np.abs(0.5 * (x + 1j * y)) + np.abs(0.5 * (x - 1j * y))
     top = int(np.argmax(greatest))
     instant = np.exp(-0.5j * np.angle(x[top] ** 2 + y[top] ** 2))
-    axes.fill_between(place, -greatest, greatest, color="#E9EDF0", lw=0, label="reach of the whirl")
+    axes.fill_between(place, -greatest, greatest, color="#E9EDF0", lw=0, label="greatest deflection in a whirl")
     axes.axhline(0.0, color=CRITICAL, lw=0.8)
     for letter, line, color in (("x", x, BALLS[0]), ("y", y, BALLS[2])):
         axes.plot(place, (line * instant).real, color=color, marker=marker, label=f"along {letter}")

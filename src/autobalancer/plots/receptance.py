@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, UNBALANCE, legend, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend, look, picture
 
 
 def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
@@ -39,20 +39,21 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
     with look():
         figure = picture(6.4, 4.6)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        above.semilogy(frequency, np.abs(measured), ".", ms=3, color=ALL_BALLS, label="measured")
-        above.semilogy(frequency, np.abs(fitted), color=UNBALANCE, label="fitted")
-        above.set_ylabel("receptance [m/N]")
+        above.semilogy(frequency, np.abs(measured), ".", ms=4, color=BALLS[1], zorder=3, label="measured")
+        above.semilogy(frequency, np.abs(fitted), color=BALLS[0], label="fitted")
+        above.set_ylabel("receptance (m/N)")
         count = int(fit.attrs["modes"])
-        above.set_title(f"{count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %")
+        fitted_by = f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
+        heading(figure, f"Receptance of {fit.attrs.get('title', 'the measurement')}: {fitted_by}")
         legend(above)
-        below.plot(frequency, np.rad2deg(np.angle(measured)), ".", ms=3, color=ALL_BALLS)
-        below.plot(frequency, np.rad2deg(np.angle(fitted)), color=UNBALANCE)
-        below.set_ylabel("phase [deg]")
-        below.set_xlabel(f"frequency [{unit.sign}]")
+        below.plot(frequency, np.rad2deg(np.angle(measured)), ".", ms=4, color=BALLS[1], zorder=3)
+        below.plot(frequency, np.rad2deg(np.angle(fitted)), color=BALLS[0])
+        below.set_ylabel("phase (°)")
+        below.set_xlabel(f"frequency ({unit.sign})")
     return figure
 
 
-def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 3.0) -> Figure:
+def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
     """The loop in the complex plane, with the point +1 that it must leave to its left.
 
     Parameters
@@ -79,12 +80,13 @@ def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 3.
         axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=CRITICAL, lw=0.8, ls=(0, (5, 3))))
         _branches(axes, loop, attrs["speed"])
         measured = loop["measured_loop_real"].values, loop["measured_loop_imag"].values
-        axes.plot(*measured, ".", ms=3, color=ALL_BALLS, label="measured")
-        axes.plot([1.0], [0.0], "+", ms=12, mew=2.0, color=UNBALANCE)
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="Re L", ylabel="Im L")
+        axes.plot(*measured, ".", ms=5, color=BALLS[1], zorder=3, label="measured")
+        axes.plot([1.0], [0.0], "+", ms=12, mew=2.0, color=UNBALANCE, zorder=4, label="+1: on its left if stable")
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+        axes.set(xlabel="real part of the loop gain L", ylabel="imaginary part of the loop gain L")
         verdict = "stable" if attrs["growth_rate"] < 0.0 else "unstable"
         speed = f"{attrs['speed'] * unit.factor:.4g} {unit.sign}"
-        axes.set_title(f"Evenly spread balls at {speed}: {verdict}{_margins(attrs)}")
+        heading(figure, f"Balls spread evenly, {speed}: {verdict}{_margins(attrs)}")
         handles, labels = axes.get_legend_handles_labels()
         axes.legend(handles, labels, loc="lower left", frameon=True)
     return figure

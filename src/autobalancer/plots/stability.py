@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, speed_axis
-from autobalancer.plots.style import BALLS, INK, UNBALANCE, legend, look, picture
+from autobalancer.plots.style import BALLS, INK, UNBALANCE, heading, legend, look, picture
 
 STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"
+MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
@@ -46,8 +47,10 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     with look():
         figure = picture(8.0, 6.2)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
-        figure.suptitle(str(found.attrs.get("title", "Stability")), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        heading(figure, str(found.attrs.get("title", "Stability")))
         _shade(upper, speed, [str(word) for word in found["verdict"].values], _gaps(found))
+        if _gaps(found).size:
+            upper.axvspan(np.nan, np.nan, fc="white", ec=MISSING, lw=0.8, label="no such state")
         _growth_panel(upper, found, speed)
         _frequency_panel(lower, found, speed, unit)
         lower.set_xlabel(f"rotor speed ({unit.sign})")

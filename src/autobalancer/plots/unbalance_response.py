@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.angles import wrapped
 from autobalancer.plots.axis_units import AxisUnit, length_axis, significant, speed_axis
-from autobalancer.plots.style import BALLS, CRITICAL, INK, legend, look, picture
+from autobalancer.plots.labels import label_point
+from autobalancer.plots.style import BALLS, CRITICAL, INK, heading, legend, look, picture
 
 STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 
@@ -26,8 +30,8 @@ def plot_unbalance_response(
 ) -> Figure:
     """Draw the Bode diagram: above the amplitudes at each station along x and y, below the phases to the unbalance.
 
-    Thick is the mean over the stations of the greatest deflections. Where the whirl at a station is backward, its
-    amplitudes are underlaid.
+    Thick is the mean over the stations of the greatest deflections. Shaded are the speeds at which the whirl at a station is
+    backward. Phases are within ±180 degrees.
 
     Parameters
     ----------
@@ -53,7 +57,7 @@ def plot_unbalance_response(
     with look():
         figure = picture(8.0, 6.0)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
-        figure.suptitle(str(found.attrs.get("title", "")), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        heading(figure, str(found.attrs.get("title", "")))
         mean = found["mean_of_greatest"].values * size.factor
         above.plot(speed, mean, color=INK, lw=2.6, alpha=0.35, label="mean of the greatest")
         for number, name in enumerate(found["station"].values):
@@ -62,9 +66,9 @@ def plot_unbalance_response(
                 line = np.hypot(station[f"{letter}_real"].values, station[f"{letter}_imag"].values) * size.factor
                 color = BALLS[number % len(BALLS)]
                 above.plot(speed, line, color=color, ls=style, label=f"{name}, {letter}")
-                phase = np.rad2deg(_from_zero(station[f"{letter}_phase"].values))
-                below.plot(speed, phase, color=color, ls=style, label=f"{name}, {letter}")
-            _underlay(above, speed, station["whirl"].values == "backward", number)
+                phase = wrapped(speed, np.unwrap(station[f"{letter}_phase"].values))
+                below.plot(*phase, color=color, ls=style, label=f"{name}, {letter}")
+            _underlay(above, speed, station["whirl"].values == "backward", number, f"{name}, backward whirl")
         for level in critical_speeds:
             for axes in (above, below):
                 axes.axvline(level * unit.factor, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
@@ -72,14 +76,10 @@ def plot_unbalance_response(
             above.set_yscale("log")
         above.set_ylabel(f"{found.attrs['quantity']} ({size.sign})")
         below.set_ylabel("phase to the unbalance (°)")
-        low, high = below.get_ylim()
-        below.set_yticks(np.arange(90.0 * np.floor(low / 90.0), high + 1.0, 90.0))
+        below.set_yticks(np.arange(-180.0, 181.0, 90.0))
         below.set_xlabel(f"rotor speed ({unit.sign})")
         below.set_xlim(speed[0], speed[-1])
-        if found["station"].size <= 2:
-            legend(above)
-        else:
-            figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.align_ylabels([above, below])
     return figure
 
@@ -125,19 +125,18 @@ def plot_polar_response(
                 angle = station[f"{part}_phase"].values
             curve = radius * size.factor * np.exp(1j * angle)
             color = BALLS[number % len(BALLS)]
-            axes.plot(curve.real, curve.imag, color=color, label=str(name))
+            between = _between(speed, curve)
+            axes.plot(between.real, between.imag, color=color, label=str(name))
             for place in _marked(curve):
                 axes.plot(curve[place].real, curve[place].imag, "o", ms=4, color=color, label="_")
-                axes.annotate(
-                    significant(speed[place] * unit.factor) if speed[place] * unit.factor < 1e3
-                    else f"{speed[place] * unit.factor:.0f}",
-                    (curve[place].real, curve[place].imag), xytext=(4, 4), textcoords="offset points", fontsize=8,
-                )  # fmt: skip
+                shown = speed[place] * unit.factor
+                text = significant(shown) if shown < 1e3 else f"{shown:.0f}"
+                label_point(axes, text, curve[place].real, curve[place].imag, size=8.0)
         axes.set_aspect("equal", adjustable="datalim")
         where = "forward circle" if part == "forward" else f"{found.attrs['quantity']} along {part}"
-        axes.set_xlabel(f"{where}, along the unbalance ({size.sign})")
-        axes.set_ylabel(f"{where}, ahead of it ({size.sign})")
-        axes.set_title(f"{found.attrs.get('title', '')}\nspeeds in {unit.sign}")
+        axes.set_xlabel(f"{where}, in the direction of the unbalance ({size.sign})")
+        axes.set_ylabel(f"{where}, 90° ahead of it ({size.sign})")
+        heading(figure, f"{found.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}")
         legend(axes)
     return figure
 
@@ -152,17 +151,18 @@ def _checked(found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: st
     return speed_axis(speed_unit), AxisUnit(plain.sign + rate, plain.factor)
 
 
-def _from_zero(phase: np.ndarray) -> np.ndarray:
-    """Continuous over the speed, with the first value as near to zero as it can be."""
-    line = np.unwrap(phase)
-    return np.asarray(line - 2.0 * np.pi * np.round(line[0] / (2.0 * np.pi)))
-
-
-def _underlay(axes: Axes, speed: np.ndarray, backward: np.ndarray, number: int) -> None:
+def _underlay(axes: Axes, speed: np.ndarray, backward: np.ndarray, number: int, label: str) -> None:
     ends = np.flatnonzero(np.diff(np.concatenate([[False], backward, [False]]).astype(np.int64)))
     for first, last in zip(ends[::2], ends[1::2], strict=True):
         color = BALLS[number % len(BALLS)]
-        axes.axvspan(speed[first], speed[last - 1], color=color, alpha=0.08, lw=0, label="_backward")
+        axes.axvspan(speed[first], speed[last - 1], color=color, alpha=0.12, lw=0, label=label)
+        label = "_"
+
+
+def _between(speed: np.ndarray, curve: np.ndarray) -> np.ndarray:
+    """A smooth line through the values: a loop near a resonance is a circle, not a polygon."""
+    fine = np.concatenate([np.linspace(a, b, 8, endpoint=False) for a, b in pairwise(speed)] + [speed[-1:]])
+    return np.asarray(CubicSpline(speed, curve)(fine))
 
 
 def _marked(curve: np.ndarray) -> list[int]:

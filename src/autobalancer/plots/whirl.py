@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.axis_units import length_axis, significant, speed_axis
+from autobalancer.plots.axis_units import length_axis, length_text, significant, speed_axis
 from autobalancer.plots.campbell import WHIRL
-from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, heading, look, picture
 
 STRINGS = 12  # lines from end to end through points of one instant
 
@@ -39,8 +40,9 @@ def plot_whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, 
     columns = min(3, count)
     rows = -(-count // columns)
     with look():
-        figure = picture(3.2 * columns + 0.4, 3.3 * rows + 0.5)
-        figure.suptitle(_title(found, speed_unit), fontsize=10.5, weight="bold", x=0.02, ha="left")
+        figure = picture(3.2 * columns + 0.4, 3.5 * rows + 0.7)
+        figure.get_layout_engine().set(h_pad=0.1)  # type: ignore[union-attr, call-arg]
+        heading(figure, _title(found, speed_unit))
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for number, axes in enumerate(grid.ravel()):
             if number >= count:
@@ -95,25 +97,31 @@ def plot_whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = No
             axes.plot(place, x[:, i], y[:, i], color=INK, lw=0.4, alpha=0.35)
         axes.plot(place, x[:, 0], y[:, 0], color=UNBALANCE, lw=1.8, label="rotor angle 0")
         axes.plot(place[[0, -1]], [0.0, 0.0], [0.0, 0.0], color=CRITICAL, lw=0.8, ls=(0, (5, 3)), label="at rest")
+        named: set[str] = set()
+        reach = float(np.hypot(x, y).max()) or 1.0
         for number in np.flatnonzero(known):
             station = found.isel(station=int(number))
             at = np.full(found["rotor_angle"].size, 1e3 * float(station["position"]))
             word = str(station["whirl"].item())
             ring = station["x"].values * unit.factor, station["y"].values * unit.factor
-            axes.plot(at, *ring, color=WHIRL[word], lw=1.6, label=f"{station['station'].item()}: {word}")
+            name = f"{station['station'].item()}, {length_text(float(station['semi_major']))}"
+            axes.plot(at, *ring, color=WHIRL[word], lw=1.6, label="_" if word in named else f"{word} whirl")
+            named.add(word)
+            axes.text(at[0], 0.0, 1.12 * reach, name, ha="center", fontsize=8.5, color=INK)
             head, tip = at.size // 12, at.size // 12 + max(1, at.size // 24)
             axes.quiver(
                 at[0], ring[0][head], ring[1][head], 0.0, *(float(r[tip] - r[head]) for r in ring),
                 color=WHIRL[word], arrow_length_ratio=1.0,
             )  # fmt: skip
-        reach = float(np.hypot(x, y).max()) or 1.0
         axes.set_ylim(-reach, reach)
         axes.set_zlim(-reach, reach)
-        axes.set_xlabel("position along the axis (mm)")
-        axes.set_ylabel(f"x ({unit.sign})")
+        axes.set_xlabel("position along the axis (mm)", labelpad=14)
+        axes.set_ylabel(f"x ({unit.sign})", labelpad=8)
         axes.set_zlabel(f"y ({unit.sign})")
-        axes.set_title(_title(found, speed_unit))
-        axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.95))
+        for axis in (axes.yaxis, axes.zaxis):
+            axis.set_major_locator(MaxNLocator(5))
+        heading(figure, f"{_title(found, speed_unit)}\nnumbers: greatest deflection of the station")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
 
