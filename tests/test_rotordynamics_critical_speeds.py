@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from tests.test_rotordynamics_modes import ARM, MASS, RIG, SPRING, TRANSVERSE, planar, rigid
 
+import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.peaks import response_peaks
@@ -157,3 +159,32 @@ def test_a_fluid_film_needs_a_speed_up_to_which_to_search() -> None:
 def test_a_question_that_makes_no_sense_is_refused(ask: Any, message: str) -> None:
     with pytest.raises(QuestionError, match=message):
         ask()
+
+
+def test_a_rotor_on_tabled_supports_has_the_same_critical_speeds_in_runs_borders_and_rotordynamics() -> None:
+    table = {"speed": [0.0, 150.0, 250.0, 600.0], "stiffness": [25e3, 40e3, 120e3, 120e3], "damping": [30.0] * 4}
+    race = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 2e-4}, "balls": [{"mass": 3e-3, "motion": "point"}]}
+    machine = Machine.model_validate(
+        {
+            "name": "on tables",
+            "axis": "vertical",
+            "rotor": {
+                "kind": "rigid",
+                "mass": 5.0,
+                "transverse_inertia": 0.03,
+                "polar_inertia": 0.015,
+                "supports": [{"position": z, "table": table} for z in (-0.1, 0.1)],
+            },
+            "stations": [{"name": "race", "position": 0.02}],
+            "balancers": [{"station": "race", "races": [race]}],
+            "drive": {"kind": "speed", "profile": {"kind": "ramp", "end": 400.0, "duration": 0.1}},
+        }
+    )
+    found = ab.critical_speeds(machine)
+    forward = found["critical_speed"].values[found["whirl"].values == "forward"]
+    run = ab.simulate(machine, duration=0.1)
+    assert run.attrs["critical_speeds"] == pytest.approx(forward.tolist(), rel=1e-9)
+    assert ab.summary(machine).critical_speeds == pytest.approx(forward.tolist(), rel=1e-9)
+    # the parallel mode, K(w) = w^2 M, between two entries of the table
+    first = forward[0]
+    assert 2.0 * np.interp(first, table["speed"], table["stiffness"]) == pytest.approx(first**2 * 5.003, rel=1e-3)

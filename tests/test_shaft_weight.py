@@ -9,8 +9,11 @@ import pytest
 from scipy.special import jn_zeros
 from tests.references.shafts import frequencies, model_of, part, shaft
 
+import autobalancer as ab
 from autobalancer.assembly.rotors.shaft import tensions
 from autobalancer.assembly.rotors.shaft_mesh import mesh
+from autobalancer.machine import Machine
+from autobalancer.simulation.sampling import Samples
 
 G = 9.80665
 HINGE = [{"position": 0.0, "stiffness": 1e9}]
@@ -140,3 +143,29 @@ def test_weight_acts_only_along_a_vertical_axis_and_where_it_is_asked_for() -> N
     ):
         assert frequencies(other) == pytest.approx(frequencies(model_of(free)), rel=1e-12)
         assert frequencies(other)[0] < 0.99999 * hanging[0]
+
+
+@pytest.mark.parametrize("up", ["-z", "+z"])
+def test_a_ball_in_the_race_of_a_swinging_plumb_bob_stays_where_it_is(up: str) -> None:
+    """Bob and ball fall alike: what inertia asks of the ball across the string is what its weight gives there."""
+    low, high = (1.0, 0.0) if up == "-z" else (0.0, 1.0)
+    stiff = {**LIGHT, "youngs_modulus": 2.1e15}
+    hanging = {"up": up, "thrust_bearing": high, "supports": [{"position": high, "stiffness": 1e9}]}
+    ball = {"mass": 1e-6, "motion": "point", "start_angles": [0.5 * math.pi]}
+    race = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 1e-12}, "balls": [ball]}
+    plumb = Machine.model_validate(
+        {
+            "name": "plumb bob",
+            "axis": "vertical",
+            "tilting_races": "full",
+            "rotor": pendulum(disks=[{"position": low, **POINT}], material=stiff, modes=1, **hanging),
+            "stations": [{"name": "bob", "position": low}],
+            "balancers": [{"station": "bob", "races": [race]}],
+            "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}},
+            "start": {"deflection": (1e-3, 0.0)},
+        }
+    )
+    run = ab.simulate(plumb, duration=2.0, save=Samples(21))
+    assert run["x"].values == pytest.approx(1e-3 * np.cos(math.sqrt(G) * run["time"].values), abs=2e-6)
+    # weight of the wrong sign, or none, would move it by 0.04 rad or more
+    assert run["ball_angle_in_rotor"].values == pytest.approx(0.5 * math.pi, abs=1e-6)

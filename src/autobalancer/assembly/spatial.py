@@ -18,7 +18,7 @@ from autobalancer.assembly.rotors import (
     unbalance_shape,
     with_ball_mass,
 )
-from autobalancer.assembly.rotors.critical import undamped_critical_speeds
+from autobalancer.assembly.rotors.critical import critical_speeds, undamped_critical_speeds
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
 from autobalancer.catalog.resolve import Ball
@@ -43,6 +43,7 @@ class Parts:
     reference: str
     stations: dict[str, Matrix]
     critical_speeds: tuple[float, ...]
+    frequency: float  # of the machine, for tolerances
 
     @property
     def size(self) -> int:
@@ -53,11 +54,6 @@ class Parts:
         """A matrix over q as one over r."""
         basis = self.reduction.basis
         return np.asarray(basis.T @ matrix @ basis)
-
-    @property
-    def frequency(self) -> float:
-        """A frequency of the machine, for tolerances."""
-        return max(self.critical_speeds) if self.critical_speeds else 1.0
 
     def length(self, balls: tuple[Ball, ...]) -> float:
         """Deflection of the free rotor under unbalance and balls, for tolerances."""
@@ -78,9 +74,10 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         )
     loaded = with_ball_mass(machine, model)
     model = loaded if held else model
-    critical = tuple(float(w) for w in undamped_critical_speeds(loaded))
+    critical = critical_speeds(loaded)
+    still = critical or tuple(undamped_critical_speeds(loaded).tolist())
     if top is None:
-        top = min(2.0 * critical[min(2, len(critical) - 1)] if critical else 1000.0, model.top_speed)
+        top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
     name, front = reference(machine, model)
     rows = balancer_rows(machine, model)
     named = station_rows(machine, model)
@@ -105,6 +102,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         reference=name,
         stations={key: seen(row.deflection) for key, row in named.items()},
         critical_speeds=critical,
+        frequency=max(still, default=1.0),
     )
 
 
@@ -163,10 +161,10 @@ def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
 
 
 def axial_gravity(machine: Machine) -> float:
-    """Acceleration along +z of a machine with a vertical axis; z points up unless its rotor hangs from its first end."""
+    """Acceleration along +z of a machine with a vertical axis; z points up unless its rotor says the contrary."""
     if machine.axis == "horizontal":
         return 0.0
-    return float(machine.gravity) if getattr(machine.rotor, "hangs", False) else -float(machine.gravity)
+    return float(machine.gravity) if getattr(machine.rotor, "up", None) == "-z" else -float(machine.gravity)
 
 
 def _loads(machine: Machine, parts: Parts, inverse: Matrix, segments: Matrix, width: int) -> list[Floats]:

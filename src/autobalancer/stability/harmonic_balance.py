@@ -8,11 +8,13 @@ of the rotor odd ones. The rotor is linear and answers harmonic by harmonic; wha
 
 demanded at equidistant rotor angles of half a turn and solved by Newton's method. The number of angles is doubled until
 the highest harmonics vanish, so that the state is exact to rounding.
+
+Mean angle and swing of a ball are kept apart: where an unbalance is small, the torque that counts is far below the rounding
+of I phi'' if phi'' is taken of the angle as a whole.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,22 +61,22 @@ def swing_of(st: Stations, speed: float, guess: StationState) -> Swing:
         If Newton's method finds no such state near the guess.
     """
     m = FIRST
-    angles = np.repeat(guess.angles[:, None], m, axis=1)
+    mean, swing = guess.angles[:, None].copy(), np.zeros((guess.angles.size, m))
     while True:
         balance = _Balance(st, speed, m)
-        angles = balance.solved(angles)
-        harmonics = np.abs(np.fft.fft(angles, axis=1)) / m
+        mean, swing = balance.solved(mean, swing)
+        harmonics = np.abs(np.fft.fft(swing, axis=1)) / m
         tail = float(harmonics[:, m // 2 - 1 : m // 2 + 2].max(initial=0.0))
         if tail < TAIL:
-            return Swing(angles, balance.acceleration(angles), speed)
+            return Swing(mean + swing, balance.acceleration(mean, swing), speed)
         if m == MOST:
             raise QuestionError(
                 f"steady state: the balls do not swing smoothly at {speed:.6g} rad/s (harmonic {m}: {tail:.2g} rad)"
             )
-        padded = np.fft.fft(angles, axis=1) * 2.0
-        spread = np.zeros((angles.shape[0], 2 * m), np.complex128)
+        padded = np.fft.fft(swing, axis=1) * 2.0
+        spread = np.zeros((swing.shape[0], 2 * m), np.complex128)
         spread[:, : m // 2], spread[:, -(m // 2) + 1 :] = padded[:, : m // 2], padded[:, m // 2 + 1 :]
-        angles, m = np.fft.ifft(spread, axis=1).real, 2 * m
+        swing, m = np.fft.ifft(spread, axis=1).real, 2 * m
 
 
 class _Balance:
@@ -88,6 +90,7 @@ class _Balance:
         self.second = ((wave * (2j * k * speed) ** 2) @ wave.conj().T).real / m
         k[m // 2] = 0.0  # the first derivative of the highest harmonic is not seen at these angles
         self.first = ((wave * (2j * k * speed)) @ wave.conj().T).real / m
+        self.squares, self.waves = np.linalg.eigh(-self.second)  # (2 k W)^2 and the waves as columns
         places = len(st.names)
         odd = np.arange(1, m, 2)
         pushed = st.model.both(st.rows)
@@ -110,32 +113,42 @@ class _Balance:
         self.answer = answer.reshape(2 * places * m, 2 * places * m)
         self.alone = np.real(unbalanced[:, None] * np.exp(1j * self.turn))  # (2 P, m)
 
-    def solved(self, angles: Floats) -> Floats:
-        """Ball angles at which all torques vanish."""
+    def solved(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
+        """Mean angles (n, 1) and swings (n, m) of the balls at which all torques vanish."""
         st, size = self.st, self.m * self.st.moment.size
         unit = self._unit()
-        error = math.inf
         for _ in range(NEWTON_STEPS):
-            miss, slope = self._torques(angles)
+            miss, slope = self._torques(mean, swing)
             if np.abs(miss / unit).max() < 1e-15:
                 break
-            step = np.linalg.lstsq(slope / np.repeat(unit, self.m)[:, None], -(miss / unit).ravel(), rcond=1e-9)[0]
+            step = self._step(miss / unit, slope / np.repeat(unit, self.m)[:, None], unit)
             largest = float(np.abs(step).max())
-            angles = angles + (step * min(1.0, 0.4 / max(largest, 1e-300))).reshape(angles.shape)
-            if largest < 1e-13:
+            step *= min(1.0, 0.4 / max(largest, 1e-300))
+            shift = step.mean(axis=1, keepdims=True)
+            mean, swing = mean + shift, swing + (step - shift)
+            if largest < 1e-13 * max(float(np.abs(swing).max()), 1e-3):
                 break
-        miss, _ = self._torques(angles)
+        miss, _ = self._torques(mean, swing)
         error = float(np.abs(miss / unit).max())
         if not error < 1e-9 or size == 0:
             raise QuestionError(
                 f"steady state: no periodic state is found near the averaged one at {self.speed:.6g} rad/s "
                 f"(torque {error:.2g} of its size, {len(st.names)} stations)"
             )
-        return angles
+        return mean, swing
 
-    def acceleration(self, angles: Floats) -> Complexes:
+    def _step(self, miss: Matrix, slope: Matrix, unit: Floats) -> Matrix:
+        """Newton's step, wave by wave in units of the inertia of the balls, which grows with the square of the wave."""
+        n, m = miss.shape
+        size = 1.0 / np.sqrt(1.0 + self.st.inertia[:, None] / unit * np.maximum(self.squares, 0.0))  # (n, m)
+        blocks = np.einsum("ka,ikjl,lb->iajb", self.waves, slope.reshape(n, m, n, m), self.waves)
+        scaled = (blocks * size[:, :, None, None] * size).reshape(n * m, n * m)
+        found = np.linalg.lstsq(scaled, -((miss @ self.waves) * size).ravel(), rcond=1e-9)[0]
+        return np.asarray((found.reshape(n, m) * size) @ self.waves.T)
+
+    def acceleration(self, mean: Matrix, swing: Matrix) -> Complexes:
         """Of the stations in space, (P, m)."""
-        force, _ = self._forces(angles)
+        force, _ = self._forces(mean, swing)
         places = len(self.st.names)
         total = np.zeros((places, self.m), np.complex128)
         np.add.at(total, self.st.station, force)
@@ -150,25 +163,25 @@ class _Balance:
         reach = np.abs(self.answer).sum(axis=1).max() * st.moment.sum()
         return np.asarray(st.moment * w**2 * (own + reach))[:, None]
 
-    def _forces(self, angles: Floats) -> tuple[Complexes, tuple[Complexes, Complexes, Complexes]]:
+    def _forces(self, mean: Matrix, swing: Matrix) -> tuple[Complexes, tuple[Complexes, Complexes, Complexes]]:
         """Force of each ball on its station (n, m), and its derivatives by phi, phi', phi''."""
         w, s = self.speed, self.st.moment[:, None]
-        rate, change = angles @ self.first.T, angles @ self.second.T
-        ahead = s * np.exp(1j * (self.turn + angles))
+        rate, change = swing @ self.first.T, swing @ self.second.T
+        ahead = s * np.exp(1j * (self.turn + (mean + swing)))
         pull = (w + rate) ** 2 - 1j * change
         return pull * ahead, (1j * pull * ahead, 2.0 * (w + rate) * ahead, -1j * ahead)
 
-    def _torques(self, angles: Floats) -> tuple[Matrix, Matrix]:
+    def _torques(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
         st, m, w = self.st, self.m, self.speed
         n, places = st.moment.size, len(st.names)
         s = st.moment[:, None]
-        a = self.acceleration(angles)[st.station]
+        a, angles = self.acceleration(mean, swing)[st.station], mean + swing
         back = np.exp(-1j * (self.turn + angles))
         center = np.exp(-1j * angles) * st.offset[:, None]
-        rate, change = angles @ self.first.T, angles @ self.second.T
+        rate, change = swing @ self.first.T, swing @ self.second.T
         inertia, drag = st.inertia[:, None], st.drag[:, None]
         miss = inertia * change + drag * rate + s * (back * a).imag - s * w * w * center.imag
-        _, (by_angle, by_rate, by_change) = self._forces(angles)
+        _, (by_angle, by_rate, by_change) = self._forces(mean, swing)
         slope = np.zeros((n, m, n, m))
         for i in range(n):
             push = np.diag(by_angle[i]) + by_rate[i][:, None] * self.first + by_change[i][:, None] * self.second

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
+from autobalancer.assembly.rotors.critical import critical_speeds
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
-from autobalancer.stability.critical import critical_speeds, lowest_frequency
+from autobalancer.stability.critical import lowest_frequency
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -158,9 +159,10 @@ def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]
 def _edge(rate: Callable[[float], float], ends: Window, values: tuple[float, float]) -> float:
     """Where stability ends: a root of the growth rate, or the end of the range in which the state exists."""
     if math.isfinite(values[0]) and math.isfinite(values[1]):
-        if rate(ends[0]) * rate(ends[1]) < 0.0:
+        if rate(ends[0]) * rate(ends[1]) >= 0.0:
+            return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
+        with suppress(ValueError):  # it has no value somewhere between the ends
             return float(brentq(rate, *ends, xtol=1e-12 * ends[1], rtol=1e-13))
-        return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
     stable, other = ends if values[0] < 0.0 else ends[::-1]
     for _ in range(50):
         middle = 0.5 * (stable + other)

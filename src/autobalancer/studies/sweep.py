@@ -158,7 +158,7 @@ def _run(assembly: Assembly, end: float, tolerance: float, bins: int, max_steps:
     }
     if n:
         unbalance = unbalance_at(assembly.system, end)
-        critical = assembly.critical_speeds[0]
+        critical = min(assembly.critical_speeds, default=math.nan)
         settled = settled_from(time, angle, speed, math.radians(2.0))
         released = released_at(speed, lag + speed[:, None], critical)
         found |= {
