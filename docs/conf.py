@@ -21,7 +21,7 @@ import key_tables  # noqa: E402
 import picture_tables  # noqa: E402
 import result_tables  # noqa: E402
 from reproductions import KINDS  # noqa: E402
-from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown, totals  # noqa: E402
+from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, Row, markdown, totals  # noqa: E402
 
 import autobalancer  # noqa: E402
 
@@ -111,14 +111,25 @@ def table(ledger: Ledger, command: str) -> str:
             f"`build/{ledger.name}.json` is missing, so there is no table in this copy of the pages. "
             f"Run `{command}` in a checkout and build the pages again.\n"
         )
-    counted = totals(ledger, rows)
-    text = f"{markdown(list(counted[0]), counted)}\n" if counted else ""
-    text += markdown([key for key in ledger.shown if any(key in row for row in rows)], rows)
+    text = tables(ledger, rows)
+    for name in dict.fromkeys(row[ledger.section] for row in rows) if ledger.section else ():
+        text += f"\n## {name}\n\n{tables(ledger, [row for row in rows if row[ledger.section] == name], rows_too=True)}"
     pictures = sorted((ledger.file.parent / ledger.name).glob("*/*.png"))
+    text += "\n## Pictures\n" if pictures else ""
     for picture in pictures:
         copy = TABLES / f"{picture.parent.name}_{picture.name}"
         shutil.copyfile(picture, copy)
         text += f"\n![{picture.stem.replace('_', ' ')}](/{copy.relative_to(HERE).as_posix()})\n"
+    return text
+
+
+def tables(ledger: Ledger, rows: list[Row], *, rows_too: bool = False) -> str:
+    """Totals of the rows, and the rows; of a ledger with sections only where ``rows_too`` says so."""
+    counted = totals(ledger, rows)
+    text = f"{markdown(list(counted[0]), counted)}\n" if counted else ""
+    if rows_too or not ledger.section:
+        shown = [key for key in ledger.shown if key != ledger.section and any(key in row for row in rows)]
+        text += markdown(shown, rows)
     return text
 
 

@@ -38,8 +38,8 @@ def test_totals_count_hits_and_misses_of_each_kind() -> None:
     kept = REPRODUCTIONS.checked(rows)
     assert totals(REPRODUCTIONS, kept) == [
         {"kind": "printed", "rows": 2, "hits": 1, "missed": 1},
-        {"kind": "fitted", "rows": 1, "hits": 1, "missed": 0},
         {"kind": "words", "rows": 2, "hits": 1, "missed": 1},
+        {"kind": "fitted", "rows": 1, "hits": 1, "missed": 0},
         {"kind": "all", "rows": 5, "hits": 3, "missed": 2},
     ]
     assert "| A 2000 | 1 | printed | two |" in markdown(list(REPRODUCTIONS.shown), kept)

@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from reproductions import KINDS
+
 ROOT = Path(__file__).resolve().parent.parent
 Row = dict[str, Any]
 
@@ -21,7 +23,8 @@ class Ledger:
     """A list of rows in ``build/<name>.json``.
 
     Modules match ``pattern`` below the folder ``name``; one that has ``function`` contributes rows with
-    ``columns`` (and perhaps ``extra``), distinguished by ``identity``. ``group`` is the column by which they are counted.
+    ``columns`` (and perhaps ``extra``), distinguished by ``identity``. ``group`` is the column by which they are counted, in the
+    order of ``groups``; ``section`` is the column by which pages divide the table.
     """
 
     name: str
@@ -31,6 +34,8 @@ class Ledger:
     identity: tuple[str, ...]
     extra: tuple[str, ...] = ()
     group: str = ""
+    groups: tuple[str, ...] = ()
+    section: str = ""
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -94,6 +99,8 @@ REPRODUCTIONS = Ledger(
     identity=("source", "figure", "quantity"),
     extra=("note",),
     group="kind",
+    groups=tuple(KINDS),
+    section="source",
 )
 BENCHMARKS = Ledger(
     name="benchmarks",
@@ -155,8 +162,9 @@ def totals(ledger: Ledger, rows: list[Row]) -> list[Row]:
     """How many rows of each group hit and missed, and all of them; empty if the ledger has no groups."""
     if not ledger.group:
         return []
-    groups = list(dict.fromkeys(row[ledger.group] for row in rows))
-    parts = {group: [row for row in rows if row[ledger.group] == group] for group in groups} | {"all": rows}
+    there = {row[ledger.group] for row in rows}
+    parts = {group: [row for row in rows if row[ledger.group] == group] for group in ledger.groups if group in there}
+    parts["all"] = rows
     hits = {group: sum(row["verdict"] == "hit" for row in part) for group, part in parts.items()}
     return [
         {ledger.group: group, "rows": len(part), "hits": hits[group], "missed": len(part) - hits[group]}

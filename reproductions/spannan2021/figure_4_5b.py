@@ -1,0 +1,91 @@
+"""Figure 4.5b in kind: stability map of two balls on an eccentric race and orthotropic supports, by (4.70).
+
+The source draws the map without numbers, for the dimensionless machine of figure 4.3; this is the project's own machine of that
+figure. With much drag the averaged equations behind (4.70) are right: their borders are those of the full equations, judged by
+multipliers over a turn. With little drag they leave out too much, and the full equations balance at far lower speeds.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.machine import Machine
+from autobalancer.plots.save import save_picture
+from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.stability.averaged import averaged_plane, balanced_growth_rate
+from autobalancer.stability.states import eigenvalues
+from reproductions import Found, compared_all
+from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS
+
+HEAVY = 1e-2  # N m s
+SPEEDS, DRAGS = np.linspace(200.0, 700.0, 201), np.geomspace(2e-4, 1e-1, 41)
+NEAR = 3.0  # rad/s
+BRACKETS = {1e-3: [(280.0, 360.0)], 3e-3: [(235.0, 245.0), (249.0, 252.0), (295.0, 310.0)]}  # N m s: rad/s
+
+
+def reproduce(out: Path) -> list[dict[str, Any]]:
+    """Edges of the stable ranges with much drag, and the map."""
+    machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", SUPPORTS["orthotropic"])
+    averaged = np.array(averaged_edges(machine, HEAVY))
+    exact = {drag: [exact_edge(machine, drag, *ends) for ends in pairs] for drag, pairs in BRACKETS.items()}
+    exact[HEAVY] = [exact_edge(machine, HEAVY, edge - NEAR, edge + NEAR) for edge in averaged]
+    worst = 100.0 * max((averaged / np.array(exact[HEAVY]) - 1.0).tolist(), key=abs)
+    draw(machine, exact, out)
+    text = "edges of the stable ranges by (4.70), much drag, against the full equations"
+    rows = [
+        Found("closed form", f"{text}: how many", "1", 3, averaged.size, 0),
+        Found("closed form", f"{text}: farthest", "%", 0.0, worst, 0.2),
+    ]
+    return compared_all("Spannan 2021", "4.5b in kind", rows)
+
+
+def with_drag(machine: Machine, drag: float) -> Machine:
+    """The machine with another drag torque over ball speed, N m s."""
+    return with_parameter(machine, "balancers[1].races[1].drag.beta", drag)
+
+
+def averaged_rates(machine: Machine, drag: float) -> np.ndarray:
+    """Growth rate of (4.70) over the speed."""
+    plane = averaged_plane(with_drag(machine, drag))
+    return np.array([balanced_growth_rate(plane, float(speed)) for speed in SPEEDS])
+
+
+def averaged_edges(machine: Machine, drag: float) -> list[float]:
+    """Speeds at which (4.70) becomes stable or unstable."""
+    plane = averaged_plane(with_drag(machine, drag))
+    changes = np.flatnonzero(np.diff(np.sign(averaged_rates(machine, drag))))
+    return [float(brentq(lambda w: balanced_growth_rate(plane, w), SPEEDS[i], SPEEDS[i + 1])) for i in changes]
+
+
+def exact_edge(machine: Machine, drag: float, low: float, high: float) -> float:
+    """The speed at which the full equations become stable or unstable."""
+    heavy = with_drag(machine, drag)
+    return float(brentq(lambda w: float(eigenvalues(heavy, [w])["growth_rate"][0]), low, high, xtol=1e-2))
+
+
+def draw(machine: Machine, exact: dict[float, list[float]], out: Path) -> None:
+    """Where (4.70) is stable, and edges of the full equations."""
+    rates = np.array([averaged_rates(machine, float(drag)) for drag in DRAGS])
+    with look():
+        figure = picture(7.4, 4.6)
+        axes = figure.subplots()
+        axes.contourf(SPEEDS, DRAGS, rates, levels=[-np.inf, 0.0], colors=["#CFE3EE"])
+        axes.contour(SPEEDS, DRAGS, rates, levels=[0.0], colors=[INK], linewidths=1.0)
+        for drag, edges in exact.items():
+            axes.plot(edges, [drag] * len(edges), "x", ms=6, color=UNBALANCE)
+        axes.plot([], [], "x", color=UNBALANCE, label="full equations")
+        axes.fill_between([], [], [], color="#CFE3EE", label="stable by (4.70)")
+        plane = averaged_plane(machine)
+        low, high = (np.sqrt(k / plane.mass) for k in plane.stiffness)
+        for speed in (low, np.sqrt(0.5 * (low**2 + high**2)), high):
+            axes.axvline(speed, color=CRITICAL, lw=0.8, ls=":")
+        axes.set(yscale="log", xlabel="rotor speed (rad/s)", ylabel="drag torque over ball speed (N m s)")
+        axes.set_title("Spannan 2021, figure 4.5b: orthotropic supports, eccentric race")
+        figure.legend(loc="outside lower center", ncols=2)
+        save_picture(figure, out / "figure_4_5b.png")
