@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 WHEN = "in the last revolutions"
 NO_TURNS = (
     "the run kept no whole revolution at its end; run it with save=[..., LastRevolutions()], to a speed above zero "
@@ -43,17 +44,16 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     """
     last = run.isel(turn=whole_turns(run))
     z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
-    mean = z.mean(axis=0)
-    away = z - mean
+    mean, greatest, rms, velocity = moved(z, v)
     found = _measured(
         ("place", run["place"].values),
         static_x=(mean.real, "m", "static deflection along x"),
         static_y=(mean.imag, "m", "static deflection along y"),
         static=(np.abs(mean), "m", "static deflection"),
-        greatest=(np.abs(away).max(axis=0), "m", "greatest distance from the mean position"),
+        greatest=(greatest, "m", "greatest distance from the mean position"),
         half_range=(half_range(z), "m", "half of the range of the deflection"),
-        rms=(one_way_rms(away), "m", "root mean square of the vibration"),
-        velocity_rms=(one_way_rms(v - v.mean(axis=0)), "m/s", "root mean square of the velocity"),
+        rms=(rms, "m", "root mean square of the vibration"),
+        velocity_rms=(velocity, "m/s", "root mean square of the velocity"),
     )
     return found if place is None else _chosen(found, "place", place)
 
@@ -136,7 +136,7 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     return found if support is None else _chosen(found, "support", support)
 
 
-def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[Complexes, Complexes]:
     """Unbalance of each plane and what its balls add up to, complex in the rotor, kg m, (times, P)."""
     unbalance, balls = (
         run[f"{prefix}plane_{name}"].values * np.exp(1j * run[f"{prefix}plane_{name}_angle_in_rotor"].values)
@@ -153,32 +153,46 @@ def whole_turns(run: xr.Dataset) -> slice:
     QuestionError
         If there is no whole revolution.
     """
-    angle = run["turn_rotor_angle"].values if "turn_rotor_angle" in run and "turn_place_x" in run else np.zeros(0)
+    known = "turn_rotor_angle" in run and "turn_place_x" in run
+    turns = turns_of(run["turn_rotor_angle"].values if known else np.zeros(0))
+    if turns.start == turns.stop:
+        raise QuestionError(NO_TURNS)
+    return turns
+
+
+def turns_of(angle: Floats) -> slice:
+    """The part of rotor angles at equal steps that makes whole revolutions up to the end; empty if there is none."""
     step = abs(angle[-1] - angle[-2]) if angle.size > 1 else 0.0
     each = round(2.0 * np.pi / step) if step > 0.0 else 0
     count = (angle.size - 1) // each if each else 0
-    if count == 0:
-        raise QuestionError(NO_TURNS)
     return slice(angle.size - count * each, angle.size)
 
 
-def one_way_rms(z: NDArray[np.complex128]) -> Floats:
+def moved(z: Complexes, v: Complexes) -> tuple[Complexes, Floats, Floats, Floats]:
+    """Mean, greatest distance from it, rms of the rest and of the velocity, for x + i y over whole turns, (times, places)."""
+    mean = z.mean(axis=0)
+    away = z - mean
+    return mean, np.abs(away).max(axis=0), one_way_rms(away), one_way_rms(v - v.mean(axis=0))
+
+
+def one_way_rms(z: Complexes) -> Floats:
     """Root mean square along the direction in which it is greatest, of x + i y without mean, (times, places)."""
     square, turned = np.mean(np.abs(z) ** 2, axis=0), np.abs(np.mean(z**2, axis=0))
     return np.asarray(np.sqrt(0.5 * (square + turned)), np.float64)
 
 
-def half_range(z: NDArray[np.complex128]) -> Floats:
+def half_range(z: Complexes) -> Floats:
     """Half of the range along x or y, whichever is greater, (places,)."""
     return np.asarray(0.5 * np.maximum(np.ptp(z.real, axis=0), np.ptp(z.imag, axis=0)), np.float64)
 
 
 def _measured(along: tuple[str, NDArray[np.object_]], **values: tuple[Floats, str, str]) -> xr.Dataset:
     dimension, names = along
-    found = xr.Dataset(coords={dimension: names})
-    for name, (numbers, unit, text) in values.items():
-        found[name] = (dimension, numbers, {"units": unit, "long_name": f"{text} {WHEN}"})
-    return found
+    data = {
+        name: (dimension, numbers, {"units": unit, "long_name": f"{text} {WHEN}"})
+        for name, (numbers, unit, text) in values.items()
+    }
+    return xr.Dataset(data, {dimension: names})
 
 
 def _chosen(found: xr.Dataset, dimension: str, name: str) -> xr.Dataset:

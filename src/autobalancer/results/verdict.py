@@ -13,7 +13,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
 from autobalancer.results.places import residual_unbalance, support_forces, vibration, whole_turns
-from autobalancer.results.verdict_rule import NO_VERDICT, changing_because, verdict_word
+from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
 
 
@@ -140,12 +140,29 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         )
     notes = tuple(str(run.attrs[name]) for name in ("left_race_text",) if name in run.attrs)
     peak, other_peak = (None if one is None else _peak(one) for one in (run, held))
+    stopped = ""
+    if run.attrs.get("outcome", "finished") != "finished":
+        stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
         none = np.nan
         return Verdict(
-            NO_VERDICT, str(reason), none, none, none, none, none, none, (), (), (), peak, other_peak, None, notes
+            NO_VERDICT,
+            stopped or str(reason),
+            none,
+            none,
+            none,
+            none,
+            none,
+            none,
+            (),
+            (),
+            (),
+            peak,
+            other_peak,
+            None,
+            notes,
         )
     places, supports = _places(run, held), _supports(run, held)
     planes = _planes(run)
@@ -153,7 +170,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
     without = max(place.without_balls for place in places)
     ratio = max(place.vibration for place in places) / without if without > 0.0 else np.nan
-    because = _because(run, without, unbalance, planes)
+    because = stopped or _because(run, without, unbalance, planes)
     before, after = (
         balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
     )
@@ -172,7 +189,22 @@ def _because(run: xr.Dataset, without: float, unbalance: float, planes: tuple[Pl
         return "the machine is shaken from outside; give 'held', its run with hold_balls=True"
     if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
         return "the rotor has no unbalance"
-    return changing_because(run, without)
+    return changing_because(_course(run), without)
+
+
+def _course(run: xr.Dataset) -> Course:
+    for prefix in ("", "envelope_", "turn_"):
+        if f"{prefix}speed" in run:
+            time, speed = run[f"{prefix}time"].values, run[f"{prefix}speed"].values
+            angle = f"{prefix}ball_angle_in_rotor"
+            angles = run[angle].values if angle in run else np.zeros((time.size, 0))
+            break
+    none = np.zeros(0)
+    envelope = tuple(
+        run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
+    )
+    vertical = run.attrs.get("axis", "vertical") == "vertical"
+    return Course(float(run.attrs["end_time"]), vertical, time, speed, angles, *envelope)
 
 
 def _peak(run: xr.Dataset) -> Peak | None:

@@ -10,8 +10,12 @@ without balls it may change.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-import xarray as xr
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT = "no verdict"
@@ -28,53 +32,41 @@ def verdict_word(ratio: float) -> str:
     return next((word for limit, word in LIMITS if ratio <= limit), WORSE)
 
 
-def changing_because(run: xr.Dataset, without_balls: float) -> str:
-    """Why a run has no verdict: it did not finish, or its speed or vibration still changes; else an empty text.
+class Course(NamedTuple):
+    """What tells whether a run has come to its end: samples, and the envelope of the reference station."""
 
-    Parameters
-    ----------
-    run
-        A run of balls in races.
-    without_balls
-        Greatest vibration without balls (m): below a tenth of it a vibration may change.
+    end: float  # time, s
+    vertical: bool
+    time: Floats  # (T,) s
+    speed: Floats  # (T,) rad/s
+    ball_angle: Floats  # (T, n) in the rotor, rad
+    envelope_time: Floats  # (B,) s; empty without an envelope
+    low: Floats  # (B,) m
+    high: Floats  # (B,) m
+
+
+def changing_because(course: Course, without_balls: float) -> str:
+    """Why a run has no verdict: its speed or vibration still changes; else an empty text.
+
+    ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
     """
-    if run.attrs.get("outcome", "finished") != "finished":
-        return f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
-    end = float(run.attrs["end_time"])
-    time, speed = next(
-        (
-            (run[t].values, run[s].values)
-            for t, s in (("time", "speed"), ("envelope_time", "envelope_speed"))
-            if s in run
-        ),
-        (run["turn_time"].values, run["turn_speed"].values),
-    )
-    late = speed[time >= 0.95 * end]
-    if late.size and np.ptp(late) > SAME_SPEED * np.abs(late).max():
+    last = course.time >= 0.95 * course.end
+    speed, angle = course.speed[last], course.ball_angle[last]
+    if speed.size and np.ptp(speed) > SAME_SPEED * np.abs(speed).max():
         return "the speed still changes in the last twentieth of the run; run longer"
-    before, after = (_vibration(run, begin * end, (begin + 0.05) * end) for begin in (0.9, 0.95))
+    before, after = (_vibration(course, begin) for begin in (0.9, 0.95))
     greater, smaller = max(before, after), min(before, after)
-    uneven = _ball_goes_round(run, 0.95 * end)
-    if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
+    goes_round = angle.size and (np.abs(angle[-1] - angle[0]) > 2.0 * np.pi).any()
+    if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if goes_round else SAME_VIBRATION) * smaller:
         return "the vibration still changes in the last tenth of the run; run longer"
     return ""
 
 
-def _ball_goes_round(run: xr.Dataset, begin: float) -> bool:
-    """Whether a ball makes a turn in the rotor from a time to the end."""
-    for time, angle in (("time", "ball_angle_in_rotor"), ("envelope_time", "envelope_ball_angle_in_rotor")):
-        if angle in run:
-            late = run[angle].values[run[time].values >= begin]
-            return bool(late.size and (np.abs(late[-1] - late[0]) > 2.0 * np.pi).any())
-    return False
-
-
-def _vibration(run: xr.Dataset, begin: float, end: float) -> float:
-    """Vibration at the reference station between two times from the envelope, m; nan without one."""
-    if "envelope_high" not in run:
-        return np.nan
-    inside = (run["envelope_time"].values > begin) & (run["envelope_time"].values <= end)
+def _vibration(course: Course, begin: float) -> float:
+    """Vibration at the reference station in the twentieth of the run from a share of it on, m; nan without envelope."""
+    time = course.envelope_time
+    inside = (time > begin * course.end) & (time <= (begin + 0.05) * course.end)
     if not inside.any():
         return np.nan
-    high, low = float(run["envelope_high"].values[inside].max()), float(run["envelope_low"].values[inside].min())
-    return high if run.attrs.get("axis", "vertical") == "vertical" else 0.5 * (high - low)
+    high, low = float(course.high[inside].max()), float(course.low[inside].min())
+    return high if course.vertical else 0.5 * (high - low)

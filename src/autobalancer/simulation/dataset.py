@@ -73,7 +73,7 @@ def run_dataset(
         data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), angle)
         data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), rate)
     if record.turn_states.shape[0]:
-        turns = _ring(record.turn_states, int(state.counts[NEXT_TURN]))
+        turns = in_order(record.turn_states, int(state.counts[NEXT_TURN]))
         z = deflection(turns[:, 1:], assembly)
         coordinates["turn_time"] = ("turn", turns[:, 0])
         data["turn_rotor_angle"] = ("turn", turns[:, 1 + THETA])
@@ -181,7 +181,7 @@ def _at_stations(prefix: str, dimension: str, states: Matrix, assembly: Assembly
     }
 
 
-def _ring(ring: Matrix, written: int) -> Matrix:
+def in_order(ring: Matrix, written: int) -> Matrix:
     """The entries of a ring in the order of time."""
     size = ring.shape[0]
     return ring[:written] if written <= size else np.roll(ring, -(written % size), axis=0)

@@ -13,32 +13,22 @@ import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.system import Assembly, unbalance_at
+from autobalancer.assembly.places import Places, places_of
+from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_BIN, TIME
-from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance
-from autobalancer.kernels.system import BALLS, SPEED
+from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.results.series import released_at, settled_from, wrapped
+from autobalancer.results.verdict_rule import BALANCED
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Envelope
+from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.studies.in_threads import in_threads
-
-LABELS = {
-    "peak_deflection": ("greatest deflection", "m"),
-    "peak_speed": ("rotor speed at the greatest deflection", "rad/s"),
-    "residual_vibration": ("greatest deflection in the last twentieth of the run", "m"),
-    "settling_time": ("settling time of the last ball", "s"),
-    "release_speed": ("greatest release speed of a stalled ball", "rad/s"),
-    "ball_angle_to_unbalance": ("final ball angle from the unbalance", "rad"),
-}
+from autobalancer.studies.sweep_row import LABELS, PER_BALL, sweep_row
 
 
 def sweep(
@@ -51,6 +41,7 @@ def sweep(
     bins: int = 500,
     seed: int = 0,
     vary_seed: bool = False,
+    seeds: int | None = None,
     workers: int | None = None,
     max_steps: int = 10_000_000,
     progress: Callable[[int, int], None] | None = None,
@@ -72,6 +63,9 @@ def sweep(
         Resolution in time of the measures.
     seed, vary_seed
         Start positions of balls that have none; ``vary_seed`` gives each run its own.
+    seeds
+        Run every combination with so many start positions, from ``seed`` on, along the dimension ``seed``. Then
+        ``variations`` may be empty.
     workers
         Threads; by default one for each core. The result does not depend on it.
     progress
@@ -80,12 +74,14 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Peak deflection, its speed, residual vibration, settling time, release speed, final ball angles, outcome.
+        Peak deflection and its speed; at the end vibration, static deflection, force on the supports, residual unbalance, and
+        the vibration without balls; settling time, release speed, final ball angles; ``outcome`` and ``verdict``, and
+        ``balanced``, whose mean is the share of balanced runs.
 
     Raises
     ------
     QuestionError
-        For an unknown parameter, empty or unequal lists, a missing duration.
+        For an unknown parameter, empty or unequal lists, a missing duration, fewer than one of ``seeds``.
     MachineError
         If a combination makes no possible machine; the message names it.
     """
@@ -96,23 +92,25 @@ def sweep(
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
         raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
     end = float(duration) if duration is not None else float(machine.run.duration)  # type: ignore[union-attr]
-    shape, points = _points(variations, grid)
-    assemblies = [
-        prepare(
-            _with(machine, variations, point),
-            end,
-            seed=seed + number * vary_seed,
-            mass_spread=MASS_SPREAD,
-            max_steps=max_steps,
-        )
-        for number, point in enumerate(points)
-    ]
+    if seeds is not None and (seeds < 1 or vary_seed):
+        raise QuestionError(f"seeds: given {seeds}; must be at least 1, and is taken in place of vary_seed")
+    shape, points = _points(variations, grid) if variations or seeds is None else ((), [()])
+    start_seeds = range(seed, seed + seeds) if seeds is not None else None
+    if start_seeds is not None:
+        shape, points = (*shape, len(start_seeds)), [point for point in points for _ in start_seeds]
+    prepared = []
+    for number, point in enumerate(points):
+        varied = _with(machine, variations, point)
+        own = seed + number % len(start_seeds) if start_seeds is not None else seed + number * vary_seed
+        assembly = prepare(varied, end, seed=own, mass_spread=MASS_SPREAD, max_steps=max_steps)
+        prepared.append((assembly, places_of(varied, assembly)))
 
-    def one(assembly: Assembly) -> dict[str, Any]:
-        return _run(assembly, end, tolerance, bins, max_steps)
+    def one(ready: tuple[Assembly, Places]) -> dict[str, Any]:
+        return _run(*ready, end, tolerance, bins, max_steps)
 
-    rows = in_threads(one, assemblies, workers, progress)
-    return _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
+    rows = in_threads(one, prepared, workers, progress)
+    found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
+    return found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:
@@ -132,41 +130,12 @@ def _with(machine: Machine, variations: Mapping[str, Sequence[Any]], point: tupl
     return machine
 
 
-def _run(assembly: Assembly, end: float, tolerance: float, bins: int, max_steps: int) -> dict[str, Any]:
+def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins: int, max_steps: int) -> dict[str, Any]:
     pair = tableaus.dormand_prince_8()
-    record = record_for([Envelope(bins)], (), assembly, end)
+    record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end)
     memory = memory_for(assembly, end, tolerance, pair)
     status = advance(equations(assembly), assembly.system, pair, record, memory, max_steps)
-    count, n = int(memory.counts[NEXT_BIN]), len(assembly.balls)
-    steps = int(memory.counts[ACCEPTED])
-    found: dict[str, Any] = {
-        "outcome": outcome(status, memory.clock[TIME], end, interrupted=False, steps=steps).name
-        if status != RUNNING
-        else "budget spent",
-        "ball_angle_to_unbalance": np.full(n, np.nan),
-    }
-    if count == 0:
-        return found
-    high, states = record.bin_high[:count], record.bin_states[:count]
-    time, speed = record.bin_edges[1 : count + 1], states[:, SPEED]
-    angle, lag = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
-    peak = int(np.argmax(high))
-    found |= {
-        "peak_deflection": high[peak],
-        "peak_speed": speed[peak],
-        "residual_vibration": high[time > 0.95 * time[-1]].max(),
-    }
-    if n:
-        unbalance = unbalance_at(assembly.system, end)
-        critical = min(assembly.critical_speeds, default=math.nan)
-        settled = settled_from(time, angle, speed, math.radians(2.0))
-        released = released_at(speed, lag + speed[:, None], critical)
-        found |= {
-            "settling_time": settled.max(),
-            "release_speed": np.nanmax(released) if np.isfinite(released).any() else np.nan,
-            "ball_angle_to_unbalance": wrapped(angle[-1] - np.angle(unbalance)),
-        }
-    return found
+    return sweep_row(status, assembly, places, record, memory, end)
 
 
 def _dataset(
@@ -180,7 +149,8 @@ def _dataset(
     seed: int,
 ) -> xr.Dataset:
     names = [path.replace("[", "_").replace("]", "").replace(".", "_") for path in variations]
-    dims = tuple(names) if grid else ("run",)
+    dims = (tuple(names) if grid else ("run",)) if names else ()
+    dims = dims if len(dims) == len(shape) else (*dims, "seed")
     result = xr.Dataset(
         attrs={
             "title": f"Sweep of {machine.name}",
@@ -197,14 +167,17 @@ def _dataset(
         numbers = [_number(machine, path, value) for value in values]
         result = result.assign_coords({name: (name if grid else "run", numbers, {"long_name": path})})
     for name, (text, unit) in LABELS.items():
-        cells = np.array([np.asarray(row.get(name, np.nan)) for row in rows], np.float64)
-        extra = ("ball",) if cells.ndim == 2 else ()
-        result[name] = (
-            (*dims, *extra),
-            cells.reshape(shape + cells.shape[1:]),
-            {"long_name": text, "units": unit},
-        )
-    result["outcome"] = (dims, np.array([row["outcome"] for row in rows], dtype=object).reshape(shape))
+        label = {"long_name": text, "units": unit}
+        if name == PER_BALL:
+            most = max(row[name].size for row in rows)
+            padded = [np.pad(row[name], (0, most - row[name].size), constant_values=np.nan) for row in rows]
+            result[name] = ((*dims, "ball"), np.reshape(padded, (*shape, most)), label)
+        else:
+            result[name] = (dims, np.reshape([float(row.get(name, np.nan)) for row in rows], shape), label)
+    for name in ("outcome", "verdict"):
+        result[name] = (dims, np.array([row[name] for row in rows], dtype=object).reshape(shape))
+    balanced = [row["verdict"] == BALANCED for row in rows]
+    result["balanced"] = (dims, np.reshape(balanced, shape), {"long_name": "whether the verdict is 'balanced'"})
     return result
 
 
