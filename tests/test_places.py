@@ -182,10 +182,11 @@ def test_what_was_not_kept_is_asked_for() -> None:
 
 
 def test_a_drum_is_optimized_by_its_vibration_and_not_by_its_sag() -> None:
-    found = ab.sweep(parse_machine(DRUM), {"balancers[1].races[1].balls[1].count": [8, 12]}, seeds=2, duration=8.0)
+    found = ab.sweep(parse_machine(DRUM), {"balancers[1].races[1].balls[1].count": [8, 12]}, seeds=2, duration=6.0)
     assert found["vibration"].dims == ("balancers_1_races_1_balls_1_count", "seed")
     assert found.sizes["ball"] == 12  # of eight balls the other four angles are nan
     sag = found["static_deflection"].mean("seed").values
     assert sag[1] == pytest.approx(1.5 * sag[0], rel=0.02)
-    assert (found["vibration"] < 0.05 * found["static_deflection"]).all()
+    # more balls sag deeper and vibrate less
+    assert found["vibration"][1].max() < 0.1 * found["vibration"][0].min()
     assert found["balanced"].mean() == (found["verdict"] == "balanced").mean()
