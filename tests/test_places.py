@@ -188,5 +188,5 @@ def test_a_drum_is_optimized_by_its_vibration_and_not_by_its_sag() -> None:
     sag = found["static_deflection"].mean("seed").values
     assert sag[1] == pytest.approx(1.5 * sag[0], rel=0.02)
     # more balls sag deeper and vibrate less
-    assert found["vibration"][1].max() < 0.1 * found["vibration"][0].min()
+    assert found["vibration"][1].max() < 0.2 * found["vibration"][0].min()
     assert found["balanced"].mean() == (found["verdict"] == "balanced").mean()
