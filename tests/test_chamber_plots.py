@@ -219,3 +219,33 @@ def test_curves_have_bars_from_the_least_to_the_greatest_filling() -> None:
     drawn(figure)
     assert [line.get_label() for line in figure.axes[0].containers] == ["3 balls", "8 balls", "20 balls"]
     np.testing.assert_allclose(figure.axes[0].containers[0][0].get_ydata(), [0.0, 50.0])
+
+
+def test_the_unbalance_of_a_chamber_is_in_a_unit_that_needs_few_digits_and_angles_are_within_half_a_turn() -> None:
+    figure = plot_chamber_run(RUN)
+    speed, _, angles, left = figure.axes
+    assert left.get_ylabel() in ("unbalance (g mm)", "unbalance (kg mm)")
+    assert max(abs(tick) for tick in left.get_yticks()) < 2e4
+    dots = np.concatenate([np.asarray(line.get_ydata()) for line in angles.get_lines() if line.get_marker() == "."])
+    assert dots.min() >= -180.0
+    assert dots.max() <= 180.0
+    drawn(figure)
+    shown = plot_chamber_run(RUN.assign_attrs(critical_speeds=[float(RUN["speed"].max())])).axes[0]
+    assert len(shown.get_lines()) == len(speed.get_lines()) + 1
+
+
+def test_a_picture_of_an_archive_has_units_whole_numbers_of_balls_and_a_title(tmp_path: Path) -> None:
+    archive = Archive(tmp_path)
+    for balls in (7, 8):
+        archive.start(f"n{balls}", MACHINE, {"balls": balls}, {}).end(
+            "finished", {}, {"vertical_amplitude": 1e-5 * balls}
+        )
+    table = archive.runs()
+    table["vertical_amplitude"].attrs["units"] = "m"
+    figure = plot_catalogue(table, "balls", "vertical_amplitude")
+    drawn(figure)
+    panel = figure.axes[0]
+    assert panel.get_ylabel() == "vertical amplitude (µm)"
+    np.testing.assert_allclose(panel.lines[0].get_ydata(), [70.0, 80.0])
+    assert all(float(tick).is_integer() for tick in panel.get_xticks())
+    assert figure.get_suptitle().startswith("Runs of")

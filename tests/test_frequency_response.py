@@ -15,7 +15,8 @@ from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.frequency_response import plot_frequency_response
+from autobalancer.plots.frequency_response import COLORS, _jumps, plot_frequency_response
+from autobalancer.plots.style import BALLS
 from autobalancer.simulation.sampling import Envelope, SampleTimes
 from autobalancer.studies.frequency_response import frequency_response
 
@@ -237,3 +238,12 @@ def test_the_envelope_of_a_run_at_constant_speed_is_the_amplitude() -> None:
     run = ab.simulate(machine, duration=5.0, save=Envelope(10), tolerance=1e-10)
     found = frequency_response(machine, [1000.0 * RPM], dwell=4.5, window=0.5, tolerance=1e-10)
     assert float(found["amplitude"][0]) == pytest.approx(float(run["envelope_high"][-1]), rel=1e-9)
+
+
+def test_a_stepped_response_is_not_joined_across_a_jump() -> None:
+    amplitude, motion = np.array([1.0, 1.2, 3.0, 3.1, 3.0]), np.array([0, 0, 0, 0, 2])
+    assert _jumps(amplitude, motion).tolist() == [False, True, False, True]
+
+
+def test_balls_and_what_they_do_never_share_a_color() -> None:
+    assert not set(COLORS.values()) & {*BALLS}

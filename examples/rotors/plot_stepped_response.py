@@ -24,7 +24,7 @@ machine = ab.with_parameter(machine, "balancers[1].races[1].drag.beta", "2.83e-6
 found = frequency_response(machine, speeds, dwell=2.0, window=0.5, direction="both", stations=["B1", "B2"])
 
 # %%
-# On the way up the balls stay behind at the first critical speed and whirl about the race (blue), through all others, until
+# On the way up the balls stay behind at the first critical speed and whirl about the race (purple), through all others, until
 # the drag tears them away. On the way down they come from the light side and stay with the rotor at most speeds.
 
 plot_frequency_response(found)

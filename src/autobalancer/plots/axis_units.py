@@ -15,6 +15,7 @@ __all__ = [
     "couple_text",
     "length_axis",
     "length_text",
+    "moment_axis",
     "moment_text",
     "round_down",
     "significant",
@@ -69,6 +70,11 @@ def length_axis(unit: str | None, greatest: float) -> AxisUnit:
     if unit not in LENGTH_UNITS:
         raise QuestionError(f"deflection_unit: given {unit!r}; must be one of {', '.join(LENGTH_UNITS)}")
     return LENGTH_UNITS[unit]
+
+
+def moment_axis(greatest: float) -> AxisUnit:
+    """The unit of an axis of unbalance up to ``greatest`` (kg m)."""
+    return AxisUnit("g mm", 1e6) if greatest < 0.01 else AxisUnit("kg mm", 1e3)
 
 
 def round_down(value: float) -> float:

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber_view import COLORS, Floats, Poses, poses_of, speed_colors
-from autobalancer.plots.style import RACE, UNBALANCE, look, picture
+from autobalancer.plots.style import RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
 
 RIM = "#8A949C"
@@ -67,8 +67,8 @@ def plot_arrangement(
             _front(axes[0, k], poses, k, shape)
             _unrolled(axes[1, k], poses, k, shape)
             axes[0, k].set_title(f"{at:.4g} s")
-        axes[0, 0].set_ylabel("z (mm)")
-        axes[1, 0].set_ylabel("along the axis (mm)")
+        axes[0, 0].set_ylabel("seen from +x: z (mm)")
+        axes[1, 0].set_ylabel("unrolled: along the axis,\nx (mm)")
         figure.colorbar(
             ScalarMappable(speed_colors(poses.speed), COLORS),
             ax=axes,
@@ -76,7 +76,7 @@ def plot_arrangement(
             aspect=40,
             pad=0.01,
         )
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -87,7 +87,7 @@ def _front(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     order = np.argsort(places[:, 0])
     _draw(axes, 1e3 * places[order, 1:], 2e3 * poses.radius[order], poses.speed[k][order], poses)
     tip = 0.97 * size * np.array([np.cos(poses.heavy[k]), np.sin(poses.heavy[k])])
-    axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1])
+    axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1], zorder=3.5)
     axes.set_aspect("equal")
     axes.set_xlim(-1.06 * size, 1.06 * size)
     axes.set_ylim(-1.06 * size, 1.06 * size)
@@ -111,7 +111,7 @@ def _unrolled(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     reach = max(1.08 * half, 1e3 * float(poses.radius.max(initial=0.0)) * 1.5)
     axes.set_ylim(-reach, reach)
     axes.set_xticks([0, 90, 180, 270, 360])
-    axes.set_xlabel("from the unbalance (°)")
+    axes.set_xlabel("angle from the unbalance (°)")
     axes.grid(False)
 
 

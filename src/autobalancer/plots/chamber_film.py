@@ -148,7 +148,7 @@ class _Scene(FilmCanvas):
         body = shown["body_position"].values
         body = body - body.mean(axis=0)
         axis = length_axis(None, float(np.abs(body[:, 1:]).max(initial=0.0)))
-        for column, name, color in ((1, "horizontal", BALLS[4]), (2, "vertical", BALLS[0])):
+        for column, name, color in ((1, "horizontal", BALLS[1]), (2, "vertical", BALLS[0])):
             lower.plot(shown["time"], body[:, column] * axis.factor, color=color, lw=0.8, label=name)
         lower.set_ylabel(f"displacement ({axis.sign})")
         lower.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)

@@ -7,9 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.plots.axis_units import length_axis, speed_axis
+from autobalancer.plots.axis_units import length_axis, moment_axis, speed_axis
 from autobalancer.plots.ball_looks import FEW, BallLook, ball_looks
-from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, legend, look, picture
+from autobalancer.plots.history import History, critical_speeds_of
+from autobalancer.plots.panels import speed_panel
+from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber_measures import collision_statistics
 from autobalancer.results.chamber_shape import unbalance_of
@@ -41,15 +43,17 @@ def plot_chamber_run(
     with look():
         figure = picture(7.2, 7.2)
         speed, body, balls, left = figure.subplots(4, 1, sharex=True)
-        speed.plot(time, run["speed"].values * unit.factor, color=INK)
-        speed.set_ylabel(f"rotor speed ({unit.sign})")
+        rotor = History(
+            time, run["speed"].values, np.empty((time.size, 0)), np.empty((time.size, 0)), np.empty((time.size, 0))
+        )
+        speed_panel(speed, rotor, critical_speeds_of(run), unit, [])
         _body(body, run, deflection_unit)
         _angles(balls, run)
         _left(left, run)
         left.set_xlabel("time (s)")
         left.set_xlim(time[0], time[-1])
         figure.align_ylabels()
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -62,7 +66,8 @@ def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
     with look():
         figure = picture(7.2, 5.4)
         ledger, error = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.0])
-        kinds = [(name, text, color) for name, (text, color) in LEDGER.items() if name in run]
+        there = [name for name in LEDGER if name in run and np.abs(run[name].values).max(initial=0.0) > 0.0]
+        kinds = [(name, *LEDGER[name]) for name in there]
         layers = [run[name].values for name, _, _ in kinds]
         kept = sum(run[name].values - run[name].values[0] for name in STORED)
         ledger.stackplot(
@@ -71,13 +76,13 @@ def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
         )  # fmt: skip
         ledger.plot(time, run["work_motor"].values, color=INK, lw=1.2, label="work of the motor")
         ledger.set_ylabel("energy (J)")
-        ledger.legend(loc="lower right", ncols=2)
-        error.plot(time, run["energy_error"].values, color=UNBALANCE)
+        ledger.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
+        error.plot(time, run["energy_error"].values, color=INK)
         error.set_ylabel("error (J)")
         error.set_xlabel("time (s)")
         error.set_xlim(time[0], time[-1])
         figure.align_ylabels()
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -97,42 +102,46 @@ def plot_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
         force.set_ylabel("hardest contact (N)")
         force.set_xlabel("time (s)")
         figure.align_ylabels()
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
 def _body(axes: Axes, run: xr.Dataset, wanted: str | None) -> None:
     body = run["body_position"].values - run["body_position"].values.mean(axis=0)
     unit = length_axis(wanted, float(np.abs(body[:, 1:]).max(initial=0.0)))
-    for column, name, color in ((1, "horizontal", BALLS[4]), (2, "vertical", BALLS[0])):
+    for column, name, color in ((1, "horizontal", BALLS[1]), (2, "vertical", BALLS[0])):
         axes.plot(run["time"].values, body[:, column] * unit.factor, color=color, lw=0.7, label=name)
     axes.set_ylabel(f"displacement ({unit.sign})")
     legend(axes)
 
 
 def _angles(axes: Axes, run: xr.Dataset) -> None:
-    """Angles from the unbalance, in dots, for balls may slip around."""
+    """Angles from the unbalance within ±180 degrees, in dots, for balls may slip around."""
     thin = run.isel(time=slice(None, None, max(1, run.sizes["time"] // POINTS)))
     place = ball_places_in_rotor(thin).values
     unbalance = unbalance_of(run)
     heavy = np.angle(unbalance[0]) if unbalance is not None else 0.0
-    angle = np.rad2deg(np.mod(np.arctan2(place[:, :, 2], place[:, :, 1]) - heavy, 2.0 * np.pi))
+    angle = np.rad2deg(np.angle((place[:, :, 1] + 1j * place[:, :, 2]) * np.exp(-1j * heavy)))
+    axes.axhline(0.0, color=UNBALANCE, lw=1.2, ls="--", label="unbalance")
+    for side, label in ((180.0, "opposite"), (-180.0, "_")):
+        axes.axhline(side, color=UNBALANCE, lw=1.2, ls=":", label=label)
     count, looks = angle.shape[1], ball_looks(run)
     for i in range(count):
         shown = BallLook(ALL_BALLS, f"{count} balls" if i == 0 else "_") if count > FEW else looks[i]
         axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=shown.color, alpha=0.6, label=shown.label)
-    axes.set_ylim(0.0, 360.0)
-    axes.set_yticks([0, 90, 180, 270, 360])
+    axes.set_ylim(-186.0, 186.0)
+    axes.set_yticks([-180, -90, 0, 90, 180])
     axes.set_ylabel("from unbalance (°)")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, markerscale=8.0, borderaxespad=0.1)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=8, markerscale=8.0, borderaxespad=0.1)
 
 
 def _left(axes: Axes, run: xr.Dataset) -> None:
     static, couple = unbalance_of(run) or (0.0 + 0.0j, 0.0 + 0.0j)
     found = residual_of_balls(run, static, couple)
-    axes.plot(found["time"].values, 1e6 * found["static"].values, color=UNBALANCE, lw=0.8)
+    unit = moment_axis(float(np.nanmax(found["static"].values, initial=abs(static))))
+    axes.plot(found["time"].values, unit.factor * found["static"].values, color=INK, lw=0.8, label="with the balls")
     if abs(static) > 0.0:
-        axes.axhline(1e6 * abs(static), color="#707070", lw=0.8, ls="--", label="of the rotor alone")
-        legend(axes)
-    axes.set_ylabel("unbalance (g mm)")
+        axes.axhline(unit.factor * abs(static), color=UNBALANCE, lw=1.0, ls="--", label="of the rotor alone")
+    legend(axes)
+    axes.set_ylabel(f"unbalance ({unit.sign})")
     axes.set_ylim(bottom=0.0)

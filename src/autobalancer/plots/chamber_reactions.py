@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from autobalancer.plots.axis_units import length_axis
-from autobalancer.plots.style import BALLS, INK, legend, look, picture
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.results.chamber_unconstrained import LooseBody, unconstrained_motion
 
 
@@ -29,9 +29,9 @@ def plot_reactions(
     """
     time = run["time"].values
     loads = (
-        ("P_x (N)", run["constraint_force"].isel(axis=0).values),
-        ("M_y (N m)", run["constraint_moment"].isel(axis=1).values),
-        ("M_z (N m)", run["constraint_moment"].isel(axis=2).values),
+        ("axial force $P_x$ (N)", run["constraint_force"].isel(axis=0).values),
+        ("moment about y,\n$M_y$ (N m)", run["constraint_moment"].isel(axis=1).values),
+        ("moment about z,\n$M_z$ (N m)", run["constraint_moment"].isel(axis=2).values),
     )
     with look():
         columns = 1 if body is None else 2
@@ -44,20 +44,20 @@ def plot_reactions(
             moved = unconstrained_motion(run, body, until)
             unit = length_axis(None, float(np.abs(moved["x"].values).max(initial=0.0)))
             motions = (
-                (f"x ({unit.sign})", moved["x"].values * unit.factor),
-                ("about y (°)", np.rad2deg(moved["rotation_y"].values)),
-                ("about z (°)", np.rad2deg(moved["rotation_z"].values)),
+                (f"axial motion x ({unit.sign})", moved["x"].values * unit.factor),
+                ("rotation about y (°)", np.rad2deg(moved["rotation_y"].values)),
+                ("rotation about z (°)", np.rad2deg(moved["rotation_z"].values)),
             )
             for panel, (text, values) in zip(axes[:, 1], motions, strict=True):
                 panel.plot(time, values, color=BALLS[0], lw=0.6)
                 panel.set_ylabel(text)
-            axes[0, 0].set_title("reactions")
-            axes[0, 1].set_title("body let go")
+            axes[0, 0].set_title("Reactions")
+            axes[0, 1].set_title("Released body")
         for panel in axes[-1]:
             panel.set_xlabel("time (s)")
             panel.set_xlim(time[0], time[-1])
         figure.align_ylabels()
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -70,7 +70,14 @@ def plot_bearing_forces(run: xr.Dataset, *, title: str | None = None) -> Figure:
         radial, axial = figure.subplots(2, 1, sharex=True)
         for i in range(force.shape[1]):
             size = np.hypot(force[:, i, 1], force[:, i, 2])
-            radial.plot(time, size, color=BALLS[i], lw=0.6, label=f"bearing {i + 1}")
+            radial.plot(
+                time,
+                size,
+                color=BALLS[i],
+                lw=0.6,
+                alpha=0.75,
+                label=f"bearing {i + 1}" + ", guides along the axis" * (i == 1),
+            )
             axial.plot(time, force[:, i, 0], color=BALLS[i], lw=0.6)
         radial.set_ylabel("radial force (N)")
         axial.set_ylabel("axial force (N)")
@@ -78,5 +85,5 @@ def plot_bearing_forces(run: xr.Dataset, *, title: str | None = None) -> Figure:
         axial.set_xlim(time[0], time[-1])
         legend(radial)
         figure.align_ylabels()
-        figure.suptitle(title if title is not None else str(run.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure

@@ -9,10 +9,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import length_axis
-from autobalancer.plots.style import BALLS, INK, ball_color, legend, look, picture
+from autobalancer.plots.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
+from autobalancer.plots.style import BALLS, INK, ball_color, heading, legend, look, picture
 
 COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
@@ -39,12 +41,14 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
             for i, friction in enumerate(study["friction"].values):
                 values = study[measure].sel(layers=layer, friction=friction) * unit.factor
                 _curve(panel, study["balls"], values, ball_color(i), f"friction {friction:g}")
-            panel.set_title(NAMES.get(layer, layer))
+            panel.set_title(NAMES.get(layer, layer), pad=20.0)
             panel.set_xlabel("number of balls")
+            panel.xaxis.set_major_locator(MaxNLocator(integer=True))
             panel.set_yscale("log")
+            plain_log_ticks(panel, "y")
         axes[0].set_ylabel(f"{measure.replace('_', ' ')} ({unit.sign})")
-        axes[-1].legend(loc="best")
-        figure.suptitle(title if title is not None else str(study.attrs.get("machine_name", "")))
+        legend(axes[-1])
+        heading(figure, title if title is not None else str(study.attrs.get("machine_name", "")))
     return figure
 
 
@@ -75,7 +79,7 @@ def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
             panel.set_ylim(-4.0, 104.0)
             panel.legend(loc="best")
         axes[0].set_ylabel("balls carried (%)")
-        figure.suptitle(title if title is not None else str(study.attrs.get("machine_name", "")))
+        heading(figure, title if title is not None else str(study.attrs.get("machine_name", "")))
     return figure
 
 
@@ -119,31 +123,39 @@ def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude"
         panel.set_ylabel(f"mean amplitude ({unit.sign})")
         panel.grid(False, axis="x")
         legend(panel)
-        figure.suptitle(title)
+        heading(figure, title)
     return figure
 
 
 def plot_step_sizes(study: xr.Dataset, *, title: str = "Central elastic collision") -> Figure:
     """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5."""
     steps = study["step"].values
+    speeds = study["relative_speed"].values
+    beside = (
+        np.linspace(-0.5, 0.5, len(speeds)) if len(speeds) > 1 else np.zeros(1)
+    )  # errors of all speeds are much alike
+    apart = 0.12 * float(np.log10(steps.max() / steps.min())) / max(len(steps) - 1, 1)
     with look():
-        figure = picture(6.4, 4.2)
+        figure = picture(6.4, 4.6)
         panel = figure.subplots()
-        for i, speed in enumerate(study["relative_speed"].values):
-            chosen = study.sel(relative_speed=speed)
-            panel.plot(steps, 100.0 * chosen["root_mean_square"], "o-", color=ball_color(i), label=f"{speed:g} m/s")
-            for bound in ("greatest", "least"):
-                size = 100.0 * np.abs(chosen[bound].values)
-                panel.plot(steps, size, "^" if bound == "greatest" else "v", ms=4, mfc="none", color=ball_color(i))
-            panel.plot(steps, 100.0 * chosen["typical_root_mean_square"], "--", lw=0.9, color=ball_color(i))
+        for i, speed in enumerate(speeds):
+            chosen, color = study.sel(relative_speed=speed), ball_color(i)
+            shown = steps * 10.0 ** (2.0 * apart * beside[i])
+            panel.plot(steps, 100.0 * chosen["typical_root_mean_square"], "--", lw=0.9, color=color)
+            low, high = (100.0 * np.abs(chosen[bound].values) for bound in ("least", "greatest"))
+            panel.plot(shown, 100.0 * chosen["root_mean_square"], "o", ms=4, color=color, label=f"{speed:g} m/s")
+            panel.plot(shown, high, "^", ms=4, mfc="none", color=color)
+            panel.plot(shown, low, "v", ms=4, mfc="none", color=color)
         panel.set_xscale("log")
         panel.set_yscale("log")
-        panel.set_xlabel("step (s)")
+        panel.set_xlabel("step (s), points of one step side by side")
         panel.set_ylabel("energy error (%)")
+        panel.plot([], [], "o", color=INK, ms=4, label="root mean square")
         panel.plot([], [], "^", color=INK, mfc="none", ms=4, label="greatest gain")
         panel.plot([], [], "v", color=INK, mfc="none", ms=4, label="greatest loss")
+        panel.plot([], [], "--", color=INK, lw=0.9, label="theory, step to the power 2.5")
         panel.legend(loc="upper left")
-        figure.suptitle(title)
+        heading(figure, title)
     return figure
 
 
@@ -166,17 +178,32 @@ def plot_catalogue(table: xr.Dataset, x: str, y: str, by: str | None = None, *, 
     with look():
         figure = picture(6.0, 4.0)
         panel = figure.subplots()
+        along, up = _shown(table[x]), _shown(table[y])
         groups = [None] if by is None else sorted(set(table[by].values.tolist()), key=str)
         for i, group in enumerate(groups):
             mine = np.ones(table.sizes["run"], bool) if group is None else table[by].values == group
-            order = np.argsort(table[x].values[mine])
-            label = None if group is None else f"{by} {group:g}" if isinstance(group, float) else f"{by} {group}"
-            panel.plot(
-                table[x].values[mine][order], table[y].values[mine][order], "o-", ms=4, color=ball_color(i), label=label
-            )
-        panel.set_xlabel(x.replace("_", " "))
-        panel.set_ylabel(y.replace("_", " "))
+            order = np.argsort(along.values[mine])
+            name = "" if by is None else by.replace("_", " ")
+            label = None if group is None else f"{name} {group:g}" if isinstance(group, float) else f"{name} {group}"
+            panel.plot(along.values[mine][order], up.values[mine][order], "o-", ms=4, color=ball_color(i), label=label)
+        panel.set_xlabel(along.label)
+        panel.set_ylabel(up.label)
+        for axis, shown in ((panel.xaxis, along), (panel.yaxis, up)):
+            if np.array_equal(shown.values, np.round(shown.values)) and not log:
+                axis.set_major_locator(MaxNLocator(integer=True))
         if log:
             panel.set_yscale("log")
+            plain_log_ticks(panel, "y")
         legend(panel)
+        heading(figure, str(table.attrs.get("title", "")))
     return figure
+
+
+def _shown(values: xr.DataArray) -> QuantityAxis:
+    """Values and label of an axis; lengths in the unit that suits them."""
+    if values.attrs.get("units") != "m":
+        shown = quantity_axis(values, "rpm")
+    else:
+        unit = length_axis(None, float(np.nanmax(np.abs(values.values), initial=0.0)))
+        shown = QuantityAxis(values.values * unit.factor, f"{values.name} ({unit.sign})", unit, False)
+    return shown._replace(label=shown.label.replace("_", " "))

@@ -102,7 +102,9 @@ class ChamberView:
         axes.add_collection(self.before)
         self.mark = axes.plot([], [], "-o", color=UNBALANCE, lw=1.6, ms=5, zorder=4, visible=marked)[0]
         self.axis = axes.plot([], [], color=INK, lw=0.8, ls=(0, (6, 3, 1, 3)), zorder=1)[0]
-        self.artists: list[Artist] = [self.behind, self.axis, self.balls, self.before, self.mark]
+        words: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "color": "#404040", "zorder": 5}
+        self.ends = [axes.text(0.0, 0.0, text, **words) for text in ("−x", "+x")]
+        self.artists: list[Artist] = [self.behind, self.axis, self.balls, self.before, self.mark, *self.ends]
 
     def show(self, k: int) -> None:
         """Move everything to time ``k``."""
@@ -118,6 +120,12 @@ class ChamberView:
         reach = 1.15 * max(abs(chamber.place) + 0.5 * chamber.depth for chamber in self.chambers)
         line = self.camera.seen(np.array([[-reach, 0.0, 0.0], [reach, 0.0, 0.0]]) + shift)
         self.axis.set_data(line[:, 0], line[:, 1])
+        if np.hypot(*(line[1] - line[0])[:2]) > 0.2 * reach:  # else one looks along the axis
+            for text, at in zip(self.ends, 1.07 * (line - line.mean(axis=0)) + line.mean(axis=0), strict=True):
+                text.set_position((float(at[0]), float(at[1])))
+        else:
+            for text in self.ends:
+                text.set_visible(False)
 
     def _balls(self, k: int, shift: Floats) -> None:
         seen = self.camera.seen(self.poses.balls[k] + shift)

@@ -15,10 +15,12 @@ from matplotlib.ticker import MultipleLocator
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.ball_looks import ball_looks
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, look, picture
+from autobalancer.plots.quantity_axis import plain_log_ticks
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, heading, look, picture
 from autobalancer.results.series import wrapped
 
-COLORS = {"at rest": "#009E73", "swinging": "#E69F00", "stalled": "#0072B2"}
+COLORS = {"at rest": INK, "swinging": "#9AA0A6", "stalled": "#7B3294"}  # none of a ball
+JUMP = 2.0  # neighbors whose amplitudes differ by a greater factor are not joined
 MARKERS = {"up": "^", "down": "v", "fixed": "o"}
 WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start state"}
 
@@ -72,7 +74,7 @@ def plot_frequency_response(
         figure = picture(8.0, 5.6 if balls else 3.4)
         heights = [1.4, 1.0][: 1 + (balls > 0)]
         panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-        panels[0].set_title(str(found.attrs["title"]))
+        heading(figure, str(found.attrs["title"]))
         for critical in np.atleast_1d(found.attrs.get("critical_speeds", [])):
             if found["speed"].values[0] < critical < found["speed"].values[-1]:
                 for panel in panels:
@@ -82,25 +84,34 @@ def plot_frequency_response(
             if balls:
                 _angles(panels[-1], leg, speeds, zero, hollow=name == "down")
         panels[0].set_yscale("log" if log else "linear")
+        if log:
+            plain_log_ticks(panels[0], "y")
         panels[0].set_ylabel(f"{'mean deflection' if quantity != 'amplitude' else 'amplitude'} ({lengths.sign})")
-        panels[0].legend(handles=_handles(found, [name for name, _ in legs], balls), loc="best", ncols=1 + (balls > 0))
+        _above(panels[0], _handles(found, [name for name, _ in legs], balls))
         if balls:
             panels[-1].set_ylabel(
                 "ball angle in the rotor (°)" if zero == 0.0 else "ball angle from the zero given (°)"
             )
             panels[-1].set_ylim(-180.0, 180.0)
             panels[-1].yaxis.set_major_locator(MultipleLocator(90.0))
-            panels[-1].legend(
-                handles=[
-                    Line2D([], [], color=ball.color, marker="o", ls="", ms=4, label=ball.label)
-                    for ball in ball_looks(found)
-                    if ball.label != "_"
-                ],
-                loc="best",
-            )
+            handles = [
+                Line2D([], [], color=ball.color, marker="o", ls="", ms=4, label=ball.label)
+                for ball in ball_looks(found)
+                if ball.label != "_"
+            ]
+            for name, width, pale in (("range of a ball that moves", 1.6, 0.55), ("ball goes round", 0.8, 0.35)):
+                handles.append(
+                    Line2D([], [], color="#606060", marker="|", ms=8, mew=width, ls="", alpha=pale, label=name)
+                )
+            _above(panels[-1], handles)
         panels[-1].set_xlabel(f"rotor speed ({speeds.sign})")
         figure.align_ylabels(panels)
     return figure
+
+
+def _above(panel: Axes, handles: list[Line2D]) -> None:
+    """A legend in one row above a panel."""
+    panel.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1)
 
 
 def _legs(found: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
@@ -115,12 +126,20 @@ def _amplitudes(
     panel: Axes, name: str, leg: xr.Dataset, quantity: str, speeds: AxisUnit, lengths: AxisUnit, *, hollow: bool
 ) -> None:
     x, y = leg["speed"].values * speeds.factor, leg[quantity].values * lengths.factor
-    panel.plot(x, y, color="#B0B0B0", lw=0.7, zorder=1.5)
+    joined = np.where(_jumps(y, leg["motion"].values if "motion" in leg else np.zeros(y.size)), np.nan, y[:-1])
+    for i in np.flatnonzero(np.isfinite(joined)):
+        panel.plot(x[i : i + 2], y[i : i + 2], color="#B0B0B0", lw=0.7, zorder=1.5)
     for number, motion in enumerate(COLORS) if "motion" in leg else [(0, "")]:
         here = leg["motion"].values == number if motion else np.isfinite(y)
         color = COLORS.get(motion, ALL_BALLS)
         face = "white" if hollow else color
         panel.plot(x[here], y[here], ls="", marker=MARKERS[name], ms=4.2, mec=color, mfc=face, mew=0.9, zorder=2.0)
+
+
+def _jumps(y: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Between which neighbors the amplitude jumps, or the balls do something else."""
+    size = np.log(np.maximum(np.abs(y), 1e-300))
+    return np.asarray((np.abs(np.diff(size)) > np.log(JUMP)) | (np.diff(motion) != 0))
 
 
 def _angles(panel: Axes, leg: xr.Dataset, speeds: AxisUnit, zero: float, *, hollow: bool) -> None:
@@ -161,6 +180,9 @@ def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
         Line2D([], [], ls="", marker=MARKERS[name], mec="#404040", mfc="white" if name == "down" else "#404040", label=WAYS[name])
         for name in names
     ]  # fmt: skip
+    critical = np.atleast_1d(found.attrs.get("critical_speeds", []))
+    if ((found["speed"].values[0] < critical) & (critical < found["speed"].values[-1])).any():
+        handles.append(Line2D([], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label="critical speed"))
     if balls:
         there = set(np.unique(found["motion"].values))
         handles += [

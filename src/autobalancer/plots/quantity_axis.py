@@ -13,6 +13,8 @@ from autobalancer.plots.axis_units import AxisUnit, speed_axis
 SHOWN = {
     "m^2/s": AxisUnit("mm²/s", 1e6),
     "kg*m": AxisUnit("g mm", 1e6),
+    "kg m": AxisUnit("g mm", 1e6),
+    "1": AxisUnit("", 1.0),
     "m": AxisUnit("mm", 1e3),
     "N*m*s": AxisUnit("N m s", 1.0),
     "N*s/m": AxisUnit("N s/m", 1.0),
@@ -51,12 +53,14 @@ def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
 
 
 def plain_log_ticks(axes: Axes, which: str) -> None:
-    """1, 2, 5, 10, ... as plain numbers on a logarithmic axis."""
+    """1, 2, 5, 10, ... as plain numbers on a logarithmic axis; more of them on a short one."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axis.get_view_interval()
-    steps = (1.0, 2.0, 5.0) if high / low < 2e3 else (1.0,)
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0) if high / low < 2e3 else (1.0,)
+    if high / low < 8.0:
+        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
     axis.set_major_locator(LogLocator(subs=steps, numticks=30))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

@@ -25,8 +25,8 @@ def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...],
     total = sum(group.count for chamber in machine.chambers for group in chamber.balls)
     numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6)
     free = numbers.active[:-1]
-    if not len(free):
-        return (), ()
+    if not len(free) or not numbers.stiffness[np.ix_(free, free)].any():
+        return (), ()  # nothing moves, or nothing holds it
     inertia = numbers.inertia.astype(complex)
     for chamber in machine.chambers:
         mass = sum(group.count * group.ball_mass for group in chamber.balls)

@@ -11,6 +11,7 @@ import xarray as xr
 from autobalancer.assembly.chamber import contact_time
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.dataset import joined, labeled
 from autobalancer.simulation.chamber.march import begin, restore
 from autobalancer.units import to_si
@@ -93,7 +94,14 @@ def simulate_chamber(
     h = default_step(machine) if step is None else _step(step, shortest)
     every = max(math.ceil(interval / h * (1.0 - 1e-9)), 1)
     h = interval / every
-    attributes = {"step": h, "seed": seed, "method": method, "sample": interval, "contact_time": shortest}
+    attributes = {
+        "step": h,
+        "seed": seed,
+        "method": method,
+        "sample": interval,
+        "contact_time": shortest,
+        "critical_speeds": list(chamber_critical_speeds(machine)[0]),
+    }
     march = begin(machine, h, every, method, seed, settle) if resume is None else restore(machine, h, every, resume)
     samples = round(end / interval)
     parts: list[xr.Dataset] = []
