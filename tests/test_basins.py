@@ -10,6 +10,8 @@ import pytest
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.stability.lateral import plane
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"
@@ -64,6 +66,44 @@ def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> Non
     assert "deg" in figure.axes[0].get_xlabel()
     ab.save_run(found, tmp_path / "basin.nc")
     assert ab.load_run(tmp_path / "basin.nc")["state"].equals(found["state"])
+
+
+def _rough(adherence: float) -> Machine:
+    friction = {"rolling_resistance": 0.5 * adherence, "adherence": adherence}
+    return with_parameter(ab.load_machine(DISCOIDAL), "balancers[1].races[1].friction", friction)
+
+
+def test_balls_that_friction_keeps_off_their_places_are_held_and_neither_balanced_nor_in_line() -> None:
+    found = ab.basin(_rough(1e-4), 125.0, random=60, seed=3)
+    assert float(found["share"].sel(end="held by friction")) > 0.9
+    assert float(found["share"].sum()) == pytest.approx(1.0)
+    p = plane(_rough(1e-4))
+    angles = found["final_ball_angle_in_rotor"].values
+    left = np.abs(p.unbalance + (p.moment * np.exp(1j * angles)).sum(axis=1))
+    assert found["residual_unbalance"].values == pytest.approx(left)
+    assert float(found["residual_quantile"].sel(quantile=0.5)) == pytest.approx(float(np.median(left)))
+    assert float(found["deflection_quantile"].sel(quantile=1.0)) == pytest.approx(
+        float(found["final_deflection"].max()), rel=0.03
+    )  # runs end when a hundredth of the transient is left
+    assert "friction_text" not in found.attrs
+
+
+def test_with_much_friction_no_start_balances_and_without_any_the_result_says_that_balls_are_ideal() -> None:
+    stuck = ab.basin(_rough(0.01), 125.0, random=40)
+    assert float(stuck["share"].sel(end="balanced")) == 0.0
+    worse = stuck["verdict_share"].sel(verdict=["not balanced", "worse than without balls"])
+    assert float(worse.sum()) > 0.4
+    ideal = ab.basin(DISCOIDAL, 125.0, random=20)
+    assert float(ideal["verdict_share"].sel(verdict="balanced")) == 1.0
+    assert "ideal balls" in ideal.attrs["friction_text"]
+
+
+def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:
+    found = ab.basin(_rough(3e-4), 125.0, random=40)
+    figure = ab.plot_basin(found)
+    assert "residual unbalance" in figure.axes[1].get_xlabel()
+    steps = figure.axes[1].lines[0].get_xdata()
+    assert np.allclose(np.sort(found["residual_unbalance"].values) * 1e6, np.asarray(steps))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,11 @@ from functools import cache
 
 from autobalancer.catalog.tables import rows
 
+NONE_GIVEN = (
+    "no friction given: residuals are those of ideal balls; typical coefficients: autobalancer catalog friction"
+)
+"""What every answer about a machine without friction says."""
+
 
 @dataclass(frozen=True)
 class FrictionCoefficients:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -56,14 +56,53 @@ def basin(
     if plot is not None:
         save_picture(plot_basin(found, speed_unit=speed_unit), plot)
     if as_json:
-        typer.echo(json.dumps({"machine": str(machine), "runs": int(found["state"].size), "share": shares}, indent=2))
+        answer = {"machine": str(machine), "runs": int(found["state"].size), "share": shares, **_left(found)}
+        typer.echo(json.dumps(answer, indent=2))
         return
     for name, share in shares.items():
         if share > 0.0:
-            typer.echo(f"{name:>12}  {100 * share:6.2f} %")
+            typer.echo(f"{name:>24}  {100 * share:6.2f} %")
+    for line in _lines(_left(found)):
+        typer.echo(line)
     for path in (out, plot):
         if path is not None:
             typer.echo(f"written: {path}")
+
+
+def _left(found: Any) -> dict[str, Any]:
+    """What the ends leave, SI; nan becomes None."""
+
+    def plain(name: str) -> Any:
+        values = found[name].values
+        return float(values) if values.ndim == 0 else [None if v != v else float(v) for v in values]
+
+    quantiles = [str(float(q)) for q in found["quantile"].values]
+    return {
+        "verdict_share": dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True)),
+        "residual_unbalance": dict(zip(quantiles, plain("residual_quantile"), strict=True)),
+        "deflection": dict(zip(quantiles, plain("deflection_quantile"), strict=True)),
+        "unbalance": plain("unbalance"),
+        "deflection_without_balls": plain("deflection_without_balls"),
+        "note": str(found.attrs.get("friction_text", "")),
+    }
+
+
+def _lines(left: dict[str, Any]) -> list[str]:
+    from autobalancer.results.number_text import length_text, moment_text
+
+    words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in left["verdict_share"].items() if share > 0.0)
+    lines = [f"verdict: {words}"] if words else []
+    for name, text, key, whole in (
+        ("residual unbalance", moment_text, "residual_unbalance", "unbalance"),
+        ("deflection", length_text, "deflection", "deflection_without_balls"),
+    ):
+        middle, often, most = left[key].values()
+        if middle is not None:
+            lines.append(
+                f"{name} of the balls at rest: median {text(middle)}, 95 % below {text(often)}, "
+                f"at most {text(most)}; without balls {text(left[whole])}"
+            )
+    return [*lines, f"note: {left['note']}"] if left["note"] else lines
 
 
 def _axis(text: str) -> tuple[str, list[float]]:

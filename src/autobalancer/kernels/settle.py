@@ -52,7 +52,7 @@ def _rests(m: Memory, count: int, limit: float) -> bool:
 @njit(
     void(
         rhs_type, system_type, tableau_type, record_type, memory_type, matrix_type, vector_type, types.float64,
-        types.float64, matrix_type,
+        types.float64, types.float64, matrix_type,
     ),
     cache=KEPT,
     nogil=True,
@@ -68,10 +68,12 @@ def settle(
     rates: Floats,
     hold: float,
     rest: float,
+    earliest: float,
     ends: Matrix,
 ) -> None:
     """Run from each row of ``starts`` until all balls rest (slower than ``rest``), or for the time ``hold``.
 
+    Balls that friction holds may be shaken loose until the rotor is steady: rest counts from the time ``earliest`` on.
     With ``rates[k]`` > 0 the run begins with a ramp at that rate up to the speed of the last segment; the time counts
     from its end. ``ends`` is (rows, state + 2 + 2 n).
     """
@@ -96,7 +98,7 @@ def settle(
         status, quiet = RUNNING, 0
         while status == RUNNING and quiet < LOOKS_AT_REST:
             status = advance(rhs, p, t, r, m, STEPS_BETWEEN_LOOKS)
-            quiet = quiet + 1 if m.clock[TIME] > ramp and _rests(m, count, rest) else 0
+            quiet = quiet + 1 if m.clock[TIME] > ramp + earliest and _rests(m, count, rest) else 0
         for i in range(count):
             ends[k, size + 2 + i] = 0.0
             ends[k, size + 2 + count + i] = 0.0

@@ -17,6 +17,7 @@ import xarray as xr
 
 from autobalancer.assembly.fluid_numbers import Lags
 from autobalancer.assembly.system import assemble, start_angles
+from autobalancer.catalog.friction import NONE_GIVEN
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -45,6 +46,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
+from autobalancer.stability.basin_residuals import residuals
 from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
 from autobalancer.stability.lateral import Plane, plane
@@ -95,8 +97,10 @@ def basin(
     Returns
     -------
     xarray.Dataset
-        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``; ``share`` of
-        each state with a 95 % interval (Wilson 1927) for random starts.
+        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``, ``residual_unbalance``
+        of unbalance and balls; ``share`` of each state with a 95 % interval (Wilson 1927) for random starts. Over the starts that
+        end at rest ``residual_quantile`` and ``deflection_quantile`` (median, 95 %, greatest); over all of them
+        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict_rule`.
 
     Raises
     ------
@@ -116,7 +120,8 @@ def basin(
     lags = diffusing_lags(machine)
     assembly = assemble(machine, seed=seed, contact=False, lags=lags)
     longest = hold or _long_enough(machine, p, speed, lags if "acceleration" in axes else {})
-    question = Question(machine, assembly, p, speed, longest, tolerance)
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    question = Question(machine, assembly, p, speed, longest, tolerance, rubs)
     starts, rates, shape = _starts(question, axes, random, seed)
     ends = _settle(question, starts, rates, workers, progress)
     states = np.array([end_state(question, end) for end in ends])
@@ -221,6 +226,7 @@ def _settle(
             rates[rows],
             question.hold,
             rest,
+            _steady_after(question) if question.rubs else 0.0,
             ends[rows],
         )
         done += rows.stop - rows.start
@@ -230,6 +236,12 @@ def _settle(
     with ThreadPoolExecutor(workers if workers is not None else os.cpu_count() or 1) as pool:
         list(pool.map(part, range(0, starts.shape[0], ROWS)))
     return ends
+
+
+def _steady_after(question: Question) -> float:
+    """Time after which the rotor has forgotten its start but for a hundredth, s; at most half of the time there is."""
+    slowest = min(question.p.damping) / (2.0 * question.p.mass)
+    return min(math.log(100.0) / slowest if slowest > 0.0 else math.inf, 0.5 * question.hold)
 
 
 def _dataset(
@@ -257,6 +269,7 @@ def _dataset(
     found["final_deflection"] = (dims, deflection, {"long_name": "deflection at the end", "units": "m"})
     angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
     found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
+    found = found.merge(residuals(question, dims, angles, states.reshape(shape)))
     possible = states[states != STATES.index("overlapping start")]
     counts = np.bincount(possible, minlength=len(STATES))
     low, high = _wilson(counts, max(possible.size, 1))
@@ -276,6 +289,7 @@ def _dataset(
         "tolerance": question.tolerance,
         "seed": seed,
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
+        **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }
     return found
 

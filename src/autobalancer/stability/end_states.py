@@ -3,6 +3,7 @@
 - *balanced*: the balls rest and every race with balls that are not in one row runs true (center within 1/1000 of the
   deflection scale of the axis of rotation);
 - *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
+- *held by friction*: the balls rest where no ball without friction would;
 - *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
 - *chaotic*: the balls swing for ever, and two runs that start close together part exponentially;
 - *oscillating*: the balls swing for ever, and they do not.
@@ -28,7 +29,18 @@ from autobalancer.machine import Machine
 from autobalancer.stability.floquet import Turn
 from autobalancer.stability.lateral import Plane
 
-STATES = ("balanced", "coincident", "in line", "stalled", "oscillating", "chaotic", "failed", "overlapping start")
+STATES = (
+    "balanced",
+    "coincident",
+    "in line",
+    "held by friction",
+    "stalled",
+    "oscillating",
+    "chaotic",
+    "failed",
+    "overlapping start",
+)
+AT_REST = STATES[:4]
 REST = 1e-5  # ball speed over rotor speed
 TRUE = 1e-3  # distance of a race center over the deflection scale
 TURNING = 1e-2  # mean ball speed over rotor speed
@@ -44,6 +56,7 @@ class Question:
     speed: float
     hold: float
     tolerance: float
+    rubs: bool = False  # whether any race has friction
 
 
 def end_state(question: Question, end: Floats) -> int:
@@ -68,6 +81,8 @@ def end_state(question: Question, end: Floats) -> int:
     true = np.abs(center) <= TRUE * scale
     if true.any() and (true | row).all():
         return STATES.index("balanced")
+    if question.rubs and not (true | row).all():
+        return STATES.index("held by friction")
     if len(set(np.sign(along.real[~true]))) <= 1:
         return STATES.index("coincident")
     return STATES.index("in line")

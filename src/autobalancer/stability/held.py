@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.catalog.friction import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.laws.rest_interval import rest_ends
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
+from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.stability.frames import service_speed
 from autobalancer.stability.lateral import Complexes, Floats
 from autobalancer.stability.planes import described
@@ -26,9 +28,6 @@ from autobalancer.stability.stopping import Races, stopped
 from autobalancer.units import to_si
 
 STARTS = 400
-NONE_GIVEN = (
-    "no friction given: residuals are those of ideal balls; typical coefficients: autobalancer catalog friction"
-)
 PART_GIVEN = "some races have no friction: their balls are ideal"
 
 
@@ -71,18 +70,20 @@ class HeldPlane:
 
     @property
     def sentence(self) -> str:
-        """All that in words, g mm and um."""
+        """All that in words."""
         if self.held_whirl <= 0.0:
             return "the weight of the balls moves them in each turn; friction does not hold them at rest"
         first = (
-            f"balls at rest stay put below a whirl of {_um(self.held_whirl)}; the unbalance of {_gmm(self.required)} alone "
-            f"makes {_um(self.unbalance_whirl)}"
+            f"balls at rest stay put below a whirl of {length_text(self.held_whirl)}; the unbalance of "
+            f"{moment_text(self.required)} alone makes {length_text(self.unbalance_whirl)}"
         )
-        residual = f"residual up to {_gmm(self.worst_residual)}"
-        often = f"over random starts median {_gmm(self.median_residual)}, 95 % below {_gmm(self.residual_95)}"
+        residual = f"residual up to {moment_text(self.worst_residual)}"
+        often = (
+            f"over random starts median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
+        )
         if self.holds:
             before = (
-                f"; only the whirl of {_um(self.largest_whirl)} at the critical speed can move them before"
+                f"; only the whirl of {length_text(self.largest_whirl)} at the critical speed can move them before"
                 if self.largest_whirl > self.held_whirl
                 else "; nor does any whirl up to this speed"
             )
@@ -276,14 +277,6 @@ def _interval(races: Races, here: np.ndarray[Any, Any], gain: complex) -> float:
         ends = rest_ends(gain, float(moment), float(moment), float(orbit), float(mu)) if mu > 0.0 else None
         widest = max(widest, *(abs(end) for end in ends)) if ends else widest
     return float(widest)
-
-
-def _um(length: float) -> str:
-    return f"{length * 1e6:.3g} um"
-
-
-def _gmm(moment: float) -> str:
-    return f"{moment * 1e6:.4g} g mm"
 
 
 def _deg(angle: float) -> str:
