@@ -145,6 +145,22 @@ def test_the_grade_of_a_run_is_that_of_what_is_left_on_the_mass_that_turns(balan
     assert turning < float(run.attrs["turning_mass"]) < turning + 0.2
 
 
+@pytest.mark.parametrize("name", ["two_plane_rotor.toml", "discoidal.toml"])
+def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
+    found = ab.summary(MACHINES / name)
+    run = ab.simulate(at_speed(name, found.highest_speed or 0.0), duration=0.1)
+    assert found.service is not None
+    assert dict(found.service.vibration) == pytest.approx(
+        dict(zip(run["place"].values, run["vibration_without_balls"].values, strict=True)), rel=1e-9
+    )
+    assert found.service.grade == pytest.approx(ab.verdict(run).grade_before, rel=1e-9)
+    shown = CliRunner(env={"COLUMNS": "80"}).invoke(app, ["check", str(MACHINES / name)]).stdout
+    assert "without balancing" in shown
+    assert "ISO 21940-11 G" in shown
+    driven = ab.load_machine(MACHINES / "stall_and_release.toml").model_copy(update={"unbalances": ()})
+    assert ab.summary(driven).service is None
+
+
 def test_a_sweep_gives_the_measures_and_the_verdict_of_single_runs() -> None:
     machine = ab.load_machine(MACHINES / "two_plane_rotor.toml")
     path = "rotor.polar_inertia"

@@ -40,6 +40,7 @@ def check(
     from rich.table import Table
 
     from autobalancer.cli.friction import friction_rows
+    from autobalancer.cli.service import service_rows
 
     table = Table(title=found.name, show_header=False, title_justify="left", min_width=60)
     table.add_column(style="bold")
@@ -57,6 +58,9 @@ def check(
     table.add_row(
         "unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" (greatest over time)" if found.unbalance_varies else "")
     )
+    if found.service is not None:
+        for row in service_rows(found.service):
+            table.add_row(*row)
     for race in found.races:
         share = race.capability / found.unbalance if found.unbalance else math.inf
         enough = f", {share:.3g} times the unbalance" if found.unbalance else ""

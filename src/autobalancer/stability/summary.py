@@ -19,6 +19,7 @@ from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.frames import StationSummary, frame_of
 from autobalancer.stability.held import HeldByFriction, held_by_friction
 from autobalancer.stability.lateral import largest_unbalance
+from autobalancer.stability.service import Service, service_of
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class Summary:
     warnings: tuple[str, ...]
     rotor: str = "planar"
     stations: tuple[StationSummary, ...] = ()
+    service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
 
     def as_dict(self) -> dict[str, Any]:
@@ -79,7 +81,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     balls = resolve(machine)
-    assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
+    assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
     unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
@@ -114,6 +116,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         + _short(frame.stations),
         rotor=machine.rotor.kind,
         stations=frame.stations,
+        service=service_of(machine, assembly, highest),
         friction=_held(machine) if balls else None,
     )
 

@@ -1,0 +1,23 @@
+"""What the rotor does without balancing, as rows of a table."""
+
+from __future__ import annotations
+
+import math
+
+from autobalancer.laws.balance_quality import grade_name
+from autobalancer.results.number_text import force_text, length_text, velocity_text
+from autobalancer.stability.service import Service
+
+
+def service_rows(service: Service) -> list[tuple[str, str]]:
+    """Names and texts: grade, vibration and forces before balls balance anything."""
+    rpm = f"{service.speed * 30.0 / math.pi:.5g} rpm"
+    rows = [
+        ("without balancing", f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)}) at {rpm}")
+    ]
+    for names, text, values in (("vibration", length_text, service.vibration), ("force", force_text, service.force)):
+        known = [(name, value) for name, value in values if math.isfinite(value)]
+        if known:
+            shown = ", ".join(f"{name}: {text(value)}" if len(values) > 1 else text(value) for name, value in known)
+            rows.append(("", f"{names} {shown}"))
+    return rows
