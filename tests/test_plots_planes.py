@@ -168,3 +168,15 @@ def test_stacks_stand_at_or_above_their_places_and_below_the_edge() -> None:
     assert stacked(np.array([0.0, 10.0]), 5.0, 90.0).tolist() == [0.0, 10.0]
     assert stacked(np.array([8.0, 10.0, 11.0]), 5.0, 90.0).tolist() == [11.0, 16.0, 21.0]
     assert stacked(np.array([88.0, 89.0]), 5.0, 90.0).tolist() == [85.0, 90.0]
+
+
+def test_the_run_up_shows_the_machine_without_balancing_beside_it(drum: xr.Dataset) -> None:
+    panel = ab.plot_run_up(drum).axes[1]
+    reference = next(line for line in panel.get_lines() if line.get_label() == "without balancing")
+    factor = {"deflection (µm)": 1e6, "deflection (mm)": 1e3}[panel.get_ylabel()]
+    assert np.asarray(reference.get_ydata()) == pytest.approx(factor * float(drum.vibration_without_balls[0]))
+    held = ab.simulate(ab.load_machine(MACHINES / "two_plane_rotor.toml"), duration=0.2, hold_balls=True, save=SAVE)
+    whole = next(
+        line for line in ab.plot_run_up(held, held=held).axes[1].get_lines() if line.get_label() == "without balancing"
+    )
+    assert np.asarray(whole.get_ydata()) == pytest.approx(1e6 * held.envelope_high.values)

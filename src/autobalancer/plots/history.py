@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.plots.places import places
 from autobalancer.plots.static import static_part
+from autobalancer.results.series import end_of_run_up
 
 Floats = NDArray[np.float64]
 CALM = 0.05  # of the greatest deflection
@@ -45,6 +46,7 @@ class Deflections(NamedTuple):
     name: str = ""  # of the reference place, if there are others
     static: complex = 0j  # m, about which the place vibrates at the end
     curves: tuple[Curve, ...] = ()  # of other places; with a static deflection the vibration of all
+    without: Curve | None = None  # the vibration of the same machine with its balls spread and held
 
 
 def span_of(run: xr.Dataset, start: float | None = None, end: float | None = None) -> tuple[float, float]:
@@ -94,8 +96,11 @@ def history_of(run: xr.Dataset, start: float, end: float) -> History | None:
     return History(time[inside], speed[inside], angle[inside], ball_speed[inside], unbalance)
 
 
-def deflections_of(run: xr.Dataset, start: float, end: float) -> Deflections | None:
-    """The envelope within an interval, or the sampled deflection, or ``None`` if there is neither."""
+def deflections_of(run: xr.Dataset, start: float, end: float, held: xr.Dataset | None = None) -> Deflections | None:
+    """The envelope within an interval, or the sampled deflection, or ``None`` if there is neither.
+
+    ``held`` is the same machine with its balls held; without it only the vibration at the last speed is known.
+    """
     if "envelope_high" in run and "envelope_time" in run:
         time, high = _column(run, "envelope_time"), _column(run, "envelope_high")
         low = _column(run, "envelope_low") if "envelope_low" in run else np.zeros_like(high)
@@ -107,7 +112,44 @@ def deflections_of(run: xr.Dataset, start: float, end: float) -> Deflections | N
         return None
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
     name, static, curves = places_of(run, start, end)
-    return Deflections(time[inside], low[inside], high[inside], envelope, name, static, curves)
+    without = _at_last_speed(run, start, end) if held is None else _of_held(held, start, end)
+    return Deflections(time[inside], low[inside], high[inside], envelope, name, static, curves, without)
+
+
+def _of_held(held: xr.Dataset, start: float, end: float) -> Curve | None:
+    """The vibration of the reference place over the time of another run."""
+    found = deflections_of(held, start, end)
+    if found is None:
+        return None
+    return found.curves[0] if found.static else Curve("", found.time, found.high)
+
+
+def _at_last_speed(run: xr.Dataset, start: float, end: float) -> Curve | None:
+    """What the run knows of the machine without balancing: its vibration at the last speed, from when this is reached."""
+    if "vibration_without_balls" not in run or "speed" not in run or run["time"].size < 2:
+        return None
+    level = float(run["vibration_without_balls"].values[0])
+    time = run["time"].values
+    first = max(end_of_run_up(time, run["speed"].values), _last_change(run), start)
+    first = min(first, float(time[-2]))
+    last = min(end, float(run["time"].values[-1]))
+    return Curve("", np.array([first, last]), np.full(2, level)) if np.isfinite(level) and first < last else None
+
+
+def _last_change(run: xr.Dataset) -> float:
+    """From when on the unbalance is that of the end, s."""
+    time = run["time"].values
+    latest = float(time[0])
+    for size, side in (
+        ("unbalance", "unbalance_angle_in_rotor"),
+        ("plane_unbalance", "plane_unbalance_angle_in_rotor"),
+    ):
+        if size in run and side in run:
+            vector = (run[size].values * np.exp(1j * run[side].values)).reshape(time.size, -1)
+            other = np.abs(vector - vector[-1]).max(axis=1) > 1e-3 * np.abs(vector[-1]).max(initial=0.0)
+            if other.any():
+                latest = max(latest, float(time[min(int(np.flatnonzero(other)[-1]) + 1, time.size - 1)]))
+    return latest
 
 
 def places_of(run: xr.Dataset, start: float, end: float) -> tuple[str, complex, tuple[Curve, ...]]:

@@ -49,6 +49,9 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     """Deflection with its envelope, and that of other places; greatest and last value as numbers."""
     time, low, high = deflections.time, deflections.low * unit.factor, deflections.high * unit.factor
     every = [high, *(curve.value * unit.factor for curve in deflections.curves)]
+    without = deflections.without
+    if without is not None:
+        every.append(without.value * unit.factor)
     greatest = max(float(np.nanmax(values, initial=0.0)) for values in every) or 1.0
     if log:
         least = min(_least_of(values, greatest) for values in every)
@@ -63,8 +66,12 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     axes.plot(time, high, color=INK, lw=0.9, label=_main_label(deflections))
     for curve, color in zip(deflections.curves, PLACES, strict=False):
         axes.plot(curve.time, curve.value * unit.factor, color=color, lw=0.9, label=_curve_label(curve, deflections))
+    if without is not None:
+        axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
+        words = f"{length_text(float(without.value[-1]))} without balancing"
+        label_point(axes, words, without.time[-1], without.value[-1] * unit.factor, color=UNBALANCE)
     axes.set_ylabel(f"deflection ({unit.sign})")
-    if deflections.is_envelope or deflections.curves:
+    if deflections.is_envelope or deflections.curves or without is not None:
         legend(axes)
     _numbers(axes, deflections, unit)
 

@@ -32,6 +32,7 @@ def plot_run_up(
     log_deflection: bool | None = None,
     start: float | None = None,
     end: float | None = None,
+    held: xr.Dataset | None = None,
 ) -> Figure:
     """Draw a run over time: who turns how fast, how far the rotor deflects, where the balls are.
 
@@ -56,6 +57,9 @@ def plot_run_up(
         the end is below 5 % of the greatest deflection.
     start, end
         Part of the run to be drawn, s; by default all of it.
+    held
+        The same machine without balancing, from ``simulate(machine, hold_balls=True)``, drawn dashed. Without it the
+        dashed line is its vibration at the last speed.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def plot_run_up(
     """
     speeds = speed_axis(speed_unit)
     first, last = span_of(run, start, end)
-    history, deflections = history_of(run, first, last), deflections_of(run, first, last)
+    history, deflections = history_of(run, first, last), deflections_of(run, first, last, held)
     if history is not None and not history.time.size:
         history = None
     if deflections is not None and not deflections.time.size:

@@ -100,7 +100,10 @@ def legend(axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
-    room = 72.0 * axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    room = 72.0 * axes.get_position().width * figure.get_figwidth()
+    room *= 1.0 if figure.get_layout_engine() is None else 1.12  # constrained layout makes panels wider later
     columns = len(labels)
     while columns > 1 and _legend_width(labels, columns) > room:
         columns = min(columns - 1, -(-len(labels) // (-(-len(labels) // (columns - 1)))))
@@ -111,4 +114,4 @@ def _legend_width(labels: list[str], columns: int) -> float:
     """Points that a legend takes, entries going down the columns."""
     rows = -(-len(labels) // columns)
     widest = [max(len(label) for label in labels[i : i + rows]) for i in range(0, len(labels), rows)]
-    return sum(4.9 * width + 34.0 for width in widest)
+    return sum(4.7 * width + 33.0 for width in widest)
