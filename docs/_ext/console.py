@@ -21,6 +21,7 @@ COMMANDS = {
     "check_wrong": "check docs/machines/wrong.toml",
     "check_misfit": "check docs/machines/misfit.toml",
     "check_thin_oil": "check docs/machines/thin_oil.toml",
+    "catalog_friction": "catalog friction",
     "run_discoidal": "run examples/machines/discoidal.toml --out out/run.nc",
 }
 
