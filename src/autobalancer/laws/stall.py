@@ -11,7 +11,11 @@ The fluid, which turns with the rotor at W, and the race under the ball drag it 
 
 Solved for W this is a curve W(v). It rises to a fold at a resonance, above which no ball can stall there: the release speed.
 Beyond, it falls to a second fold, and rises again along W = v. Between both folds balls in line may either stall near the
-resonance or turn nearly with the rotor. With linear drag, mu_R = 0 and v = w_c it is Spannan (2021), (4.73).
+resonance or turn nearly with the rotor.
+
+Several balls stay in line only while the whirl draws them together, Re[(1 + i mu_R) H] > 0: a ball that gets ahead of the others
+by delta feels -s v^2 sum s v^2 Re[...] delta and leaves the whirl as it is. So they part at the phase of the resonance, a little
+before the fold; with linear drag and mu_R = 0 that is v = w_c and Spannan (2021), (4.73).
 """
 
 from __future__ import annotations
@@ -130,6 +134,27 @@ def stall_ranges(ball: StalledBall, receptance: Receptance, resonances: Sequence
         capture_whirl, capture = _fold(curve, whirl, int(after[0]), -1.0) if after.size else (math.nan, math.nan)
         found.append(StallRange(release, release_whirl, capture, capture_whirl))
     return tuple(sorted(found, key=lambda fold: fold.release))
+
+
+def parting_speeds(
+    ball: StalledBall, receptance: Receptance, resonances: Sequence[float]
+) -> tuple[tuple[float, float], ...]:
+    """Rotor speed and whirl speed (rad/s) at which several balls in line part, of each resonance at which they stall."""
+    from scipy.optimize import brentq
+
+    def drawn(v: ArrayLike) -> Floats:
+        return np.asarray(((1.0 + 1j * ball.rolling) * receptance(np.atleast_1d(v))).real)
+
+    near = np.geomspace(1e-7, LOW, POINTS)
+    whirl = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], near])) for w in resonances]))
+    found = drawn(whirl)
+    places = np.flatnonzero((found[:-1] > 0.0) & (found[1:] <= 0.0))
+    roots = [float(brentq(lambda v: float(drawn(v)[0]), whirl[i], whirl[i + 1], xtol=1e-13 * whirl[i])) for i in places]
+    at = stall_balance(ball, receptance, np.array(roots)) if roots else None
+    if at is None:
+        return ()
+    stalls = (at.excess > 0.0) & np.isfinite(at.speed)
+    return tuple(zip(at.speed[stalls].tolist(), at.whirl[stalls].tolist(), strict=True))
 
 
 def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> float:

@@ -13,14 +13,23 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.assembly.profile import highest_prescribed
-from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
+from autobalancer.laws.stall import (
+    Receptance,
+    StalledBall,
+    StallRange,
+    parting_speeds,
+    planar_receptance,
+    stall_ranges,
+)
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import Described, highest_searched, lower_critical_speed
 from autobalancer.stability.release import UNDAMPED, release_border
-from autobalancer.stability.stall_capture import capture_speed
+from autobalancer.stability.stall_branch import followed
+from autobalancer.stability.stall_capture import STEADY, captured
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
+from autobalancer.stability.stall_states import Balance
 from autobalancer.stability.stalled_groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.station_reduction import reduced
 from autobalancer.stability.stations import Stations, stations
@@ -29,6 +38,11 @@ from autobalancer.stability.whirling import Whirling
 RELEASE, CAPTURE = "release speed", "capture speed"
 HOW = "torque balance of stalled balls in line"
 PASS = "the balls never stall: drag and friction carry them through"
+DRAGLESS = "never: a ball without drag is not dragged along"
+EXACTLY = "balls that lie exactly on each other hold to {0:.4g} rad/s"
+NO_CAPTURE = "not known where balls are never released"
+OTHERS = 4  # further release speeds in a note
+WORTH = 0.002  # relative difference from which on a second release speed is said
 CARRIED = "balls between partitions are carried along and never stall"
 
 
@@ -49,41 +63,58 @@ def release_of(
     limit = _limit(machine, p) if up_to is None else up_to
     if isinstance(p, Stations):
         found = _joint(p, Loads(groups), top, limit, capture)
+    elif len(groups) > 1 or left_out:
+        closed = release_border(p) if not left_out and p.isotropic and all(group.plain for group in groups) else None
+        found = _joint(stations(machine, largest=True), Loads(groups), top, math.inf, capture, closed)
     else:
-        closed = release_border(p) if not left_out and all(group.plain for group in groups) else None
-        if closed is not None and (math.isinf(closed.speed) or not capture):
-            return (closed,)
-        several = len(groups) > 1 or left_out
-        if several:
-            found = _joint(stations(machine, largest=True), Loads(groups), top, math.inf, capture)
-        else:
-            found = _in_one_plane(p, groups[0])
-        if closed is not None:
-            found = (closed, *(one for one in found if one.name == CAPTURE))
+        found = _in_one_plane(p, groups[0], capture)
     if left_out:
         found = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in found)
     return found
 
 
-def _in_one_plane(p: Plane, group: StalledGroup) -> tuple[Border, ...]:
+def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border, ...]:
     """Equal balls on a planar rotor."""
-    critical = p.critical_speeds
     if not all(b > 0.0 for b in p.damping):
-        return (Border(RELEASE, math.inf, UNDAMPED),)
+        return _never(UNDAMPED, capture)
+    if not group.carries:
+        return _never(DRAGLESS, capture)
 
     def drag(slip: Floats) -> Floats:
         return p.drag[0] * slip if group.ball.drag_curve is None else group.drag(slip)
 
+    critical, receptance = p.critical_speeds, planar_receptance(p.mass, p.stiffness, p.damping)
     ball = StalledBall(float(p.moment[0]), float(p.moment.sum()), group.ball.orbit_radius, drag, group.rolling)
-    folds = stall_ranges(ball, planar_receptance(p.mass, p.stiffness, p.damping), critical)
-    if not folds:
-        return (Border(RELEASE, math.nan, PASS),)
-    if math.isinf(folds[-1].release):
-        return (Border(RELEASE, math.inf, "never: no drag is enough at a resonance"),)
-    note = f"{HOW}, highest of all resonances" if len(critical) > 1 else HOW
-    release = Border(RELEASE, folds[-1].release, note)
+    folds = stall_ranges(ball, receptance, critical)
+    if folds and math.isinf(folds[-1].release):
+        return _never("never: no drag is enough at a resonance", capture)
+    released = release_border(p) if group.plain and p.isotropic else _released(ball, receptance, p, folds, group.count)
+    if not capture:
+        return (released,)
     caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
-    return (release, _capture(max(caught), "")) if caught else (release,)
+    reason = PASS if math.isnan(released.speed) else STEADY
+    return released, _capture(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
+
+
+def _released(ball: StalledBall, receptance: Receptance, p: Plane, folds: tuple[StallRange, ...], count: int) -> Border:
+    """In a fold, or where several balls part before it."""
+    ends = [(fold.release, fold.release_whirl) for fold in folds]
+    if count > 1:
+        parted = parting_speeds(ball, receptance, p.critical_speeds)
+        ends = [end for end in ends if not any(whirl <= end[1] and whirl > 0.8 * end[1] for _, whirl in parted)]
+        ends += parted
+    if not ends:
+        return Border(RELEASE, math.nan, PASS)
+    speed, _ = max(ends)
+    notes = [f"{HOW}, highest of all resonances" if len(p.critical_speeds) > 1 else HOW]
+    if folds and folds[-1].release > (1.0 + WORTH) * speed:
+        notes.append(EXACTLY.format(folds[-1].release))
+    return Border(RELEASE, speed, "; ".join(notes))
+
+
+def _never(why: str, capture: bool) -> tuple[Border, ...]:
+    never = Border(RELEASE, math.inf, why)
+    return (never, Border(CAPTURE, math.nan, NO_CAPTURE)) if capture else (never,)
 
 
 def _limit(machine: Machine, p: Described) -> float:
@@ -92,44 +123,101 @@ def _limit(machine: Machine, p: Described) -> float:
     return highest if highest is not None and highest > lower_critical_speed(p) else math.inf
 
 
-def _joint(st: Stations, loads: Loads, top: float, limit: float, capture: bool) -> tuple[Border, ...]:
-    """Groups of balls that stall together at the resonances of any rotor."""
+def _joint(
+    st: Stations, loads: Loads, top: float, limit: float, capture: bool, closed: Border | None = None
+) -> tuple[Border, ...]:
+    """Groups of balls that stall together at the resonances of any rotor; ``closed``: the release speed, if known."""
     if math.isfinite(limit):
         st = reduced(st, 2.0 * limit)
     rotor = Whirling(st)
-    ranges = [one for one in hanging_ranges(rotor, loads, top, limit) if one.closed]
+    never = _unbounded(rotor, loads, limit)
+    if never:
+        return _never(never, capture)
+    if closed is not None:
+        return closed, *([_captured(rotor, loads, closed.speed, top, limit)] if capture else [])
+    ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
-    notes = [_again(one) for one in ranges if one not in known][:1]
+    notes = [_again(one) for one in sorted(ranges, key=lambda one: one.begin) if one not in known][:1]
     if len(met) < len(known):
         notes.append(f"resonances above {limit:.4g} rad/s left out")
     if not met:
-        return (Border(RELEASE, math.nan, "; ".join([PASS, *notes])),)
+        release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
+        return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
     last = max(met, key=lambda one: one.end)
-    captures = [(capture_speed(rotor, loads, one, met, top), one) for one in met if capture]
-    caught = [
-        _capture(speed, f" of {rotor.modes(speed).frequency[one.mode]:.4g} rad/s")
-        for speed, one in captures
-        if not math.isnan(speed)
-    ]
-    highest = sorted(caught, key=lambda border: border.speed)[-1:]
     if math.isinf(last.end):
-        at = (
-            "of an undamped rotor"
-            if rotor.modes(top).decay[last.mode] <= 1e-12 * top
-            else f"near {last.whirl:.4g} rad/s"
-        )
-        first = f"never: at {top:.4g} rad/s balls still hang at the resonance {at}"
+        first = f"never: at {top:.4g} rad/s balls still hang at the resonance near {last.whirl:.4g} rad/s"
     else:
-        alone = "" if last.refined else ", of its mode alone"
-        first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s{alone}"
-        notes += _supports(st, loads, last, top)
-    others = [f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s" for one in met if one is not last]
-    return Border(RELEASE, last.end, "; ".join([first, *others, *notes])), *highest
+        first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
+        notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
+    first += _which(st, loads, last)
+    found = [Border(RELEASE, last.end, "; ".join([first, *_others(st, loads, met, last), *notes]))]
+    if capture:
+        found.append(_captured(rotor, loads, last.end, top, limit))
+    return tuple(found)
+
+
+def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
+    """Why balls are never released: no damping of a resonance, or no drag."""
+    if any(not group.carries for group in loads.groups):
+        return DRAGLESS
+    for w in rotor.st.critical_speeds:
+        modes = rotor.modes(w)
+        near = int(np.argmin(np.abs(modes.frequency - w))) if modes.frequency.size else 0
+        if w <= limit and modes.frequency.size and modes.decay[near] <= 1e-12 * w:
+            return f"never: at {w:.4g} rad/s the rotor is undamped, and its whirl has no bound"
+    return ""
+
+
+def _captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Border:
+    found = captured(rotor, loads, released, top, limit)
+    if math.isnan(found.speed):
+        return Border(CAPTURE, math.nan, found.reason)
+    how = "" if found.cause == "fold" else "; there they begin to swing against each other"
+    if found.lost > found.speed:
+        how += f"; the planes lose step at {found.lost:.4g} rad/s already"
+    return _capture(found.speed, f" of {found.whirl:.4g} rad/s{how}")
 
 
 def _capture(speed: float, which: str) -> Border:
     return Border(CAPTURE, speed, f"{HOW}: below it balls in line fall back to the resonance{which}")
+
+
+def _which(st: Stations, loads: Loads, one: HangingRange) -> str:
+    """Which balls hang, if not all."""
+    if len(one.groups) == len(loads.groups):
+        return ""
+    places = {group.station for group in loads.groups}
+    held = {loads.groups[g].station for g in one.groups}
+    if len(held) < len(places):
+        names = ", ".join(st.names[place] for place in sorted(held))
+        return f", balls of {names} alone; balls of other planes, released before, may shift it by some percent"
+    return ", the strongest balls alone"
+
+
+def _others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRange) -> list[str]:
+    """The next lower ends, each resonance and set once."""
+    rest = sorted((one for one in met if one is not last and math.isfinite(one.end)), key=lambda one: -one.end)
+    found: list[str] = []
+    for one in rest:
+        held = {loads.groups[g].station for g in one.groups}
+        alone = (
+            "" if len(one.groups) == len(loads.groups) else f" ({', '.join(st.names[p] for p in sorted(held))} alone)"
+        )
+        text = f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s{alone}"
+        if text not in found:
+            found.append(text)
+    return found[:OTHERS]
+
+
+def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> list[str]:
+    """To where balls hang that lie exactly on each other, as they cannot part."""
+    if last.cause != "parting":
+        return []
+    further = followed(Balance(rotor, loads.some(last.groups)), last.state, top, ("fold", "swinging"))
+    if not further.cause or further.speed < (1.0 + WORTH) * last.end:
+        return []
+    return [EXACTLY.format(further.speed)]
 
 
 def _again(one: HangingRange) -> str:
@@ -149,6 +237,6 @@ def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> lis
     )
     fixed = replace(st, model=held)
     met = reached(hanging_ranges(Whirling(fixed), loads, top, last.end), fixed.critical_speeds)
-    ends = [one.end for one in met if one.closed and one.mode == last.mode]
+    ends = [one.end for one in met if one.groups == last.groups and math.isfinite(one.end)]
     text = "supports as at the speed of the rotor"
     return [f"{text}; with those at the whirl speed {max(ends):.4g} rad/s" if ends else text]

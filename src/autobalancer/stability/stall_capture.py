@@ -1,80 +1,175 @@
 """The rotor speed below which balls in line fall back to a resonance, on any rotor.
 
-Balls that stand in line at every station and turn nearly with the rotor are braked by the whirl they make. The surplus of
-what carries them, all together, over what brakes them is looked at for all whirl speeds from a resonance up to the speed of
-the rotor or to the next resonance below it. While it is nowhere positive they cannot stay beyond the resonance. Of the
-ways to stand in line, on one side of the axis or on both, the one that brakes most counts.
+Balls of one race that lie on each other turn a little slower than the rotor, beyond a resonance, with the phase between the
+planes that balances. This state is followed downward from the highest speed at which it is stable to where it ends: in a
+fold, or where it begins to swing. There balls fall back to the resonance if they can stall there. If nothing holds all of
+them there, the planes lose step with each other; then each is followed alone.
 """
 
 from __future__ import annotations
 
 import math
-from itertools import product
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from autobalancer.stability.lateral import Complexes, Floats
-from autobalancer.stability.stall_release import HangingRange
+from autobalancer.stability.lateral import Floats
+from autobalancer.stability.stall_branch import Leaving, followed
+from autobalancer.stability.stall_release import FAR, grid
+from autobalancer.stability.stall_stability import growth, past
+from autobalancer.stability.stall_states import Balance, States
 from autobalancer.stability.stalled_groups import Loads
 from autobalancer.stability.whirling import Whirling
 
-POINTS = 60  # whirl speeds at each end
-SPEEDS = 12
-STATIONS = 6  # whose sides are all tried; beyond, balls stand on that of the first
+BESIDE = 1e-3  # of the speed below the end of a branch, where one looks for where balls go
+LIKE, LITTLE = 2.0, 0.25  # slips that count as about the same; share of the speed that counts as turning with the rotor
+TINY = 1e-9  # slip over speed where balls just begin to slip
+TURNS = 4  # states in line through which they may go on
+LOST = "the planes lose step at {0:.4g} rad/s, and each follows its drag down steadily; no speed at which they fall back at once"
+AGAIN = "; they stall together from {0:.4g} rad/s down"
+STEADY = "balls in line follow their drag down through the resonance steadily; no speed at which they fall back at once"
+HELD = "rolling resistance holds balls in line at all speeds that were tried, or not all of them slip at one"
+NEVER = "balls of the planes do not stay in line with each other at any speed that was tried"
 
 
-def capture_speed(rotor: Whirling, loads: Loads, at: HangingRange, others: list[HangingRange], top: float) -> float:
-    """The capture speed of one resonance, rad/s; nan if there is none up to the release speed.
+@dataclass(frozen=True)
+class Capture:
+    """Rotor speed (rad/s) and the whirl speed to which balls fall; nan with a ``reason`` where there is none.
 
-    ``others`` are those at which balls can hang besides, ``top`` the highest rotor speed that is asked for.
+    ``lost`` is the speed at which planes lose step before, nan if they do not.
     """
+
+    speed: float
+    whirl: float = math.nan
+    cause: str = ""
+    reason: str = ""
+    lost: float = math.nan
+
+
+def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Capture:
+    """Where balls in line are caught in a slow run-down from above ``released``; of resonances below ``limit``, rad/s."""
+    speeds = grid(rotor, top)
+    highest = min(max(limit, 0.0), FAR * max(rotor.st.critical_speeds, default=top))
+    speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
+    balance = Balance(rotor, loads)
+    if balance.rolling.any():
+        return _let_down(balance, speeds)
+    begun = _begun(balance, speeds)
+    if begun is None:
+        return Capture(math.nan, reason=NEVER)
+    found = _down(balance, begun, float(speeds[0]))
+    if math.isnan(found.speed) and not math.isnan(found.lost):
+        return replace(found, reason=found.reason + _again(balance, speeds[speeds < found.lost], found.lost))
+    return found
+
+
+def _again(balance: Balance, speeds: Floats, lost: float) -> str:
+    """From where on down all stall together."""
+    for speed in speeds[::-1].tolist():
+        here = stands(balance, speed)
+        stalled = np.flatnonzero(past(balance, here) <= 0.0)
+        if stalled.size:
+            return AGAIN.format(followed(balance, here.some(stalled[-1:]), lost, ("fold", "swinging")).speed)
+    return ""
+
+
+def _down(balance: Balance, begun: States, lowest: float) -> Capture:
+    """Where balls fall back from a state in line."""
+    for _ in range(TURNS):  # it may go on in another one
+        causes = ("fold", "swinging", "passing") if past(balance, begun)[0] > 0.0 else ("fold", "swinging")
+        leaving = followed(balance, begun, lowest, causes)
+        if leaving.cause in ("", "passing"):
+            return Capture(math.nan, reason=STEADY)
+        beyond = bool(past(balance, leaving.state)[0] > 0.0)
+        below = stands(balance, (1.0 - BESIDE) * leaving.speed)
+        kept = np.flatnonzero(_in_line(balance, below, beyond, leaving.speed - leaving.whirl))
+        if below.speed.size == 0:
+            return _apart(balance, leaving, lowest)
+        if kept.size == 0:
+            return Capture(leaving.speed, float(below.whirl[-1]), leaving.cause)
+        begun = below.some(kept[:1])
+    return Capture(leaving.speed, leaving.whirl, leaving.cause)
+
+
+def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
+    """What the balls of each station do where those of all lose step."""
+    places, speed = balance.loads.station, leaving.speed
+    if len(set(places.tolist())) == 1:
+        return Capture(speed, math.nan, leaving.cause)
+    found, beyond = [], bool(past(balance, leaving.state)[0] > 0.0)
+    for place in sorted(set(places.tolist())):
+        alone = Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(places == place).tolist())))
+        below = stands(alone, (1.0 - BESIDE) * speed)
+        kept = np.flatnonzero(_in_line(alone, below, beyond, speed - leaving.whirl))
+        if kept.size:
+            found.append(_down(alone, below.some(kept[:1]), lowest))
+        elif below.speed.size:
+            found.append(Capture(speed, float(below.whirl[-1]), leaving.cause))
+    known = [one for one in found if not math.isnan(one.speed)]
+    if not known:
+        return Capture(math.nan, reason=LOST.format(speed), lost=speed)
+    first = max(known, key=lambda one: one.speed)
+    return Capture(first.speed, first.whirl, first.cause, lost=speed)
+
+
+def _in_line(balance: Balance, states: States, beyond: bool, slip: float) -> NDArray[np.bool_]:
+    """Whether balls still turn nearly with the rotor: beyond a resonance as before, else with about the slip they had."""
+    if beyond:
+        return np.asarray(past(balance, states) > 0.0)
+    return np.asarray(states.speed - states.whirl < LIKE * slip)
+
+
+def stands(balance: Balance, speed: float) -> States:
+    """Stable balances at one rotor speed, of groups whose balls stay together, those that lag least first."""
+    (found,) = balance.found(np.array([speed]))
+    return found.some(np.flatnonzero(growth(balance, found) < 0.0))
+
+
+def _let_down(balance: Balance, speeds: Floats) -> Capture:
+    """The same where rolling resistance holds balls at rest: from where on it no longer holds them where they all slip alike."""
+    begun = _slipping(balance, speeds)
+    if begun is None:
+        return Capture(math.nan, reason=HELD)
+    speed = float(begun.speed[0])
+    slower = stands(balance, (1.0 - 0.1 * BESIDE) * speed)
+    if slower.speed.size and slower.whirl[0] > (1.0 - 2.0 * BESIDE) * speed:
+        return _down(balance, slower.some(np.array([0])), float(speeds[0]))
+    below = stands(balance, (1.0 - BESIDE) * speed)
+    return Capture(speed, float(below.whirl[-1]) if below.speed.size else math.nan, "fold")
+
+
+def _slipping(balance: Balance, speeds: Floats) -> States | None:
+    """The highest rotor speed at which all groups just begin to slip, none if there is none; of one or two groups."""
     from scipy.optimize import brentq
 
-    def surplus(speed: float) -> float:
-        frequencies = rotor.modes(speed).frequency
-        met = [float(frequencies[one.mode]) for one in [at, *others] if one.mode < frequencies.size]
-        last = min([v for v in met if met[0] < v < speed], default=speed)
-        return _greatest_surplus(rotor, loads, met[0], last, speed) if met[0] < speed else -math.inf
+    if len(balance.loads.groups) > 2:
+        return None
 
-    low = math.nan
-    for speed in np.geomspace(at.begin * (1.0 + 1e-6), min(at.end, top), SPEEDS).tolist():
-        if surplus(speed) <= 0.0:
-            low = speed
-        elif not math.isnan(low):
-            return float(brentq(surplus, low, speed, xtol=1e-9 * speed))
-    return math.nan
+    def arcs(at: Floats) -> list[tuple[Floats, Floats]]:
+        return balance.arcs(at, balance.rotor.all_modes(at), (at * (1.0 - TINY))[:, None])
 
-
-def _greatest_surplus(rotor: Whirling, loads: Loads, first: float, last: float, speed: float) -> float:
-    """N m, over all balls, at the whirl speed of a range where it is greatest; of the sides that brake most there."""
-    from scipy.optimize import minimize_scalar
-
-    def surplus(whirl: Floats) -> Floats:
-        receptance = rotor.receptance(whirl, speed)
-        return np.asarray(np.min([_surplus(loads, receptance, whirl, speed, side) for side in _sides(loads)], axis=0))
-
-    near = np.geomspace(1e-5, 0.5, POINTS)
-    whirl = first + (last - first) * np.concatenate([near, 1.0 - near[-2::-1], [1.0]])
-    found = surplus(whirl)
-    top = int(np.argmax(found))
-    if top in (0, whirl.size - 1):
-        return float(found[top])
-    bounds = (float(whirl[top - 1]), float(whirl[top + 1]))
-    fine = minimize_scalar(lambda v: -float(surplus(np.array([v]))[0]), bounds=bounds, method="bounded")
-    return max(float(found[top]), -float(fine.fun))
-
-
-def _surplus(loads: Loads, receptance: Complexes, whirl: Floats, speed: float, phases: Floats) -> Floats:
-    answer = loads.whirl(receptance, whirl, phases)
-    return np.asarray((loads.carried(speed - whirl, answer, whirl) - loads.braking(answer, whirl)) @ loads.count)
-
-
-def _sides(loads: Loads) -> list[Floats]:
-    """Angles of the groups, 0 or pi, the same for all of one station."""
-    places = sorted(set(loads.station))
-    free = min(len(places), STATIONS) - 1
     found = []
-    for turned in product((0.0, np.pi), repeat=free):
-        side = dict(zip(places[1:], turned, strict=False))
-        found.append(np.array([side.get(place, 0.0) for place in loads.station]))
-    return found
+    for k, (rest, _) in enumerate(arcs(speeds)):
+        for i in np.flatnonzero(rest[1:, 0] * rest[:-1, 0] <= 0.0)[-1:]:
+            speed = float(
+                brentq(
+                    lambda w, k=k: float(arcs(np.array([w]))[k][0][0, 0]),
+                    speeds[i],
+                    speeds[i + 1],
+                    xtol=1e-13 * speeds[i],
+                )
+            )
+            phase = float(arcs(np.array([speed]))[k][1][0, 0])
+            y = [math.log(TINY * speed), phase][: len(balance.loads.groups)]
+            found.append(States(np.array([speed]), np.array([y])))
+    return max(found, key=lambda one: float(one.speed[0]), default=None)
+
+
+def _begun(balance: Balance, speeds: Floats) -> States | None:
+    """The state that lags least, at the highest speed at which one lags little."""
+    for speed in speeds[::-1].tolist():
+        here = stands(balance, speed)
+        if here.speed.size and here.whirl[0] > (1.0 - LITTLE) * speed:
+            return here.some(np.array([0]))
+    return None

@@ -39,6 +39,11 @@ class StalledGroup:
         """Whether its drag is linear and nothing else resists."""
         return self.ball.drag_curve is None and self.rolling == 0.0
 
+    @property
+    def carries(self) -> bool:
+        """Whether anything drives it along with the rotor."""
+        return self.rolling > 0.0 or self.ball.drag_curve is not None or self.ball.drag > 0.0
+
     def drag(self, slip: Floats) -> Floats:
         """Torque of the fluid on one ball against its slip (rad/s), N m."""
         if self.ball.drag_curve is None:

@@ -10,9 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.stability.lateral import Complexes, Floats, Matrix
 from autobalancer.stability.stations import Stations
+
+Indices = NDArray[np.int64]
 
 SEEN = 1e-7  # least share of a mode in the whirl at the stations at which balls can hang at it
 
@@ -27,6 +30,19 @@ class ForwardModes:
     left: Complexes  # (k, P)
 
 
+@dataclass(frozen=True)
+class AllModes:
+    """Every mode at each of s rotor speeds, K of them: H = sum of right left/(i v - pole) at whirl speeds v."""
+
+    pole: Complexes  # (s, K) 1/s
+    right: Complexes  # (s, K, P)
+    left: Complexes  # (s, K, P)
+
+    def at(self, speeds: Indices) -> AllModes:
+        """Of some of the rotor speeds, by their numbers."""
+        return AllModes(self.pole[speeds], self.right[speeds], self.left[speeds])
+
+
 class Whirling:
     """Answers of a rotor at its stations; remembers the modes of speeds that were asked."""
 
@@ -35,6 +51,7 @@ class Whirling:
         self.st = st
         self._fixed = model.speeds.size == 1 and not model.gyroscopic.any()
         self._modes: dict[float, ForwardModes] = {}
+        self._all: dict[float, tuple[Complexes, Complexes, Complexes]] = {}
         self._mass, self._turning = self._seen(model.mass), self._seen(model.gyroscopic)
         self._held = self._at(0.0)
         if st.isotropic:
@@ -69,10 +86,26 @@ class Whirling:
         """Modes with forward whirl that the stations see."""
         key = 0.0 if self._fixed else speed
         if key not in self._modes:
-            self._modes[key] = self._modes_at(key)
+            poles, right, left = self._known(speed)
+            share = (np.abs(right) * np.abs(left)).max(axis=1) * np.abs(poles.imag)
+            forward = (poles.imag > 0.0) & (share > SEEN * share.max(initial=0.0))
+            order = np.flatnonzero(forward)[np.argsort(poles.imag[forward])]
+            self._modes[key] = ForwardModes(poles.imag[order], -poles.real[order], right[order], left[order])
         return self._modes[key]
 
-    def _modes_at(self, speed: float) -> ForwardModes:
+    def all_modes(self, speeds: Floats) -> AllModes:
+        """Every mode at rotor speeds (s,)."""
+        found = [self._known(float(speed)) for speed in speeds]
+        return AllModes(*(np.stack(parts) for parts in zip(*found, strict=True)))
+
+    def _known(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+        key = 0.0 if self._fixed else speed
+        if key not in self._all:
+            self._all[key] = self._decomposed(key)
+        return self._all[key]
+
+    def _decomposed(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+        """Poles (K,), and what the stations see and feel of them, (K, P)."""
         damping, stiffness = self._at(speed)
         n = self._mass.shape[0]
         load, read = self._load, self._read
@@ -82,8 +115,4 @@ class Whirling:
         whole[n:] = -by_mass[:, : 2 * n]
         poles, vectors = np.linalg.eig(whole)
         left = np.linalg.lstsq(vectors, np.vstack([np.zeros_like(load), by_mass[:, 2 * n :]]), rcond=None)[0]
-        right = (read @ vectors[:n]).T
-        share = (np.abs(right) * np.abs(left)).max(axis=1) * np.abs(poles.imag)
-        forward = (poles.imag > 0.0) & (share > SEEN * share.max(initial=0.0))
-        order = np.flatnonzero(forward)[np.argsort(poles.imag[forward])]
-        return ForwardModes(poles.imag[order], -poles.real[order], right[order], left[order])
+        return poles, np.asarray((read @ vectors[:n]).T), left

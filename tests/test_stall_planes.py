@@ -1,0 +1,121 @@
+"""Balls in two planes whose phase is free: where they leave a resonance and fall back to it, against held and slow runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.machine import Balancer, Constant, Machine, PrescribedSpeed, Race, RigidRotor, Support
+from autobalancer.simulation.sampling import Samples
+
+BOTH = ("release speed", "capture speed")
+FIRST = ((25000.0, 22000.0), (-0.10, 0.15), (40.0, 35.0), 0.015, 1.2e-4)  # stiffness, planes, damping, J_p, beta
+
+
+def drawn(number: int) -> tuple[Any, ...]:
+    """Machines at random, from 1; all of them from one seed."""
+    random = np.random.default_rng(5)
+    for _ in range(number):
+        stiffness, places = random.uniform(15000, 40000, 2), (random.uniform(-0.12, -0.05), random.uniform(0.05, 0.15))
+        found = (stiffness, places, random.uniform(20, 50, 2), random.uniform(0.005, 0.03), random.uniform(5e-5, 3e-4))
+    return found
+
+
+def machine(numbers: tuple[Any, ...], parts: tuple[float, ...] = (1.0, 1.0)) -> Machine:
+    """5 kg on two supports; in each of two planes balls of 3 g times ``parts``, with drag in proportion to their mass."""
+    stiffness, places, damping, polar, beta = numbers
+    supports = tuple(
+        Support(position=z, stiffness=float(k), damping=float(c))
+        for z, k, c in zip((-0.12, 0.10), stiffness, damping, strict=True)
+    )
+    race = Race(
+        orbit_radius=0.05,
+        coincidence=True,
+        drag={"law": "beta", "beta": float(beta) * sum(parts) / len(parts)},
+        balls=[{"count": 1, "mass": 0.003 * part, "motion": "point"} for part in parts],
+    )
+    return Machine(
+        name="two planes",
+        axis="vertical",
+        rotor=RigidRotor(mass=5.0, transverse_inertia=0.05, polar_inertia=float(polar), supports=supports),
+        balancers=tuple(Balancer(station=float(z), races=(race,)) for z in places),
+        drive=PrescribedSpeed(profile=Constant(speed=300.0)),
+    )
+
+
+def equal(numbers: tuple[Any, ...]) -> Machine:
+    """Two equal balls in each plane."""
+    m = machine(numbers, (1.0,))
+    for b in (1, 2):
+        m = with_parameter(m, f"balancers[{b}].races[1].balls[1].count", 2)
+    return m
+
+
+def border(m: Machine, name: str) -> ab.Border:
+    (found,) = ab.border_speeds(m, only=[name])
+    return found
+
+
+def slip(m: Machine, speeds: list[tuple[float, float]], angles: list[list[float]], start: float) -> np.ndarray:
+    """Mean slip of each ball over the last second, rad/s; ``speeds`` are (time, speed), ``start`` that of all balls."""
+    time, speed = (list(column) for column in zip(*speeds, strict=True))
+    m = with_parameter(m, "drive.profile", {"kind": "table", "time": time, "speed": speed})
+    for b in (1, 2):
+        for g, angle in enumerate(angles[b - 1], 1):
+            place = f"balancers[{b}].races[1].balls[{g}]"
+            m = with_parameter(m, f"{place}.start_speeds", [start - speed[0]])
+            m = with_parameter(m, f"{place}.start_angles", [angle])
+    run = ab.simulate(m, duration=time[-1], save=Samples(int(40 * time[-1]) + 1), tolerance=1e-8, max_steps=10**7)
+    return np.asarray((run["speed"] - run["ball_speed_in_space"]).values[-40:].mean(axis=0))
+
+
+@pytest.mark.parametrize("numbers", [FIRST, drawn(10)], ids=["first", "tenth"])
+def test_balls_in_line_fall_back_within_one_percent_of_the_capture_speed(numbers: tuple[Any, ...]) -> None:
+    wanted = border(equal(numbers), "capture speed").speed
+    together = machine(numbers, (2.0,))  # two balls that stay on each other
+    above, below = (
+        slip(together, [(0.0, 1.05 * wanted), (10.0, share * wanted), (40.0, share * wanted)], [[0.0], [0.1]], 1.03 * wanted)
+        for share in (1.005, 0.99)
+    )
+    assert (above < 0.05 * wanted).all()
+    assert below.max() > 0.08 * wanted
+
+
+def test_balls_of_two_planes_are_released_where_those_of_one_plane_part() -> None:
+    numbers = drawn(3)
+    release = border(equal(numbers), "release speed")
+    assert release.speed == pytest.approx(215.4, abs=0.1)
+    assert "balls that lie exactly on each other hold to 224.3 rad/s" in release.note
+    m, wanted = machine(numbers, (1.0 + 1e-4, 1.0 - 1e-4)), release.speed
+    for share, stays in ((0.99, True), (1.01, False)):
+        speeds = [(0.0, 0.95 * wanted), (8.0, share * wanted), (30.0, share * wanted)]
+        assert (slip(m, speeds, [[0.0, 0.1], [-2.8, -2.7]], 174.0) > 0.1 * wanted).all() == stays
+
+
+def test_before_the_fold_balls_in_line_may_begin_to_swing() -> None:
+    found = border(equal(drawn(4)), "capture speed")
+    assert found.speed == pytest.approx(245.6, abs=0.1)
+    assert "begin to swing" in found.note
+    m = machine(drawn(4), (2.0,))
+    for share, stays in ((1.01, True), (0.99, False)):
+        speeds = [(0.0, share * found.speed), (60.0, share * found.speed)]
+        assert (slip(m, speeds, [[0.0], [0.02]], 0.994 * share * found.speed) < 0.02 * found.speed).all() == stays
+
+
+def test_where_nothing_catches_balls_the_capture_speed_says_why() -> None:
+    found = border(equal(drawn(2)), "capture speed")
+    assert math.isnan(found.speed)
+    assert "the planes lose step at 200.8 rad/s" in found.note
+
+
+def test_two_planes_answer_within_a_second_or_two() -> None:
+    import time
+
+    begun = time.process_time()
+    ab.border_speeds(equal(FIRST), only=BOTH)
+    assert time.process_time() - begun < 2.0
