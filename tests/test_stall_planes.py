@@ -79,7 +79,12 @@ def test_balls_in_line_fall_back_within_one_percent_of_the_capture_speed(numbers
     wanted = border(equal(numbers), "capture speed").speed
     together = machine(numbers, (2.0,))  # two balls that stay on each other
     above, below = (
-        slip(together, [(0.0, 1.05 * wanted), (10.0, share * wanted), (40.0, share * wanted)], [[0.0], [0.1]], 1.03 * wanted)
+        slip(
+            together,
+            [(0.0, 1.05 * wanted), (10.0, share * wanted), (40.0, share * wanted)],
+            [[0.0], [0.1]],
+            1.03 * wanted,
+        )
         for share in (1.005, 0.99)
     )
     assert (above < 0.05 * wanted).all()
