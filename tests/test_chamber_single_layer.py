@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 from autobalancer.assembly.chamber import contact_time
-from autobalancer.assembly.contacts import damping_ratio
 from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.laws.rebound import damping_ratio
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.cli import app
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.errors import DurationWarning, MachineError, QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.flow import choice, solve
 from autobalancer.flow.annulus import Annulus, annulus_of
@@ -251,3 +251,26 @@ def test_too_few_points_are_replaced_by_more_unless_they_were_asked_for(monkeypa
     assert flow.attrs["points"][0] > 30
     with pytest.raises(QuestionError, match="cannot pass"):
         annulus_flow(thin, ramp, duration=0.4, points=(30, 36))
+
+
+NARROW = Annulus(inner=0.0693, outer=0.0831, height=0.02, orbit_radius=0.07695, viscosity=5e-6, density=1000.0)
+
+
+def test_differences_that_would_take_far_too_long_are_refused_with_the_time_and_the_cure() -> None:
+    with pytest.raises(
+        QuestionError, match=r"about [1-9]\d* minutes; take the model 'auto' or 'modes': here diffusion"
+    ):
+        annulus_flow(NARROW, 1e-3, initial_speed=0.0, duration=60.0, error=1e-4, model="differences")
+    with pytest.raises(QuestionError, match="take the model 'chebyshev'"):
+        annulus_flow(NARROW, 5.0, initial_speed=0.0, duration=6000.0, model="differences")
+
+
+def test_differences_that_take_long_say_so_before_they_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("autobalancer.flow.solve.LONG", 1e-3)
+    with pytest.warns(DurationWarning, match="takes 32x32 points and about"):
+        annulus_flow(NARROW, 1e-3, initial_speed=0.0, duration=0.2, model="differences", points=(32, 32))
+
+
+def test_the_number_of_steps_of_the_differences_is_known_beforehand() -> None:
+    flow, walls = DifferenceFlow(NARROW, 32, 32), wall_speed(1e-3, 0.0)
+    assert flow.march(walls, 0.5).steps == pytest.approx(flow.steps(walls, 0.5), rel=0.01)

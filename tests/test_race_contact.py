@@ -12,11 +12,11 @@ from tests.references.races import races
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
 import autobalancer as ab
-from autobalancer.assembly.contacts import damping_ratio, rebound
 from autobalancer.assembly.race_numbers import race_harmonics
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels.guided_race import real_race
+from autobalancer.laws.rebound import damping_ratio, rebound
 from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
 from autobalancer.simulation.sampling import Samples
 

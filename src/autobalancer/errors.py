@@ -9,8 +9,8 @@
     └── ResultError                   a result file is damaged or not one of ours
 
 A message says what was given, what is allowed, where, and what to do.
-A ``RangeWarning`` says that a law was used outside of the range for which it was made, a ``CacheWarning`` that compiled
-equations cannot be kept where they belong.
+A ``RangeWarning`` says that a law was used outside of the range for which it was made, a ``DurationWarning`` that a
+computation will take long, a ``CacheWarning`` that compiled equations cannot be kept where they belong.
 How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
 """
 
@@ -47,6 +47,10 @@ class ResultError(AutobalancerError):
 
 class RangeWarning(UserWarning):
     """A law was used outside of the range for which it was made; what it gives there is an assumption."""
+
+
+class DurationWarning(UserWarning):
+    """A computation will take long; the message says how long, and what is quicker."""
 
 
 class CacheWarning(UserWarning):

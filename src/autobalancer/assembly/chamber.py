@@ -13,6 +13,7 @@ from autobalancer.assembly.profile import corners, profile_pieces
 from autobalancer.errors import MachineError
 from autobalancer.kernels.chamber import layout as at
 from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.laws.rebound import hertz_damping_ratio
 from autobalancer.machine.chamber import AsynchronousMotor, ChamberMachine, FreeBalls, HistoryContact
 from autobalancer.machine.chamber.contact import ChamberContact
 from autobalancer.machine.profile import Hill
@@ -201,8 +202,7 @@ def _number(machine: ChamberMachine, step: float, margin: float) -> Array:
     number[at.ROLLING_ARM], number[at.SLOW] = contact.rolling_arm, contact.slow
     if isinstance(contact, HistoryContact):
         number[at.LAW] = at.HISTORY
-        log = math.log(contact.restitution)
-        number[at.DAMPING_RATIO] = -math.sqrt(5.0) * log / math.hypot(math.pi, log)  # Antypov and Elliott (2011)
+        number[at.DAMPING_RATIO] = hertz_damping_ratio(contact.restitution)
         nu = contact.poisson_ratio
         ratio = contact.shear_ratio
         number[at.SHEAR_RATIO] = ratio if ratio is not None else 2.0 * (1.0 - nu) / (2.0 - nu)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
@@ -28,6 +27,7 @@ from autobalancer.kernels.system import (
     Floats,
     Matrix,
 )
+from autobalancer.laws.rebound import damping_ratio
 from autobalancer.laws.touching_balls import touching_balls
 from autobalancer.machine import Machine, Race
 
@@ -36,32 +36,7 @@ TOUCHING = 1e-9  # rad, by which a ball may start inside a partition
 QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
 
 SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of the wall at the greatest frequency
-LEAST = 0.01  # restitution below which a contact would be too stiff
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
-
-
-def damping_ratio(restitution: float) -> float:
-    """Damping ratio of a spring and a damper that never pull, from the ratio of the speeds after and before.
-
-    Below exp(-2) it is above one. A ratio under 1 % counts as 1 %, which takes a damping ratio of about five.
-    """
-    if restitution >= 1.0:
-        return 0.0
-    return float(brentq(lambda z: rebound(z) - max(restitution, LEAST), 0.0, 20.0, xtol=1e-14))
-
-
-def rebound(ratio: float) -> float:
-    """Ratio of the speeds after and before, for a damping ratio.
-
-    The contact ends where the force is zero, before the spring is long again (Schwager and Pöschel 2007, equations 9, 13):
-    ln e = -z/sqrt(1 - z^2) (pi - atan2(2 z sqrt(1 - z^2), 1 - 2 z^2)), for z > 1 -2 z/sqrt(z^2 - 1) arcosh(z).
-    """
-    if abs(ratio - 1.0) < 1e-9:
-        return math.exp(-2.0)
-    root = math.sqrt(abs(1.0 - ratio * ratio))
-    if ratio > 1.0:
-        return math.exp(-2.0 * ratio / root * math.acosh(ratio))
-    return math.exp(-ratio / root * (math.pi - math.atan2(2.0 * ratio * root, 1.0 - 2.0 * ratio * ratio)))
 
 
 def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matrix: Matrix, frequency: float) -> Floats:

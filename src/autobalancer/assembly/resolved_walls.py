@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from autobalancer.assembly.contacts import damping_ratio, restitution, sector
+from autobalancer.assembly.contacts import restitution, sector
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.race_numbers import race_harmonics
 from autobalancer.catalog.resolve import Ball
@@ -22,6 +22,7 @@ from autobalancer.kernels.resolved_layout import (
 )
 from autobalancer.kernels.system import Floats
 from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.laws.rebound import damping_ratio, hertz_damping_ratio
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
 
@@ -117,11 +118,8 @@ def stiffnesses(contact: ResolvedContact, ball: Ball, inner: float) -> tuple[flo
 
 
 def damping_number(contact: ResolvedContact, share: float) -> float:
-    """Damping over sqrt(stiffness mass) that leaves this ``share`` of the speed.
-
-    With Hertz the damper for the same restitution is sqrt(5) zeta sqrt(m k) d^(1/4) (Antypov and Elliott 2011).
-    """
-    return (math.sqrt(5.0) if contact.reduced_modulus is not None else 2.0) * damping_ratio(share)
+    """Damping over sqrt(stiffness mass) that leaves this ``share`` of the speed; with Hertz that of d^(1/4)."""
+    return hertz_damping_ratio(share) if contact.reduced_modulus is not None else 2.0 * damping_ratio(share)
 
 
 def partition_numbers(race: Race, ball: Ball, angle: float, mass: float) -> tuple[list[float], float]:

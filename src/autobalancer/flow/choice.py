@@ -20,6 +20,8 @@ SWIRLS = 500.0  # Reynolds number of the lag above which the layer at the inner 
 EDDIES, EDDIES_AT, EDDIES_POWER = 40.0, 8800.0, 0.3  # intervals over the gap that carry them, measured
 CONVECTION = 1.2  # rate of the convection limit over lag and intervals, measured
 STEP = (4e-6, 8.5e-10)  # s of one step on a common processor: alone, and over (intervals)^3
+CELL = (2.6e-8, 9.5e-11)  # s of one step of the differences over the cells: alone, and over the axial ones; measured
+LONG = 30.0  # s of computing that are begun without a word
 LONGEST = 300.0  # s of computing that are begun without being asked
 
 

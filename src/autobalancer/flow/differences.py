@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
+from autobalancer.flow.choice import CELL, LOOKS
 from autobalancer.flow.speed import WallSpeed
 from autobalancer.flow.track import Progress, Track
 from autobalancer.kernels.flow.differences import Cross, Fields, advance, poisson, wall_vorticity
@@ -79,6 +80,17 @@ class DifferenceFlow:
         lids = [np.trapezoid(r * _slope(z, g.T, j), r) for j in (0, -1)]
         turning = around[1] - around[0] + lids[1] - lids[0]
         return float(2.0 * np.pi * self.annulus.density * self.annulus.viscosity * turning)
+
+    def seconds(self, speed: WallSpeed, end: float) -> float:
+        """About how long :meth:`march` takes, s."""
+        cells, axial = (self.radius.size - 1) * (self.height.size - 1), self.height.size - 1
+        return self.steps(speed, end) * cells * (CELL[0] + CELL[1] * axial)
+
+    def steps(self, speed: WallSpeed, end: float) -> float:
+        """About how many steps :meth:`march` takes where convection does not shorten them."""
+        times = np.linspace(0.0, end, LOOKS)
+        rates = np.maximum(1.0 / self._cross.diffusive, 2.0 * np.abs(speed.over(times)) / REACH)
+        return float(np.trapezoid(rates, times))
 
     def march(
         self,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import DurationWarning, QuestionError
 from autobalancer.flow.annulus import Annulus, Floats
-from autobalancer.flow.choice import LONGEST, Expected, chosen_points, finer, seconds
+from autobalancer.flow.choice import LONG, LONGEST, Expected, chosen_points, finer, seconds
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.result import Solved
 from autobalancer.flow.spectral import SpectralFlow
@@ -46,6 +47,7 @@ def by_solver(
     flow: SpectralFlow | DifferenceFlow
     if solver == "differences":
         flow = plain = DifferenceFlow(annulus, *chosen)
+        _differences_affordable(plain.seconds(walls, end), seen, chosen, points is None, error)
         track = plain.march(
             walls, end, stops=moments, at_stop=lambda time: kept.append(_fields(plain, walls, time)), progress=progress
         )
@@ -138,6 +140,20 @@ def _affordable(annulus: Annulus, seen: Expected, points: tuple[int, int]) -> No
             "slowly, shorten the duration, or take the model 'modes' (fluid.lag = 'modes'), which overestimates the lag; "
             f"'points' (--points {points[0]}x{points[1]}) starts it all the same"
         )
+
+
+def _differences_affordable(time: float, seen: Expected, points: tuple[int, int], ours: bool, error: float) -> None:
+    """Refuse what takes far too long and was not asked for by its points; warn of what takes long."""
+    if time <= LONG:
+        return
+    cure = "take the model 'chebyshev', which needs far fewer points, or an 'error' above the present "
+    cure += f"{error:g}"
+    if seen.error <= error:
+        cure = f"take the model 'auto' or 'modes': here diffusion alone is wrong by at most {seen.error:.1g}"
+    text = f"flow: the model 'differences' takes {points[0]}x{points[1]} points and about {time / 60.0:.2g} minutes; {cure}"
+    if ours and time > LONGEST:
+        raise QuestionError(f"{text}. 'points' (--points {points[0]}x{points[1]}) starts it all the same")
+    warnings.warn(text, DurationWarning, stacklevel=4)
 
 
 def _uncertainty(
