@@ -37,6 +37,7 @@ TILTING = Machine(
         "supports": [{"position": z, **RUBBER} for z in ("-0.1 m", "0.1 m")],
     },
     stations=[{"name": "race", "position": "20 mm"}],
+    unbalances=[{"couple": "1 g*m^2"}],
     balancers=[{"station": "race", "races": [RACE]}],
     drive={"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}},
     run={"duration": 0.2},
