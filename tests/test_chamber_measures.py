@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from tests.references.chamber_machines import small_machine
 from tests.references.chamber_runs import BALL, CHAMBER, chamber_run
 
 from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import machine_text
 from autobalancer.results.chamber_balls import (
     ball_places_in_rotor,
     ball_settling_time,
@@ -24,6 +26,7 @@ from autobalancer.results.chamber_measures import (
     transient_peak,
 )
 from autobalancer.results.chamber_unconstrained import LooseBody, pakula_body, unconstrained_motion
+from autobalancer.simulation.chamber.verdict import chamber_verdict
 
 RUN = chamber_run()
 ANGLES, AXIAL = np.array([2.6, 3.0, 3.4]), np.array([-0.02, 0.0, 0.03])
@@ -191,3 +194,25 @@ def test_what_cannot_be_measured_is_refused() -> None:
         unconstrained_motion(RUN, LooseBody(**{**vars(BODY), "mass": -1.0}))
     with pytest.raises(QuestionError, match="not at equal times"):
         unconstrained_motion(RUN.isel(time=[0, 1, 3]), BODY)
+
+
+def test_the_verdict_compares_with_the_unbalance_of_the_body_without_balancing() -> None:
+    stiffness, damping, speed = (3e4, 6e4), (40.0, 80.0), 157.0
+    support = {"position": [0, 0, 0], "stiffness": [0, *stiffness], "damping": [0, *damping]}
+    machine = small_machine(supports=[support])
+    told = {"machine": machine_text(machine), "outcome": "finished"}
+    # 121 kg with the balls, and nothing couples y, z and the rotation
+    y, z = (0.06 * speed**2 / (k - 121.0 * speed**2 + 1j * c * speed) for k, c in zip(stiffness, damping, strict=True))
+    without = 0.5 * (abs(y - 1j * 1j * z) + abs(y + 1j * 1j * z))  # z follows y by a quarter of a turn
+    # the run circles with 10 um horizontally and 20 um vertically about 100 um below
+    small = chamber_verdict(chamber_run().assign_attrs(told))
+    assert small.places[0].without_balls == pytest.approx(without, rel=1e-9)
+    assert small.places[0].vibration == pytest.approx(20e-6, rel=1e-2)
+    assert small.places[0].static == pytest.approx(100e-6, rel=1e-2)
+    assert small.word == "balanced"
+    assert chamber_verdict(chamber_run(amplitude=0.5 * without).assign_attrs(told)).word == "partly balanced"
+    assert chamber_verdict(chamber_run(amplitude=2.0 * without).assign_attrs(told)).word == "worse than without balls"
+    moving = chamber_verdict(chamber_run(settled=4.0, peak=without).assign_attrs(told | {"outcome": "interrupted"}))
+    assert moving.because.startswith("the run did not finish")
+    with pytest.raises(QuestionError, match="of which machine"):
+        chamber_verdict(RUN)

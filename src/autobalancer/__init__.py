@@ -60,6 +60,7 @@ __all__ = [
     "chamber_measures",
     "chamber_summary",
     "chamber_variant",
+    "chamber_verdict",
     "critical_speeds",
     "decay_rate",
     "deflection_envelope",
@@ -286,6 +287,7 @@ if TYPE_CHECKING:
     from autobalancer.rotordynamics.response import unbalance_response
     from autobalancer.simulation.chamber.run import simulate_chamber
     from autobalancer.simulation.chamber.summary import chamber_summary
+    from autobalancer.simulation.chamber.verdict import chamber_verdict
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes

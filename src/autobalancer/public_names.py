@@ -41,6 +41,7 @@ HOME = {
     "verdict": "results.verdict",
     "balance_grade": "laws.balance_quality",
     "permissible_unbalance": "laws.balance_quality",
+    "chamber_verdict": "simulation.chamber.verdict",
     "measures": "results.measures",
     "deflection_envelope": "results.measures",
     "residual_vibration": "results.measures",

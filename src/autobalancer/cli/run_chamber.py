@@ -24,8 +24,10 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
     from rich.console import Console
     from rich.progress import Progress
 
+    from autobalancer.cli.verdict_table import json_ready, print_verdict
     from autobalancer.results.store import save_run
     from autobalancer.simulation.chamber import simulate_chamber
+    from autobalancer.simulation.chamber.verdict import chamber_verdict
 
     question = _question(context)
     with Progress(console=Console(stderr=True), transient=True) as bar:
@@ -39,10 +41,16 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
     save_run(result, out, rescue=True)
     outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     found, reason = _measures(result)
+    verdict = chamber_verdict(result) if found else None
     if context.params["as_json"]:
         numbers = {name: value for name, (value, _, _) in found.items()}
-        typer.echo(json.dumps({"result": str(out), **outcome, "measures": numbers}, indent=2))
+        told = verdict.as_dict() if verdict is not None else None
+        typer.echo(
+            json.dumps(json_ready({"result": str(out), **outcome, "verdict": told, "measures": numbers}), indent=2)
+        )
     else:
+        if verdict is not None:
+            print_verdict(verdict, Console())
         typer.echo(f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)")
         typer.echo(f"rotor speed at the end: {float(result['speed'][-1]):.5g} rad/s")
         for value, unit, text in found.values():

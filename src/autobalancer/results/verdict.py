@@ -13,7 +13,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
 from autobalancer.results.places import residual_unbalance, support_forces, vibration, whole_turns
-from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
+from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
 
 
@@ -204,7 +204,8 @@ def _course(run: xr.Dataset) -> Course:
         run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
     )
     vertical = run.attrs.get("axis", "vertical") == "vertical"
-    return Course(float(run.attrs["end_time"]), vertical, time, speed, angles, *envelope)
+    end = float(run.attrs["end_time"])
+    return Course(end, vertical, time, speed, goes_round(time, angles, end), *envelope)
 
 
 def _peak(run: xr.Dataset) -> Peak | None:

@@ -39,7 +39,7 @@ class Course(NamedTuple):
     vertical: bool
     time: Floats  # (T,) s
     speed: Floats  # (T,) rad/s
-    ball_angle: Floats  # (T, n) in the rotor, rad
+    uneven: bool  # whether a ball goes round in the rotor at the end
     envelope_time: Floats  # (B,) s; empty without an envelope
     low: Floats  # (B,) m
     high: Floats  # (B,) m
@@ -50,16 +50,20 @@ def changing_because(course: Course, without_balls: float) -> str:
 
     ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
     """
-    last = course.time >= 0.95 * course.end
-    speed, angle = course.speed[last], course.ball_angle[last]
+    speed = course.speed[course.time >= 0.95 * course.end]
     if speed.size and np.ptp(speed) > SAME_SPEED * np.abs(speed).max():
         return "the speed still changes in the last twentieth of the run; run longer"
     before, after = (_vibration(course, begin) for begin in (0.9, 0.95))
     greater, smaller = max(before, after), min(before, after)
-    goes_round = angle.size and (np.abs(angle[-1] - angle[0]) > 2.0 * np.pi).any()
-    if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if goes_round else SAME_VIBRATION) * smaller:
+    if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if course.uneven else SAME_VIBRATION) * smaller:
         return "the vibration still changes in the last tenth of the run; run longer"
     return ""
+
+
+def goes_round(time: Floats, angle: Floats, end: float) -> bool:
+    """Whether a ball makes a turn in the rotor in the last twentieth of a run; ``angle`` is (T, n) in the rotor, rad."""
+    late = angle[time >= 0.95 * end]
+    return bool(late.size and (np.abs(late[-1] - late[0]) > 2.0 * np.pi).any())
 
 
 def _vibration(course: Course, begin: float) -> float:

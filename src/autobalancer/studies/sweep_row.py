@@ -16,7 +16,7 @@ from autobalancer.kernels.integrators.runge_kutta import RUNNING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
 from autobalancer.results.places import moved, turns_of
 from autobalancer.results.series import counted, end_of_run_up, release_rows, settled_from, wrapped
-from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
+from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.simulation.at_places import ball_moments
 from autobalancer.simulation.dataset import in_order
 from autobalancer.simulation.outcome import outcome
@@ -60,8 +60,7 @@ def sweep_row(
     if course.vertical:
         found["residual_vibration"] = course.high[course.time > 0.95 * course.time[-1]].max()
     if n:
-        rates = record.bin_states[:count, BALLS + n : BALLS + 2 * n]
-        found |= _balls(assembly, course, rates, end)
+        found |= _balls(assembly, course, record.bin_states[:count, BALLS : BALLS + 2 * n], end)
     turns = in_order(record.turn_states, int(memory.counts[NEXT_TURN]))
     turns = turns[turns_of(turns[:, 1 + THETA])]
     return found | (_turns(found, turns, assembly, places, course) if turns.size else {})
@@ -69,20 +68,22 @@ def sweep_row(
 
 def _course(assembly: Assembly, places: Places, record: Record, count: int) -> Course:
     edges, states = record.bin_edges[: count + 1], record.bin_states[:count]
+    angle, end = states[:, BALLS : BALLS + len(assembly.balls)], float(edges[-1])
     return Course(
-        end=float(edges[-1]),
+        end=end,
         vertical=places.machine.axis == "vertical",
         time=edges[1:],
         speed=states[:, SPEED],
-        ball_angle=states[:, BALLS : BALLS + len(assembly.balls)],
+        uneven=goes_round(edges[1:], angle, end),
         envelope_time=0.5 * (edges[:-1] + edges[1:]),
         low=record.bin_low[:count],
         high=record.bin_high[:count],
     )
 
 
-def _balls(assembly: Assembly, course: Course, rates: Matrix, end: float) -> dict[str, Any]:
-    time, angle, speed = course.time, course.ball_angle, course.speed
+def _balls(assembly: Assembly, course: Course, motion: Matrix, end: float) -> dict[str, Any]:
+    time, speed = course.time, course.speed
+    angle, rates = np.split(motion, 2, axis=1)
     rows = release_rows(speed, rates + speed[:, None], min(assembly.critical_speeds, default=math.nan))
     released = np.interp(rows, np.arange(time.size), time)
     settled = settled_from(time, angle, speed, math.radians(2.0))

@@ -22,11 +22,25 @@ def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...],
     gyroscopic moment goes with the square of w as the inertia does, so that K u = w² (M - i G) u with Hermitian M - i G.
     Motions on which no unbalance or couple does work are left out: those along the axis, and backward whirl in a circle.
     """
+    free, m, g, k, c = linear_body(machine)
+    if not len(free) or not k.any():
+        return (), ()  # nothing moves, or nothing holds it
+    # K is definite or nearly so and M - i G need not be: 1/w² are the eigenvalues of the pencil turned around
+    softest = 1e-12 * np.trace(k) * np.eye(len(free))
+    inverse, shapes = eigh(m - 1j * g, k + softest)
+    work = np.abs(shapes.T.conj() @ UNBALANCES[free]) / np.linalg.norm(shapes, axis=0)[:, None]
+    met = sorted(
+        float(value) ** -0.5 for value, own in zip(inverse, work, strict=True) if own.max() > 1e-6 and 0 < value < 1e10
+    )
+    speeds = [speed for speed, before in zip(met, [0.0, *met], strict=False) if speed > before * (1.0 + 1e-9)]
+    return tuple(speeds), tuple(_ratio(m, c + speed * g, k, speed) for speed in speeds)
+
+
+def linear_body(machine: ChamberMachine) -> tuple[Array, Array, Array, Array, Array]:
+    """Free coordinates of the body, and M, G of speed one, K and C over them, balls in the middles of their chambers."""
     total = sum(group.count for chamber in machine.chambers for group in chamber.balls)
     numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6)
     free = numbers.active[:-1]
-    if not len(free) or not numbers.stiffness[np.ix_(free, free)].any():
-        return (), ()  # nothing moves, or nothing holds it
     inertia = numbers.inertia.astype(complex)
     for chamber in machine.chambers:
         mass = sum(group.count * group.ball_mass for group in chamber.balls)
@@ -37,16 +51,24 @@ def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...],
     gyroscopic = np.zeros((6, 6))
     gyroscopic[4, 5], gyroscopic[5, 4] = machine.rotor.polar_inertia, -machine.rotor.polar_inertia
     chosen = np.ix_(free, free)
-    m, g, k, c = inertia[chosen].real, gyroscopic[chosen], numbers.stiffness[chosen], numbers.damping[chosen]
-    # K is definite or nearly so and M - i G need not be: 1/w² are the eigenvalues of the pencil turned around
-    softest = 1e-12 * np.trace(k) * np.eye(len(free))
-    inverse, shapes = eigh(m - 1j * g, k + softest)
-    work = np.abs(shapes.T.conj() @ UNBALANCES[free]) / np.linalg.norm(shapes, axis=0)[:, None]
-    met = sorted(
-        float(value) ** -0.5 for value, own in zip(inverse, work, strict=True) if own.max() > 1e-6 and 0 < value < 1e10
-    )
-    speeds = [speed for speed, before in zip(met, [0.0, *met], strict=False) if speed > before * (1.0 + 1e-9)]
-    return tuple(speeds), tuple(_ratio(m, c + speed * g, k, speed) for speed in speeds)
+    return free, inertia[chosen].real, gyroscopic[chosen], numbers.stiffness[chosen], numbers.damping[chosen]
+
+
+def body_without_balancing(machine: ChamberMachine, speed: float) -> float:
+    """Greatest vibration (m) of the middle of the rotor at a steady speed, with the balls in the middles of the chambers.
+
+    nan at a critical speed of an undamped body.
+    """
+    free, m, g, k, c = linear_body(machine)
+    moments = [part.size * np.exp(1j * part.angle) for part in machine.unbalances]
+    couple = sum(m0 * part.position for m0, part in zip(moments, machine.unbalances, strict=True))
+    load = (UNBALANCES @ np.array([sum(moments), couple], complex))[free]
+    moved = np.zeros(6, complex)
+    try:
+        moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)
+    except np.linalg.LinAlgError:
+        return float("nan")
+    return 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
 
 
 def _ratio(m: Array, c: Array, k: Array, speed: float) -> float:

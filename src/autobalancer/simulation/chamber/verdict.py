@@ -1,0 +1,122 @@
+"""The verdict on a run of a deep chamber, by the rule and in the words of balls in races."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_any
+from autobalancer.laws.balance_quality import balance_grade
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.chamber_balls import ball_settling_time, balls_carried, residual_of_balls, window
+from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.places import Complexes, moved
+from autobalancer.results.verdict import Peak, PlaceVerdict, Settling, SupportVerdict, Verdict
+from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
+from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
+
+MIDDLE = "middle of the rotor"
+
+
+def chamber_verdict(run: xr.Dataset, last: float | None = None) -> Verdict:
+    """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
+
+    The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
+    balls is the steady one of the same body with the balls as masses in the middles of their chambers.
+
+    Parameters
+    ----------
+    run
+        From ``simulate_chamber``, or an archive.
+    last
+        Seconds at the end that are the steady state; by default a tenth of the run.
+
+    Raises
+    ------
+    QuestionError
+        If there are too few samples, or the run does not say of which machine it is.
+    """
+    described = unbalance_of(run)
+    if described is None:
+        raise QuestionError(
+            "chamber_verdict: the run does not say of which machine it is; give one of simulate_chamber"
+        )
+    machine = parse_any(str(run.attrs["machine"]))
+    assert isinstance(machine, ChamberMachine)
+    steady = window(run, last)
+    z, time = _across(run, "body_position"), run["time"].values
+    static, vibration, _, velocity = moved(z[steady, None], np.gradient(z, time)[steady, None])
+    speed = float(run["speed"].values[steady].mean())
+    without = body_without_balancing(machine, speed)
+    ratio = float(vibration[0]) / without if without > 0.0 else np.nan
+    residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
+    mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
+    because = _because(run, z - static[0], without)
+    peak = int(np.argmax(np.abs(z - static[0])))
+    return Verdict(
+        word=NO_VERDICT if because else verdict_word(ratio),
+        because=because,
+        speed=speed,
+        ratio=ratio,
+        unbalance=abs(described[0]),
+        residual=residual,
+        grade_before=_grade(abs(described[0]), mass, speed),
+        grade_after=_grade(residual, mass, speed),
+        places=(PlaceVerdict(MIDDLE, float(abs(static[0])), float(vibration[0]), float(velocity[0]), without),),
+        planes=(),
+        supports=_bearings(run.isel(time=steady)),
+        peak=Peak(MIDDLE, float(np.abs(z - static[0])[peak]), float(run["speed"].values[peak])),
+        peak_without_balls=None,
+        settling=_settling(run, last),
+        notes=(),
+    )
+
+
+def _because(run: xr.Dataset, away: Complexes, without: float) -> str:
+    outcome = run.attrs.get("outcome", "finished")
+    if outcome != "finished":
+        return f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
+    if not without > 0.0:
+        return (
+            "the rotor has no unbalance"
+            if without == 0.0
+            else "the speed is a critical speed of a body without damping"
+        )
+    time = run["time"].values
+    uneven = not bool(balls_carried(run).all())
+    return changing_because(
+        Course(float(time[-1]), True, time, run["speed"].values, uneven, time, np.zeros_like(time), np.abs(away)),
+        without,
+    )
+
+
+def _across(run: xr.Dataset, name: str) -> Complexes:
+    values = run[name].transpose("time", "axis", ...).values
+    return np.asarray(values[:, 1] + 1j * values[:, 2], np.complex128)
+
+
+def _bearings(steady: xr.Dataset) -> tuple[SupportVerdict, ...]:
+    """Radial forces of the rotor on its bearings; what they would be without balls is not worked out."""
+    force = -_across(steady, "bearing_force")
+    mean = force.mean(axis=0)
+    greatest = np.abs(force - mean).max(axis=0)
+    return tuple(
+        SupportVerdict(f"bearing {int(number)}", float(abs(mean[i])), float(greatest[i]), np.nan)
+        for i, number in enumerate(steady["bearing"].values)
+    )
+
+
+def _grade(unbalance: float, mass: float, speed: float) -> float:
+    return balance_grade(unbalance, mass, abs(speed)) if speed != 0.0 else np.nan
+
+
+def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
+    at = ball_settling_time(run, last=last).values
+    if not at.size:
+        return None
+    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(at)])
+    if len(moving) == at.size:
+        return Settling(0, np.nan, "", np.nan, moving)
+    slowest = int(np.nanargmax(at))
+    return Settling(int(run["ball"].values[slowest]), float(at[slowest]), "start", float(at[slowest]), moving)
