@@ -16,7 +16,7 @@ SHOWN = (
     *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "settling_time", "share_carried"),
     *("residual_unbalance", "hardest_contact", "energy_error"),
 )
-SCALE = {"m": ("um", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
+SCALE = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
 
 
 def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) -> None:
