@@ -187,3 +187,33 @@ def test_every_border_names_in_its_own_line_what_its_theory_leaves_out() -> None
     assert not any("ignores" in border.note for border in ideal)
     real = ab.border_speeds("docs/machines/real_race.toml")
     assert all("waves of the race, excitations" in border.note for border in real)
+
+
+def test_a_map_hatches_where_the_whirl_of_the_unbalance_is_below_what_friction_holds() -> None:
+    rough, speeds, sizes = machine(1e-3), np.linspace(80.0, 200.0, 9), np.linspace(50e-6, 900e-6, 7)
+    found = ab.stability_map(rough, {"speed": speeds, "unbalance": sizes}, borders=0)
+    p = plane(rough)
+    whirl = np.array([[size * w**2 / abs(p.dynamic_stiffness(w)) for size in sizes] for w in speeds])
+    assert found["held_share"].values == pytest.approx(held_whirl(0.07695, 1e-3) / whirl, rel=1e-9)
+    assert (found["held_share"] > 1.0).any()
+    assert (found["held_share"] < 1.0).any()
+    labels = [text.get_text() for text in ab.plot_map(found).legends[0].get_texts()]
+    assert "friction holds balls at rest" in labels
+    assert "friction" in found.attrs["ignores"]
+    ideal = ab.stability_map(MACHINES / "discoidal.toml", {"speed": speeds, "unbalance": sizes}, borders=0)
+    assert "held_share" not in ideal
+    assert ideal.attrs["ignores"] == ""
+    along = ab.stability_map(
+        MACHINES / "discoidal.toml", {"rolling_resistance": [1e-5, 1e-2], "unbalance": sizes}, borders=0, speed=125.0
+    )
+    assert (along["held_share"][0] < 1.0).any()
+    assert (along["held_share"][1] > 1.0).all()
+
+
+def test_every_range_of_the_stability_command_says_that_it_ignores_friction(tmp_path: Path) -> None:
+    rough = tmp_path / "rough.toml"
+    ab.save_machine(machine(1e-3), rough)
+    arguments = ["stability", str(rough), "--speeds", "500 rpm:1300 rpm:5"]
+    lines = CliRunner().invoke(app, arguments, catch_exceptions=False).output.strip().splitlines()
+    assert lines
+    assert all("ignores friction" in line for line in lines)

@@ -62,6 +62,7 @@ def branches(
         answer = {
             "machine": str(machine),
             "parameter": parameter,
+            "ignores": found.attrs["ignores"],
             "branches": _branches(found),
             "special": _special(found),
         }
@@ -135,7 +136,10 @@ def _print(found: Any, speed_unit: str) -> None:
     def shown(value: float | None) -> str:
         return "" if value is None else f"{value * unit.factor:.6g}"
 
-    table = Table(title=f"{found.attrs['machine_name']}: branches along {found['parameter'].attrs['long_name']}")
+    ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
+    table = Table(
+        title=f"{found.attrs['machine_name']}: branches along {found['parameter'].attrs['long_name']}{ignores}"
+    )
     for name in ("", "motion", f"from{sign}", f"to{sign}", "ended", "not unstable"):
         table.add_column(name)
     for row in _branches(found):

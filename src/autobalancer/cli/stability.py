@@ -84,7 +84,17 @@ def stability(
             )
         ]
         missing = [float(w) for w in found.attrs["speeds_without_state"]]
-        typer.echo(json.dumps({"machine": str(machine), "state": state, "rows": rows, "speeds_without_state": missing}))
+        typer.echo(
+            json.dumps(
+                {
+                    "machine": str(machine),
+                    "state": state,
+                    "ignores": found.attrs["ignores"],
+                    "rows": rows,
+                    "speeds_without_state": missing,
+                }
+            )
+        )
         return
     for line in _ranges(found):
         typer.echo(line)
@@ -106,6 +116,8 @@ def _ranges(found: xr.Dataset) -> list[str]:
                 f"{ends} rpm: {verdicts[first]}, growth rate at most {rates[worst]:.4g} 1/s ({motions[worst]})"
             )
             first = i
+    if found.attrs["ignores"]:
+        lines = [f"{line}; ignores {found.attrs['ignores']}" for line in lines]
     missing = found.attrs["speeds_without_state"]
     if len(missing):
         lines.append(f"no such state at {len(missing)} of the speeds")

@@ -61,7 +61,11 @@ def map_(
     rates = found["growth_rate"].values
     known = rates[rates == rates]
     stable = f"{100.0 * (known < 0.0).mean():.3g} % of them stable" if known.size else "no balanced state anywhere"
-    typer.echo(f"{rates.size} points, {known.size} with a balanced state, {stable}")
+    ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
+    typer.echo(f"{rates.size} points, {known.size} with a balanced state, {stable}{ignores}")
+    if "held_share" in found:
+        held = 100.0 * float((found["held_share"] >= 1.0).mean())
+        typer.echo(f"friction: the unbalance alone does not move balls at rest in {held:.3g} % of the map")
     for path in (out, plot):
         if path is not None:
             typer.echo(f"written: {path}")

@@ -80,7 +80,7 @@ def plot_map(
         figure = picture(8.4, 6.0)
         axes = figure.add_subplot()
         axes.grid(False)
-        handles = _growth(figure, axes, found["growth_rate"].transpose(*dims).values, along)
+        handles = _growth(figure, axes, found, dims, along)
         for axis, which in zip(along, ("x", "y"), strict=True):
             if axis.log:
                 (axes.set_xscale if which == "x" else axes.set_yscale)("log")
@@ -88,6 +88,7 @@ def plot_map(
         axes.set_xlabel(along[0].label)
         axes.set_ylabel(along[1].label)
         handles += _borders(axes, found, dims, along)
+        handles += _held(axes, found, dims, along)
         handles += operating_points(axes, found, dims, along)
         if fluids and "fluid" in found and "viscosity" in dims:
             fluid_names(axes, found, dims.index("viscosity"), along)
@@ -103,8 +104,9 @@ def plot_map(
     return figure
 
 
-def _growth(figure: Figure, axes: Axes, rates: np.ndarray, along: list[QuantityAxis]) -> list[Any]:
+def _growth(figure: Figure, axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
     """Filled contours with the same steps on both sides of zero, and a bar."""
+    rates = found["growth_rate"].transpose(*dims).values
     known = rates[np.isfinite(rates)]
     handles: list[Any] = []
     if known.size < rates.size:
@@ -129,7 +131,8 @@ def _growth(figure: Figure, axes: Axes, rates: np.ndarray, along: list[QuantityA
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, spacing="uniform")
     bar.set_ticks(list(levels))
     bar.set_ticklabels([f"{level:g}" for level in levels])
-    bar.set_label("growth rate (1/s), stable below zero")
+    ignored = found.attrs.get("ignores", "")
+    bar.set_label("growth rate (1/s), stable below zero" + (f",\nignores {ignored}" if ignored else ""))
     bar.outline.set_visible(False)
     return handles
 
@@ -160,6 +163,25 @@ def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[Quantit
         label = style["label"] if inside.any() else f"{style['label']}: {_where(speeds, along[place].values)}"
         handles.append(Line2D([], [], **{**style, "label": label}))
     return handles
+
+
+def _held(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+    """Hatched where the unbalance alone does not move balls that friction holds."""
+    if "held_share" not in found:
+        return []
+    shares = found["held_share"].transpose(*(f"{dim}_of_friction" for dim in dims))
+    text = "friction holds balls at rest"
+    if (shares.values < 1.0).all():
+        return [Patch(fc="none", ec=INK, lw=0.6, hatch="//", label=f"{text}: nowhere here")]
+    if min(shares.shape) > 1:
+        x, y = (shares[f"{dim}_of_friction"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
+        over = np.log(np.clip(shares.values, 1e-6, 1e6)).T
+        drawn = axes.contourf(x, y, over, levels=[0.0, 1e3], colors="none", hatches=["//"], zorder=3)
+        drawn.set_edgecolor(INK)
+        drawn.set_linewidth(0.0)
+        axes.contour(x, y, over, levels=[0.0], colors=INK, linewidths=1.0, zorder=3)
+    everywhere = ": everywhere" if (shares.values >= 1.0).all() else ""
+    return [Patch(fc="none", ec=INK, lw=0.6, hatch="//", label=f"{text}{everywhere}")]
 
 
 def _stalled(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], name: str) -> list[Any]:

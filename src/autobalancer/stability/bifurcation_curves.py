@@ -17,6 +17,7 @@ from autobalancer.stability.continuation import NoConvergence, Point, Steps, at_
 from autobalancer.stability.curves import Curve, FoldCurve, HopfCurve, curve_from
 from autobalancer.stability.explorer import Explorer, Progress
 from autobalancer.stability.family import Family
+from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.steady import Range
 from autobalancer.stability.symmetry import coincident, kinds
@@ -112,6 +113,7 @@ def bifurcation_curves(
         "parameter": parameter,
         "second_parameter": second,
         "state": from_state,
+        "ignores": ", ".join(ignored_at_rest(machine)),
     }
     return _dataset(family, rows, specials, attributes)
 

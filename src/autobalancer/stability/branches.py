@@ -17,6 +17,7 @@ from autobalancer.stability.continuation import Steps
 from autobalancer.stability.equilibria import Equilibrium, equilibria_of
 from autobalancer.stability.explorer import Explorer, Progress
 from autobalancer.stability.family import Family
+from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.stalled import stalled_orbit
 from autobalancer.stability.steady import Range
@@ -125,6 +126,7 @@ def branches(
         "machine_name": machine.name,
         "parameter": parameter,
         "theory": "pseudo-arclength continuation of the full equations",
+        "ignores": ", ".join(ignored_at_rest(machine)),
     }
     if "speed" not in parameter:
         attributes["speed"] = family(first).speed

@@ -152,16 +152,46 @@ def held_by_friction(
     at = service_speed(st, highest_prescribed(machine)) if speed is None else float(to_si(speed, "rad/s"))
     if not (math.isfinite(at) and at > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+    holding, rolling = _coefficients(machine, balls)
+    if not holding.any():
+        return HeldByFriction(at, 0, (), NONE_GIVEN)
+    races = _races(st, at, balls, holding, rolling)
+    angles = np.random.default_rng(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
+    planes = _planes(st, at, races, stopped(races, angles)[0], _weight(machine, at))
+    return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
+
+
+def held_share(machine: Machine, speeds: Floats) -> Floats:
+    """The whirl that friction holds over that of the unbalance alone, at each speed; the greatest of all planes.
+
+    Above one balls at rest do not move there; zero without friction.
+    """
+    st, balls = _stations(machine, None), resolve(machine)
+    holding, _ = _coefficients(machine, balls)
+    orbits = np.array([ball.orbit_radius for ball in balls])
+    shares = []
+    for speed in speeds.tolist():
+        weight = _weight(machine, speed)
+        pairs = zip(orbits.tolist(), holding.tolist(), strict=True)
+        held = np.array([max(held_whirl(orbit, mu, weight=weight), 0.0) for orbit, mu in pairs])
+        try:
+            alone = unbalance_whirl(st, speed)[st.station]
+        except QuestionError:  # a critical speed of an undamped rotor
+            alone = np.full(held.size, np.inf)
+        shares.append(float(np.max(held / np.maximum(alone, 1e-300))))
+    return np.array(shares)
+
+
+def _coefficients(machine: Machine, balls: tuple[Ball, ...]) -> tuple[Floats, Floats]:
+    """Adherence and rolling resistance of each ball."""
     frictions = [machine.balancers[ball.balancer].races[ball.race].friction for ball in balls]
     holding = np.array([0.0 if one is None else one.holding for one in frictions])
     rolling = np.array([0.0 if one is None else float(one.rolling_resistance) for one in frictions])
-    if not holding.any():
-        return HeldByFriction(at, 0, (), NONE_GIVEN)
-    weight = machine.gravity / at**2 if machine.axis == "horizontal" else 0.0
-    races = _races(st, at, balls, holding, rolling)
-    angles = np.random.default_rng(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
-    planes = _planes(st, at, races, stopped(races, angles)[0], weight)
-    return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
+    return holding, rolling
+
+
+def _weight(machine: Machine, speed: float) -> float:
+    return machine.gravity / speed**2 if machine.axis == "horizontal" else 0.0
 
 
 def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:

@@ -23,7 +23,9 @@ from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.balanced import balanced_states
+from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Floats
+from autobalancer.stability.map_friction import with_friction, with_held
 from autobalancer.stability.map_marks import with_borders, with_fluids, with_operating_points, with_release
 from autobalancer.stability.map_rates import rates_over, refuse_unbalance
 from autobalancer.stability.planes import described
@@ -75,8 +77,9 @@ def stability_map(
     xarray.Dataset
         ``growth_rate`` (1/s) over both parameters, nan where there is no balanced state; the borders of
         :func:`border_curve` over ``<other>_of_border``, or without the speed as an axis ``release_speed`` and
-        ``capture_speed`` over coarser values of both; ``operating_point`` with its values; for a viscosity the fluids
-        of the catalog along it.
+        ``capture_speed`` over coarser values of both; with friction ``held_share`` over ``<name>_of_friction``: the whirl
+        that friction holds over that of the unbalance alone, above one where balls at rest do not move; ``operating_point``
+        with its values; for a viscosity the fluids of the catalog along it.
 
     Raises
     ------
@@ -101,6 +104,7 @@ def stability_map(
         found = with_borders(found, machine, values, borders)
     elif borders > 0:
         found = with_release(found, machine, values)
+    found = with_held(found, machine, values)
     found = with_operating_points(found, machine, list(values), operating_points or {})
     return with_fluids(found, machine, list(values))
 
@@ -151,6 +155,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
         "positions": positions if p.moment.size > 2 else "only ones",
         "unbalance": abs(p.unbalance),
         "theory": f"exact: full equations, {route}",
+        "ignores": ", ".join(ignored_at_rest(with_friction(machine, values))),
     }
     if not math.isnan(speed):
         found.attrs["speed"] = speed

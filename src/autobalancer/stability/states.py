@@ -15,6 +15,7 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.equilibria import Equilibrium, equilibria_of
 from autobalancer.stability.floquet import periodic_state
+from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Complexes, Plane, plane
 from autobalancer.stability.linear import eigensystem, matrices, motion_name
 from autobalancer.stability.station_results import station_eigenvalues, station_equilibria
@@ -196,4 +197,5 @@ def _attributes(machine: Machine, p: Plane) -> dict[str, Any]:
         "machine_name": machine.name,
         "unbalance": abs(p.unbalance),
         "theory": "exact: full equations" + ("" if p.isotropic else ", Floquet exponents"),
+        "ignores": ", ".join(ignored_at_rest(machine)),
     }

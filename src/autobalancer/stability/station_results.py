@@ -12,6 +12,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
+from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Complexes
 from autobalancer.stability.linear import eigensystem
 from autobalancer.stability.planes import why_no_state
@@ -138,4 +139,5 @@ def _attributes(machine: Machine, st: Stations) -> dict[str, Any]:
         "machine_name": machine.name,
         "unbalance": abs(st.unbalance),
         "theory": "exact: full equations" + ("" if st.isotropic else ", Floquet exponents"),
+        "ignores": ", ".join(ignored_at_rest(machine)),
     }
