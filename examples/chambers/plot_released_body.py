@@ -13,10 +13,10 @@ chamber finds its way along the axis, but slowly.
 import tomllib
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.plots.style import BALLS, heading, legend, look, picture
 from autobalancer.results.chamber_balls import residual_of_balls
 from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.chamber_shape import unbalance_of
@@ -36,21 +36,23 @@ machines = {
 runs = {name: simulate_chamber(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
 
 # %%
-# What is left of unbalance and couple.
+# What is left of unbalance and couple, the greatest in each tenth of a second.
 
 static, couple = unbalance_of(runs["two chambers"])
-figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.0, 5.0), layout="constrained")
-for name, run in runs.items():
-    left = residual_of_balls(run, static, couple)
-    axes[0].plot(run["time"], left["static"] / abs(static), lw=0.9, label=name)
-    axes[1].plot(run["time"], left["couple"] / abs(couple), lw=0.9)
-axes[0].set_ylabel("unbalance left")
-axes[1].set_ylabel("couple left")
-axes[1].set_xlabel("time (s)")
-for each in axes:
-    each.set_yscale("log")
-    each.set_ylim(1e-3, 10.0)
-axes[0].legend(fontsize="small")
+with look():
+    figure = picture(8.0, 6.0)
+    axes = figure.subplots(2, 1, sharex=True)
+    for (name, run), color in zip(runs.items(), BALLS, strict=False):
+        left = residual_of_balls(run, static, couple).isel(time=slice(1, None)).coarsen(time=100, boundary="trim")
+        highest, time = left.max(), left.mean()["time"]
+        axes[0].plot(time, 100.0 * highest["static"] / abs(static), color=color, label=name)
+        axes[1].plot(time, 100.0 * highest["couple"] / abs(couple), color=color)
+    axes[0].set_ylabel("unbalance left (%)")
+    axes[1].set(ylabel="couple left (%)", xlabel="time (s)")
+    for each in axes:
+        each.set(yscale="log", ylim=(0.1, 1000.0))
+    heading(figure, "What balls leave of unbalance and couple")
+    legend(axes[0])
 
 # %%
 # In numbers: what is left in the last second, the tilting of the body, the force of a bearing about its mean.

@@ -6,11 +6,11 @@ One ball could balance the unbalance exactly. With adherence it rests wherever t
 adherence holds, and so leaves some vibration. The interval of these rests has a closed form.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import Machine
+from autobalancer.plots.style import BALLS, FILL, heading, legend, look, picture
 from autobalancer.simulation.sampling import Samples
 
 mass, stiffness, orbit, ball, speed, adherence = 10.0, 4e5, 0.1, 0.01, 300.0, 4e-4
@@ -46,11 +46,16 @@ rests = np.array([rest(start) for start in starts])
 rotor = {"mass": mass + ball, "stiffness": stiffness, "damping": 200.0, "speed": speed}
 low, high = ab.rest_interval(ball * orbit, ball * orbit, orbit, adherence, **rotor)
 
-figure, axes = plt.subplots(layout="constrained")
-axes.axhspan(np.degrees(low), np.degrees(high), color="0.9", label="closed form")
-axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, label="simulated")
-axes.set(xlabel="start against balanced place in deg", ylabel="rest against balanced place in deg")
-axes.legend()
+with look():
+    figure = picture(7.5, 4.0)
+    axes = figure.subplots()
+    axes.axhspan(np.degrees(low), np.degrees(high), color=FILL, alpha=0.5, lw=0.0, label="may rest, closed form")
+    axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, color=BALLS[0], label="rests, simulated")
+    axes.set(
+        xlabel="start, from the balanced place (°)", ylabel="rest, from the balanced place (°)", ylim=(-16.0, 16.0)
+    )
+    heading(figure, "Where adherence lets one ball rest")
+    legend(axes)
 print(f"rests from {np.degrees(rests.min()):.3f} to {np.degrees(rests.max()):.3f} deg")
 print(f"closed form {np.degrees(low):.3f} to {np.degrees(high):.3f} deg")
 assert low < rests.min() < 0.0 < rests.max() < high

@@ -9,11 +9,11 @@ between its walls comes to rest where the guided one does.
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.simulation.sampling import Samples
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
@@ -53,12 +53,16 @@ def miss(angles, places=places):
     return np.degrees(np.angle(np.exp(1j * (angles - places - np.pi))))
 
 
-figure, axes = plt.subplots(layout="constrained")
-axes.plot(np.degrees(places), miss(circle), "o-", ms=3, label="circular race")
-axes.plot(np.degrees(places), miss(oval), "o-", ms=3, label="oval race, 10 µm")
-axes.plot(np.degrees(some), miss(free, some), "kx", label="oval race, resolved ball")
-axes.set(xlabel="place of the unbalance in deg", ylabel="rest against opposite of it in deg")
-axes.legend()
+with look():
+    figure = picture(7.5, 4.0)
+    axes = figure.subplots()
+    axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=INK, label="circular race")
+    axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=BALLS[0], label="oval race, 10 µm")
+    axes.plot(np.degrees(some), miss(free, some), "x", ms=7, mew=1.8, color=BALLS[1], label="oval race, resolved ball")
+    axes.set(xlabel="direction of the unbalance (°)", ylabel="rest, from opposite of the unbalance (°)")
+    axes.set_xticks(range(0, 361, 45))
+    heading(figure, "Where a ball comes to rest in an oval race")
+    legend(axes)
 
 # %%
 # Of all rests on the oval, more than half are within 45 deg of a wide place.

@@ -9,10 +9,10 @@ bounce, slide, roll, and then do what guided balls do.
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "resolved_balls.toml")
@@ -22,18 +22,32 @@ run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastR
 # Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
 
 early = run.sel(time=slice(0.0, 8.0))
-fig, (above, below) = plt.subplots(2, 1, sharex=True)
-above.plot(early.time, 1e3 * early.ball_gap)
-above.set_ylabel("distance from the wall, mm")
-below.plot(early.time, early.ball_normal_force)
-below.plot(early.time, float(run.ball_moment[0]) * early.speed**2, "k--", lw=1, label="$m \\varepsilon \\Omega^2$")
-below.set(xlabel="time, s", ylabel="normal force, N")
-below.legend()
+with look():
+    figure = picture(7.5, 5.0)
+    above, below = figure.subplots(2, 1, sharex=True)
+    for number, width in ((0, 3.0), (1, 1.3)):
+        above.plot(
+            early.time, 1e3 * early.ball_gap[:, number], color=BALLS[number], lw=width, label=f"ball {number + 1}"
+        )
+        below.plot(early.time, early.ball_normal_force[:, number], color=BALLS[number], lw=width)
+    below.plot(
+        early.time,
+        float(run.ball_moment[0]) * early.speed**2,
+        "--",
+        color=INK,
+        lw=1.0,
+        label="$m \\varepsilon \\Omega^2$",
+    )
+    above.set_ylabel("distance from the wall (mm)")
+    below.set(xlabel="time (s)", ylabel="normal force (N)")
+    heading(figure, "Two balls find their race")
+    legend(above)
+    legend(below)
 
 # %%
 # From then on it is the run-up of a balancer.
 
-ab.plot_run_up(run, deflection_unit="mm")
+ab.plot_run_up(run)
 
 # %%
 # At the end the balls stand where they balance, up to what adherence holds back.

@@ -13,11 +13,11 @@ side. In line they shake the rotor with all their unbalance, and with less drag 
 import warnings
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
 from autobalancer.errors import RangeWarning
+from autobalancer.plots.style import BALLS, heading, legend, look, picture
 
 warnings.simplefilter("ignore", RangeWarning)
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
@@ -29,18 +29,21 @@ runs = {"each ball alone": ab.simulate(alone), "slipstream": ab.simulate(shielde
 # While they hang at the critical speed of 60 rad/s the balls touch all the time in the slipstream; without it they swing against
 # each other, as the vibration of the rotor alone holds them together.
 
-figure, (gaps, speeds) = plt.subplots(2, sharex=True, layout="constrained")
 stalled = {}
-for name, run in runs.items():
-    one, other = (run.ball_angle_in_rotor.sel(ball=number) for number in (1, 2))
-    gap = np.degrees(np.abs(np.angle(np.exp(1j * (one - other)))))
-    hangs = (run.ball_speed_in_rotor.mean("ball") < -5.0) & (run.speed > 65.0)
-    stalled[name] = float(np.percentile(gap[hangs], 90.0)), float(run.speed[hangs][-1])
-    gaps.plot(run.speed, gap, lw=0.7, label=name)
-    speeds.plot(run.speed, run.ball_speed_in_space.mean("ball"), lw=0.7)
-gaps.set(ylabel="angle between the balls in deg", xlabel="", xlim=(50.0, 85.0))
-gaps.legend()
-speeds.set(xlabel="rotor speed in rad/s", ylabel="balls in space in rad/s", ylim=(40.0, 85.0))
+with look():
+    figure = picture(7.5, 5.0)
+    gaps, speeds = figure.subplots(2, sharex=True)
+    for (name, run), color in zip(runs.items(), BALLS, strict=False):
+        one, other = (run.ball_angle_in_rotor.sel(ball=number) for number in (1, 2))
+        gap = np.degrees(np.abs(np.angle(np.exp(1j * (one - other)))))
+        hangs = (run.ball_speed_in_rotor.mean("ball") < -5.0) & (run.speed > 65.0)
+        stalled[name] = float(np.percentile(gap[hangs], 90.0)), float(run.speed[hangs][-1])
+        gaps.plot(run.speed, gap, color=color, label=name)
+        speeds.plot(run.speed, run.ball_speed_in_space.mean("ball"), color=color)
+    gaps.set(ylabel="angle between the balls (°)", xlim=(50.0, 85.0))
+    speeds.set(xlabel="rotor speed (rad/s)", ylabel="speed of the balls in space (rad/s)", ylim=(40.0, 85.0))
+    heading(figure, "Two balls at the critical speed")
+    legend(gaps)
 for name, (gap, release) in stalled.items():
     print(f"{name}: {gap:.1f} deg apart at most in 9/10 of the time that they hang, released at {release:.1f} rad/s")
 assert stalled["slipstream"][0] < 10.0 < 20.0 < stalled["each ball alone"][0]

@@ -11,10 +11,10 @@ one it mostly tilts. The balls hang at the first, break away, and have balanced 
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
+from autobalancer.plots.style import BALLS, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "rigid_rotor.toml")
@@ -27,17 +27,21 @@ bare = ab.simulate(machine.model_copy(update={"balancers": ()}))
 
 
 def at(run, station):
-    """Deflection at a station, um."""
+    """Deflection at a station, µm."""
     return 1e6 * np.hypot(run.station_x.sel(station=station), run.station_y.sel(station=station))
 
 
-figure, axes = plt.subplots(2, 1, sharex=True, sharey=True, figsize=(7, 6))
-for ax, what, title in zip(axes, (bare, run), ("without balls", "with balls"), strict=True):
-    for station in ("lower bearing", "upper bearing"):
-        ax.plot(what.time, at(what, station), label=station)
-    ax.set(title=title, ylabel="deflection [um]", yscale="log", ylim=(1e-2, 3e3))
-axes[0].legend()
-axes[1].set_xlabel("time [s]")
+with look():
+    figure = picture(8.0, 6.0)
+    axes = figure.subplots(2, 1, sharex=True, sharey=True)
+    for panel, what, title in zip(axes, (bare, run), ("Without balls", "With balls"), strict=True):
+        for station, color in zip(("lower bearing", "upper bearing"), BALLS, strict=False):
+            panel.plot(what.time, at(what, station), color=color, label=station)
+        panel.set(ylabel="deflection (µm)", yscale="log", ylim=(1e-2, 3e3))
+        panel.set_title(title)
+    axes[1].set_xlabel("time (s)")
+    heading(figure, "Rigid rotor through two critical speeds")
+    legend(axes[0])
 
 # %%
 # Where the balls are: they leave the line of the rotor at the first critical speed, and catch up later.
@@ -53,7 +57,7 @@ left = max(float(at(run, s).sel(time=end).max()) for s in run.station.values)
 before = max(float(at(bare, s).sel(time=end).max()) for s in run.station.values)
 print(f"critical speeds {first:.1f} and {second:.1f} rad/s")
 print(
-    f"greatest deflection at {run.speed.values[-1]:.0f} rad/s: {before:.1f} um without balls, {left:.3f} um with them"
+    f"greatest deflection at {run.speed.values[-1]:.0f} rad/s: {before:.1f} µm without balls, {left:.3f} µm with them"
 )
 assert abs(first - 210.14) < 0.01
 assert abs(second - 402.63) < 0.01

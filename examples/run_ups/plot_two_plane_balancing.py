@@ -43,3 +43,16 @@ stable = states.where(states["verdict"] == "stable", drop=True)
 print(states[["name", "deflection_at_station", "growth_rate"]].to_dataframe().head(8))
 assert set(stable["name"].values) == {"balanced"}
 assert float(stable["deflection_at_station"].max()) < 1e-15
+
+# %%
+# A run at 4000 rpm: each plane with its own balls, and what they have to balance there. The couple is a pair of opposite
+# vectors, dashed.
+
+run = ab.simulate(machine)
+ab.plot_race(run)
+
+# %%
+# The deflection of both planes, and the vibration without balancing.
+
+ab.plot_run_up(run)
+assert float(run["plane_x"].isel(time=-1).max()) < 1e-7

@@ -10,12 +10,12 @@ the rule to fill half of the annulus and round down is one ball short.
 # %%
 # The bearing comes from the catalog, in SI units. It is one of the verified rows of the table.
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
 from autobalancer.catalog.bearings import bearing
 from autobalancer.laws.capability import largest_count
+from autobalancer.plots.style import ALL_BALLS, BALLS, heading, look, picture
 
 ring = bearing("6304")
 race = (ring.orbit_radius, ring.ball_diameter)
@@ -31,15 +31,16 @@ best = ab.largest_useful_count(*race)
 alpha = np.arcsin(ring.ball_diameter / (2.0 * ring.orbit_radius))
 lower = int(np.pi / (2.0 * alpha))
 
-figure, axes = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
-colors = np.where(counts == best, "#D55E00", np.where(counts == lower, "#E69F00", "#0072B2"))
-axes.bar(counts, unbalance, color=colors, width=0.7)
-axes.set_xticks(counts)
-axes.set_xlabel("number of balls")
-axes.set_ylabel("capability [g mm]")
-axes.set_title(f"6304: {lower} balls by the printed rule, {best} are better")
-axes.spines[["top", "right"]].set_visible(False)
-plt.show()
+with look():
+    figure = picture(7.0, 3.8)
+    axes = figure.subplots()
+    colors = np.where(counts == best, BALLS[0], np.where(counts == lower, BALLS[1], ALL_BALLS))
+    bars = axes.bar(counts, unbalance, color=colors, width=0.7)
+    axes.bar_label(bars, fmt="%.0f", fontsize=8)
+    axes.set_xticks(counts)
+    axes.set(xlabel="number of balls", ylabel="capability (g mm)")
+    axes.grid(False, axis="x")
+    heading(figure, f"6304: {lower} balls by the printed rule (yellow), {best} are better (blue)")
 
 # %%
 # The gain of the sixth ball is small, but it comes for nothing.

@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.style import BALLS, INK, UNBALANCE, legend, look, picture
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "disk_like_rotor.toml")
@@ -36,11 +36,11 @@ with look():
     figure = picture(7.5, 4.2)
     axes = figure.subplots()
     axes.axhline(0.0, color=INK, lw=0.8)
-    for share, color in zip(shares, (BALLS[0], BALLS[2], BALLS[1], UNBALANCE), strict=True):
+    for share, color in zip(shares, BALLS, strict=False):
         axes.plot(speeds, rates[share], color=color, label=f"$J_p/J_t$ = {share}")
     axes.set_xlabel("rotor speed (rad/s)")
     axes.set_ylabel("growth rate of the balanced state (1/s)")
-    axes.set_title("Two-plane balancing of ever flatter rotors")
+    heading(figure, "Two-plane balancing of ever flatter rotors")
     legend(axes)
 
 assert min(rates[0.4]) < 0.0
