@@ -1,5 +1,65 @@
-"""``python -m autobalancer``."""
+"""``python -m autobalancer``, and the command ``autobalancer``."""
 
-from autobalancer.cli import app
+from __future__ import annotations
 
-app()
+import os
+import signal
+import sys
+from typing import Any
+
+TRACEBACK = "AUTOBALANCER_TRACEBACK"
+
+
+def main() -> None:
+    """Run the command line; also what goes wrong in the program itself, or while it loads, ends in a sentence."""
+    pressed: list[int] = []
+
+    def stop(number: int, frame: Any) -> None:
+        pressed.append(number)
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, stop)
+    try:
+        from autobalancer.cli import app
+
+        app()
+    except (Exception, KeyboardInterrupt) as reason:
+        if pressed or isinstance(
+            reason, KeyboardInterrupt
+        ):  # a module that was stopped while it loads may raise anything
+            sys.exit(130)
+        if os.environ.get(TRACEBACK):
+            raise
+        print(_fault(reason), file=sys.stderr)
+        sys.exit(1)
+
+
+def _fault(reason: Exception) -> str:
+    if isinstance(reason, MemoryError):
+        return "autobalancer: there is not enough memory for this; ask for less"
+    told = ascii(str(reason))[1:-1]
+    said = f"{type(reason).__name__}: {told if len(told) < 300 else told[:297] + '...'}"
+    cure = _cache_cure(reason)
+    return (
+        f"autobalancer: a fault of the program, not yours: {said}\n{cure}Please report it with the command and its files; "
+        f"the same command with {TRACEBACK}=1 in the environment shows where it happened"
+    )
+
+
+def _cache_cure(reason: Exception) -> str:
+    """What to do if compiled code could not be read."""
+    place = reason.__traceback__
+    while place is not None:
+        if place.tb_frame.f_code.co_filename.replace(os.sep, "/").endswith("numba/core/caching.py"):
+            from autobalancer.kernels.cache import cache_place
+
+            folder = cache_place()
+            where = f"{folder}" if folder and folder.is_absolute() else "__pycache__ of the package"
+            return f"Compiled code could not be read: delete the files *.nbi and *.nbc in {where} and try again.\n"
+        place = place.tb_next
+    return ""
+
+
+if __name__ == "__main__":
+    main()

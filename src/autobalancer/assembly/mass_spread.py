@@ -16,6 +16,7 @@ from autobalancer.assembly.resolved import is_resolved
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.random_numbers import generator
 
 MASS_SPREAD = 1e-6  # heaviest less lightest of equal balls over their mass, where nobody says another
 
@@ -48,7 +49,7 @@ def with_mass_spread(machine: Machine, balls: tuple[Ball, ...], spread: float, s
         )
     if spread == 0.0:
         return balls
-    random = np.random.default_rng((seed, 3290))
+    random = generator(seed, 3290)
     changed = list(balls)
     for members in equal_groups(machine, balls):
         steps = random.permutation(np.linspace(-0.5, 0.5, len(members)))

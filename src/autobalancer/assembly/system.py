@@ -54,6 +54,7 @@ from autobalancer.kernels.system import (
     Y,
 )
 from autobalancer.machine import ConstantTorque, Machine, PlanarRotor, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.random_numbers import generator
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,7 @@ def assemble_general(
         rotor = race_numbers(machine, parts, balls, rotor, lags, state.size)
         state = np.zeros(state.size + mode_count(lags))
     own = slice(state.size, state.size + BALL_STATES * n)
-    angles = np.array(start_angles(balls, np.random.default_rng(seed)), np.float64)
+    angles = np.array(start_angles(balls, generator(seed)), np.float64)
     if resolved:
         rotor = resolved_numbers(machine, parts, balls, angles, rotor, lags, state.size)
         state = np.zeros(state.size + resolved_size(balls, lags))
@@ -345,7 +346,7 @@ def _start(machine: Machine, balls: tuple[Ball, ...], system: System, seed: int)
     place = complex(*machine.start.deflection) * back
     velocity = complex(*machine.start.velocity) * back
     state[[X, Y, VX, VY, THETA, SPEED]] = place.real, place.imag, velocity.real, velocity.imag, angle, speed
-    state[BALLS : BALLS + n] = start_angles(balls, np.random.default_rng(seed))
+    state[BALLS : BALLS + n] = start_angles(balls, generator(seed))
     state[BALLS + n :] = [ball.start_speed for ball in balls]
     return state
 

@@ -1,42 +1,15 @@
-"""The commands of ``autobalancer`` and the one place where an error becomes an exit code."""
+"""The commands of ``autobalancer``."""
 
 from __future__ import annotations
 
-import sys
-import warnings
-from typing import Any
-
 import typer
-from typer.core import TyperGroup
 
 from autobalancer.cli.command import Command
-from autobalancer.errors import AutobalancerError, CacheWarning, RangeWarning
-
-
-class _Group(TyperGroup):
-    """Exit code 2 and one readable message for everything a user can get wrong; warnings without lines of code."""
-
-    def invoke(self, ctx: Any) -> Any:
-        try:
-            with warnings.catch_warnings():
-                others = warnings.showwarning
-
-                def show(message: Any, category: type[Warning], *place: Any) -> None:
-                    if issubclass(category, (RangeWarning, CacheWarning)):
-                        typer.secho(f"note: {message}", fg="yellow", err=True)
-                    else:
-                        others(message, category, *place)
-
-                warnings.showwarning = show  # type: ignore[assignment]
-                return super().invoke(ctx)
-        except AutobalancerError as error:
-            typer.secho(f"autobalancer: {error}", fg="red", err=True)
-            sys.exit(2)
-
+from autobalancer.cli.group import Group
 
 app = typer.Typer(
     name="autobalancer",
-    cls=_Group,
+    cls=Group,
     help="Automatic ball balancers: describe the machine, simulate it, see what the balls do.",
     no_args_is_help=True,
     add_completion=False,

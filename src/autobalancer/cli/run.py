@@ -27,16 +27,25 @@ def run(
     mass_spread: Annotated[
         float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
     ] = 1e-6,
+    max_steps: Annotated[
+        int, typer.Option(min=1, help="The run ends after so many steps, with exit code 5.")
+    ] = 100_000_000,
     as_json: Annotated[bool, typer.Option("--json", help="Print the measures for a program.")] = False,
 ) -> None:
-    """Run a machine file and write a result file. Ctrl-C ends the run and keeps what was computed.
+    """Run a machine file and write a result file. Ctrl-C, or SIGTERM, ends the run and keeps what was computed.
+
+    The exit code is 0 for a run that finished or was ended by an event, 3 if the motion left all bounds, 4 if the step became too
+    small, 5 if the steps were spent, 130 after Ctrl-C and 143 after SIGTERM; 2 for something you can mend.
 
     Example: autobalancer run examples/machines/stall_and_release.toml --out stall.nc
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from autobalancer import measures, save_run, verdict
+    from autobalancer import save_run, verdict
+    from autobalancer.cli.exit_codes import leave_with
+    from autobalancer.cli.patience import Patience
+    from autobalancer.cli.printable import plain
     from autobalancer.cli.verdict_table import json_ready, print_verdict
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import read_machine
@@ -72,8 +81,14 @@ def run(
         TextColumn("{task.fields[now]}"),
         TimeRemainingColumn(),
     )
+    patience = Patience(console)
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(described.name, total=1.0, now="")
+        task = bar.add_task(plain(described.name), total=1.0, now="")
+
+        def progress(time: float, end: float) -> None:
+            bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s")
+            patience.look(time, end)
+
         result = simulate(
             described,
             duration=option_to_si(duration, "s") if duration else None,
@@ -83,7 +98,8 @@ def run(
             seed=seed,
             mass_spread=mass_spread,
             keep_on_interrupt=True,
-            progress=lambda time, end: bar.update(task, completed=time / end, now=f"{time:.4g} s of {end:.4g} s"),
+            max_steps=max_steps,
+            progress=progress,
         )
     save_run(result, out, rescue=True)
     held = None
@@ -92,7 +108,7 @@ def run(
         held = simulate(described, hold_balls=True, duration=end, save=[Envelope(), LastRevolutions()])
     found = verdict(result, held)
     if as_json:
-        numbers = measures(result) if samples or envelope else {}
+        numbers = _measured(result)
         answer = {
             "result": str(out),
             **{key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")},
@@ -101,15 +117,25 @@ def run(
         }
         typer.echo(json.dumps(json_ready(answer), indent=2))
     else:
-        plain = Console()
-        print_verdict(found, plain)
+        shown = Console()
+        print_verdict(found, shown)
         for key in ("flow_text", "coincidence_text"):
             if key in result.attrs:
-                plain.print(f"[yellow]note:[/yellow] {result.attrs[key]}")
-        plain.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
-        plain.print(f"result: {out}")
-    if result.attrs["outcome"] == "interrupted":
-        raise typer.Exit(130)
+                shown.print(f"[yellow]note:[/yellow] {result.attrs[key]}")
+        shown.print(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
+        shown.print(f"result: {out}")
+    leave_with(result.attrs["outcome"])
+
+
+def _measured(result: Any) -> Any:
+    """The measures; none of a run that kept nothing, or ended at once."""
+    from autobalancer import measures
+    from autobalancer.errors import QuestionError
+
+    try:
+        return measures(result)
+    except QuestionError:
+        return {}
 
 
 def _say_if_first(console: Any) -> None:

@@ -11,7 +11,7 @@ import typer
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 
-RACES_ONLY = ("samples", "envelope", "last_revolutions", "tolerance")
+RACES_ONLY = ("samples", "envelope", "last_revolutions", "tolerance", "max_steps")
 SHOWN = (
     *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "settling_time", "share_carried"),
     *("residual_unbalance", "hardest_contact", "energy_error"),
@@ -24,6 +24,8 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
     from rich.console import Console
     from rich.progress import Progress
 
+    from autobalancer.cli.exit_codes import leave_with
+    from autobalancer.cli.printable import plain
     from autobalancer.cli.verdict_table import json_ready, print_verdict
     from autobalancer.results.store import save_run
     from autobalancer.simulation.chamber import simulate_chamber
@@ -31,7 +33,7 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
 
     question = _question(context)
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(described.name, total=1.0)
+        task = bar.add_task(plain(described.name), total=1.0)
         result = simulate_chamber(
             described,
             **question,
@@ -59,8 +61,7 @@ def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) ->
         if reason:
             typer.echo(f"no measures: {reason}")
         typer.echo(f"result: {out}")
-    if result.attrs["outcome"] == "interrupted":
-        raise typer.Exit(130)
+    leave_with(result.attrs["outcome"])
 
 
 def _question(context: typer.Context) -> dict[str, Any]:

@@ -48,6 +48,7 @@ def stepped(
     from rich.console import Console
     from rich.progress import Progress
 
+    from autobalancer.cli.exit_codes import stop_code
     from autobalancer.cli.ranges import speed_range
     from autobalancer.cli.run import _say_if_first
     from autobalancer.safe_file import ready_to_write
@@ -104,7 +105,7 @@ def stepped(
                 typer.echo(f"written: {path}")
     if found.attrs["outcome"] == "interrupted":
         typer.echo(f"interrupted; the same command goes on from {out}.journal", err=True)
-        raise typer.Exit(130)
+        raise typer.Exit(stop_code())
 
 
 def _plain(value: object) -> object:

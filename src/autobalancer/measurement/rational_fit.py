@@ -14,6 +14,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.closed_loop import PoleModel
 from autobalancer.measurement.modal_model import Fitting
 from autobalancer.measurement.pole_search import best_modes
+from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -91,7 +92,7 @@ def modes_of(fit: xr.Dataset) -> list[tuple[float, float]]:
 
 def resampled(fit: xr.Dataset, count: int, seed: int) -> Iterator[xr.Dataset]:
     """Fits of the fitted receptance with new noise of the same size; the number of modes stays."""
-    random = np.random.default_rng(seed)
+    random = generator(seed)
     fitted = fit["fitted_real"].values + 1j * fit["fitted_imag"].values
     measured = fit[[name for name in ("receptance_real", "receptance_imag", "coherence") if name in fit]]
     size = np.abs(fitted) if fit.attrs["noise"] == "relative" else np.abs(fitted).max()

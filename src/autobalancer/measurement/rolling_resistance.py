@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.equilibrium_angle import Floats, TurnedRace, drag_coefficients
+from autobalancer.random_numbers import generator
 
 Series = Sequence[tuple[TurnedRace, ArrayLike, ArrayLike]]
 LARGEST = 0.3  # coefficient in a fit
@@ -73,7 +74,7 @@ def rolling_resistance_deviation(series: Series, *, resamples: int = 100, seed: 
     if resamples < 2:
         raise QuestionError(f"resamples: given {resamples}; give at least 2, such as 100")
     fit_rolling_resistance(series)
-    random = np.random.default_rng(seed)
+    random = generator(seed)
     found = []
     for _ in range(resamples):
         drawn = []

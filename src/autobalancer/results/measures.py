@@ -35,7 +35,7 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
         If the run kept neither.
     """
     if "envelope_high" in run:
-        time, low, high, speed = (run[f"envelope_{name}"].values for name in ("time", "low", "high", "speed"))
+        time, low, high, speed = _series(run, *(f"envelope_{name}" for name in ("time", "low", "high", "speed")))
     else:
         t, r, w = _series(run, "time", "deflection", "speed")
         edges = np.linspace(0, t.size, min(bins, t.size) + 1).astype(int)
@@ -101,6 +101,8 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
         )
     time, x, y = _series(run, "time", "x", "y")
     z = (x + 1j * y)[time >= begin]
+    if z.size == 0:
+        raise QuestionError(f"the run kept no sample of its last {end - begin:.3g} s; there is nothing to measure")
     return float(np.abs(z - z.mean()).max())
 
 

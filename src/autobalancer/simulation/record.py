@@ -16,6 +16,7 @@ from autobalancer.simulation.events import Event
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
 
 LOGGED_EVENTS = 10_000
+LARGEST = 2.0  # GB
 
 
 def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: Assembly, end: float) -> Record:
@@ -36,13 +37,16 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         elif isinstance(wish, Envelope):
             edges = np.linspace(0.0, end, wish.bins + 1)
         elif isinstance(wish, LastRevolutions):
-            turns = np.full((wish.count * wish.per_revolution + 1, n + 1), np.nan)
+            turns = np.empty((wish.count * wish.per_revolution + 1, n + 1))
             step, revolutions = 2.0 * math.pi / wish.per_revolution, float(wish.count)
             if any(event.ends_run for event in events):
                 revolutions = math.inf  # the end is not known beforehand: keep the ring turning all the time
         else:
             raise QuestionError(f"save: {wish!r} is not Samples, SampleTimes, Envelope or LastRevolutions")
     bins = max(edges.size - 1, 0)
+    room = 8e-9 * (n + 1) * (times.size + bins + turns.shape[0])
+    if room > LARGEST:
+        raise QuestionError(f"save: {room:.3g} GB of states are asked for, at most {LARGEST:g} GB are kept; take fewer")
     low, high = np.full(bins, np.inf), np.full(bins, -np.inf)
     if bins:
         low[0] = high[0] = math.hypot(assembly.state[X], assembly.state[Y])
@@ -58,7 +62,7 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         bin_low=low,
         bin_high=high,
         bin_states=np.full((bins, n), np.nan),
-        turn_states=turns,
+        turn_states=np.full_like(turns, np.nan),
         turn_step=step,
         turn_count=revolutions,
         event_kinds=np.array(kinds, np.int64),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
@@ -15,7 +16,7 @@ from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import DurationWarning, QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import (
@@ -40,6 +41,7 @@ from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
+from autobalancer.simulation.stiffness import slow_because
 from autobalancer.units import to_si
 
 Method = Literal["dormand_prince_8", "tsitouras"]
@@ -113,10 +115,17 @@ def simulate(
         If the machine cannot be run.
     QuestionError
         If the question makes no sense: no duration, a tolerance outside [1e-13, 1e-2], sample times out of order.
+
+    Warns
+    -----
+    DurationWarning
+        If the run will take more than a minute because the machine is stiff; the cause is named.
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     end = _duration(machine, duration)
+    if max_steps < 1:
+        raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
@@ -141,9 +150,13 @@ def simulate(
     if save is DEFAULT_SAVE and any(event.ends_run for event in events):
         wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
     record = record_for(wishes, events, assembly, end)
+    slow = slow_because(machine, assembly, end)
+    if slow:
+        warnings.warn(slow, DurationWarning, stacklevel=2)
     state = memory_for(assembly, end, tolerance, pair)
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
-    if not (interrupted or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
+    spent = status == RUNNING  # once more would take as long again
+    if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
         assembly = assembled()
         record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)

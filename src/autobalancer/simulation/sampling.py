@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from autobalancer.errors import QuestionError
 
+MOST = 10_000_000  # of each kind
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -15,8 +17,8 @@ class Samples:
     count: int = 2001
 
     def __post_init__(self) -> None:
-        if self.count < 2:
-            raise QuestionError(f"Samples(count={self.count}): give at least 2, for begin and end")
+        if not 2 <= self.count <= MOST:
+            raise QuestionError(f"Samples(count={self.count}): give 2, for begin and end, to {MOST}")
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,8 @@ class Envelope:
     bins: int = 1000
 
     def __post_init__(self) -> None:
-        if self.bins < 1:
-            raise QuestionError(f"Envelope(bins={self.bins}): give at least 1")
+        if not 1 <= self.bins <= MOST:
+            raise QuestionError(f"Envelope(bins={self.bins}): give 1 to {MOST}")
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,8 @@ class LastRevolutions:
     def __post_init__(self) -> None:
         if self.count < 1 or self.per_revolution < 4:
             raise QuestionError(f"{self}: give at least 1 revolution and 4 samples in each")
+        if self.count * self.per_revolution > MOST:
+            raise QuestionError(f"{self}: give at most {MOST} samples in all")
 
 
 Sampling = Samples | SampleTimes | Envelope | LastRevolutions

@@ -42,6 +42,7 @@ from autobalancer.kernels.system import (
     Y,
 )
 from autobalancer.machine import Machine
+from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fluid_lag import diffusing_lags
@@ -152,9 +153,9 @@ def _starts(
     first[SPEED] = 0.0 if "acceleration" in axes else speed
     starts, rates = np.tile(first, (count, 1)), np.zeros(count)
     if not axes:
-        generator = np.random.default_rng(seed)
+        drawn = generator(seed)
         balls = question.assembly.balls
-        starts[:, BALLS : BALLS + n] = [start_angles(balls, generator, given=False) for _ in range(count)]
+        starts[:, BALLS : BALLS + n] = [start_angles(balls, drawn, given=False) for _ in range(count)]
     for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
         column = grid.ravel()
         kind, _, ball = name.partition("[")

@@ -18,6 +18,7 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.laws.rest_interval import rest_ends
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
+from autobalancer.random_numbers import generator
 from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.stability.frames import service_speed
 from autobalancer.stability.lateral import Complexes, Floats
@@ -156,7 +157,7 @@ def held_by_friction(
     if not holding.any():
         return HeldByFriction(at, 0, (), NONE_GIVEN)
     races = _races(st, at, balls, holding, rolling)
-    angles = np.random.default_rng(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
+    angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
     planes = _planes(st, at, races, stopped(races, angles)[0], _weight(machine, at))
     return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.laws.central_collision import contact_time, energy_error
+from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -64,11 +65,11 @@ def step_size_study(
         For a number that makes no sense.
     """
     _check(speeds, steps, stiffness_over_mass, restitution, phases, scheme)
-    start = np.random.default_rng(seed).random(phases)
+    start = generator(seed).random(phases)
     error = np.empty((len(speeds), len(steps), phases))
     expected = np.full(error.shape[:2], np.nan)
     typical = np.full_like(expected, np.nan)
-    other = np.random.default_rng(seed).random((2, 4000))
+    other = generator(seed).random((2, 4000))
     done = 0
     for i, speed in enumerate(speeds):
         for j, step in enumerate(steps):

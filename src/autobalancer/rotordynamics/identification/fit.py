@@ -12,6 +12,7 @@ from scipy.stats import qmc
 
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
+from autobalancer.random_numbers import generator
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 STEP = 1e-5  # of a search variable, for central differences: their error is about its square
@@ -54,7 +55,7 @@ def best_fit(
     if starts > 1:
         if not (np.isfinite(low).all() and np.isfinite(high).all()):
             raise QuestionError("identify: several starts need bounds on both sides of every free parameter; give them")
-        spread = qmc.LatinHypercube(start.size, rng=np.random.default_rng(seed)).random(starts - 1)
+        spread = qmc.LatinHypercube(start.size, rng=generator(seed)).random(starts - 1)
         points += list(low + spread * (high - low))
     found: list[Fit] = []
     for point in points:

@@ -10,6 +10,7 @@ from scipy.spatial.distance import cdist
 
 from autobalancer.errors import MachineError
 from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
+from autobalancer.random_numbers import generator
 from autobalancer.simulation.chamber.packing import AIR, filling_sites
 
 Array = Any
@@ -23,7 +24,7 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
     MachineError
         If they do not fit (with the largest number that does), or given ones overlap or stand in a wall.
     """
-    random = np.random.default_rng(seed)
+    random = generator(seed)
     down = _down(machine)
     found: list[Array] = []
     settle = False

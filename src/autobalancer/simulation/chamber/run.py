@@ -22,6 +22,8 @@ CHUNK = 250  # samples
 
 Checkpoint = dict[str, Any]
 
+MOST = 100_000_000  # samples
+
 
 def simulate_chamber(
     machine: ChamberMachine,
@@ -104,6 +106,10 @@ def simulate_chamber(
     }
     march = begin(machine, h, every, method, seed, settle) if resume is None else restore(machine, h, every, resume)
     samples = round(end / interval)
+    if samples > MOST:
+        raise QuestionError(
+            f"sample: given {interval:g} s, which makes {samples:.3g} samples; at most {MOST:.3g} are possible"
+        )
     parts: list[xr.Dataset] = []
     waiting = [march.first()] if resume is None else []
     name, text = "finished", f"reached {end:.6g} s"
