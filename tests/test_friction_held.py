@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -165,6 +166,17 @@ def test_rolling_resistance_alone_holds_as_adherence_does() -> None:
     both = ab.held_by_friction(machine(1e-3, 1e-3)).planes[0]
     rolling = with_parameter(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})
     assert ab.held_by_friction(rolling).planes[0] == both
+
+
+def test_a_run_says_below_which_whirl_its_balls_stay_or_that_they_are_ideal() -> None:
+    def said(one: Machine) -> Any:
+        return ab.simulate(with_parameter(one, "drive.profile", {"kind": "constant", "speed": 125.0}), duration=0.5)
+
+    rough, ideal = said(machine(0.006)), said(ab.load_machine(MACHINES / "discoidal.toml"))
+    assert "462 µm" in rough.attrs["friction_text"]
+    assert "ideal balls" in ideal.attrs["friction_text"]
+    assert rough.attrs["friction_text"] in ab.verdict(rough).notes
+    assert ideal.attrs["friction_text"] in ab.verdict(ideal).notes
 
 
 def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> None:

@@ -138,7 +138,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         raise QuestionError(
             "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
         )
-    notes = tuple(str(run.attrs[name]) for name in ("left_race_text",) if name in run.attrs)
+    notes = tuple(str(run.attrs[name]) for name in ("left_race_text", "friction_text") if name in run.attrs)
     peak, other_peak = (None if one is None else _peak(one) for one in (run, held))
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":

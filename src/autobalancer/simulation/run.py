@@ -38,6 +38,7 @@ from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.fresh import memory_for
+from autobalancer.simulation.friction_text import friction_text
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
@@ -197,6 +198,9 @@ def simulate(
         },
     )
     run.attrs |= drag_range_attributes(assembly, run, record, state)
+    orbits = {} if hold_balls else {(ball.balancer, ball.race): ball.orbit_radius for ball in resolve(machine)}
+    if friction := friction_text(machine, orbits, run):
+        run.attrs["friction_text"] = friction
     text = coincidence_text(
         machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
     )
