@@ -99,19 +99,94 @@ def test_a_part_without_its_checkpoint_is_computed_again(tmp_path: Path) -> None
     parts = chunks(chamber_run())
     run.append(parts[0], {"state": np.array([1.0])})
     run.append(parts[1])  # killed before the checkpoint after it was written
-    held = Archive(tmp_path).start("one", MACHINE, {}, QUESTION).checkpoint()
+    again = Archive(tmp_path).start("one", MACHINE, {}, QUESTION)
+    held = again.checkpoint()
     assert held is not None
     assert list(held) == ["state"]
-    assert len(run.parts()) == 1
-    assert run.samples().sizes["time"] == parts[0].sizes["time"]
+    again.append(parts[1], {"state": np.array([2.0])})
+    assert len(run.parts()) == 2
+    assert run.samples().sizes["time"] == parts[0].sizes["time"] + parts[1].sizes["time"]
 
 
 def test_a_run_that_was_killed_before_its_first_checkpoint_begins_anew(tmp_path: Path) -> None:
     run = Archive(tmp_path).start("one", MACHINE, {}, QUESTION)
-    run.append(chunks(chamber_run())[0])
+    run.append(chunks(chamber_run())[1])
     assert run.checkpoint() is None
-    assert run.parts() == []
+    run.append(chunks(chamber_run())[0])
+    assert run.samples()["time"][0] == chamber_run()["time"][0]
     with pytest.raises(ResultError, match="no samples yet"):
+        Archive(tmp_path).start("two", MACHINE, {}, QUESTION).samples()
+
+
+def test_a_part_that_is_missing_or_exchanged_is_noticed(tmp_path: Path) -> None:
+    run = filled(Archive(tmp_path))
+    run.end("finished")
+    files = run.parts()
+    for hole in (1, len(files) - 1):
+        files[hole].rename(tmp_path / "away")
+        with pytest.raises(ResultError, match=f"part-0000{hole}.nc is missing"):
+            run.samples()
+        (tmp_path / "away").rename(files[hole])
+    run.samples()
+    content = [file.read_bytes() for file in files]
+    files[1].write_bytes(content[2])
+    files[2].write_bytes(content[1])
+    with pytest.raises(ResultError, match=r"part-00002.nc: its times do not follow"):
+        run.samples()
+
+
+@pytest.mark.parametrize("damage", ["other keys", "cut", "empty", "two numbers", "text", "too many"])
+def test_a_damaged_checkpoint_is_refused_and_no_part_is_lost(damage: str, tmp_path: Path) -> None:
+    run = filled(Archive(tmp_path))
+    file = run.path / "checkpoint.npz"
+    content = {"other keys": {"a": 1}, "two numbers": {"archive_parts": [1, 2]}, "text": {"archive_parts": "x"}}
+    if damage in ("cut", "empty"):
+        file.write_bytes(file.read_bytes()[:50] if damage == "cut" else b"")
+    else:
+        np.savez(file, **{key: np.array(value) for key, value in content.get(damage, {"archive_parts": 9}).items()})
+    again = Archive(tmp_path).run("one")
+    with pytest.raises(ResultError, match=r"checkpoint.npz: cannot be read|part-00005.nc is missing"):
+        again.checkpoint()
+    again.samples()
+    assert len(run.parts()) == 5
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        *("", "{", "[]", "1", "null", "[" * 5000, '{"measures": null}', '{"parameters": [1]}', '{"outcome": []}'),
+        *(
+            '{"state": 3}',
+            '{"archive_parts": "x"}',
+            '{"question": 1}',
+            "\xff",
+            '{"measures": {"a": 1' + "0" * 5000 + "}}",
+        ),
+    ],
+)
+def test_a_damaged_note_is_a_row_that_says_so_and_stops_no_other(note: str, tmp_path: Path) -> None:
+    archive = Archive(tmp_path)
+    filled(archive, "good").end("finished", {}, {"peak": 1.0})
+    bad = filled(archive, "bad")
+    (bad.path / "run.json").write_bytes(note.encode("latin-1"))
+    table = archive.runs()
+    assert list(table["run"].values) == ["bad", "good"]
+    assert str(table["state"].values[0]).startswith("cannot be read: ")
+    assert str(table["state"].values[1]) == "finished"
+    assert list(archive.runs("peak > 0")["run"].values) == ["good"]
+    with pytest.raises(ResultError, match="cannot be read"):
+        archive.samples("bad")
+
+
+def test_numbers_and_machines_that_cannot_be_read_are_told(tmp_path: Path) -> None:
+    archive = Archive(tmp_path)
+    run = filled(archive, parameters={"huge": 10**400})
+    assert np.isnan(archive.runs()["huge"].values[0])
+    (run.path / "machine.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(ResultError, match="machine.toml: cannot be read"):
+        run.samples()
+    (run.path / "machine.toml").unlink()
+    with pytest.raises(ResultError, match="machine.toml: cannot be read"):
         run.samples()
 
 

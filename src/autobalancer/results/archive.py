@@ -14,7 +14,7 @@ import xarray as xr
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.archive_lock import RunLock
 from autobalancer.results.archive_query import condition
-from autobalancer.results.archive_run import RunFolder, Write, plain, write_part
+from autobalancer.results.archive_run import RunFolder, Write, plain, read_note, write_part
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import write_text_safely
@@ -152,16 +152,27 @@ class Archive:
         return save_run(found, path)
 
     def _row(self, name: str) -> dict[str, Any]:
-        note = RunFolder(self.folder / name).note
+        """What the note of a run says; of one that cannot be read only that."""
+        try:
+            note = read_note(self.folder / name)
+        except ResultError as reason:
+            return {"state": str(reason).replace(f"{self.folder / name / 'run.json'}: ", "")}
         values = {**note.get("parameters", {}), **note.get("measures", {})}
         single = {key: value for key, value in values.items() if not isinstance(value, (list, dict))}
-        return {"state": note.get("state", "running"), **single}
+        return {**single, "state": note.get("state", "running")}
 
 
 def _column(cells: list[Any]) -> np.ndarray:
     if any(isinstance(cell, str) for cell in cells):
         return np.array(["" if cell is None else str(cell) for cell in cells], dtype=object)
-    return np.array([np.nan if cell is None else float(cell) for cell in cells], np.float64)
+    return np.array([_number(cell) for cell in cells], np.float64)
+
+
+def _number(cell: Any) -> float:
+    try:
+        return np.nan if cell is None else float(cell)
+    except OverflowError:
+        return np.nan
 
 
 def _compare(run: RunFolder, machine: str, question: Mapping[str, Any]) -> None:

@@ -55,6 +55,8 @@ class RunLock:
                 raise ResultError(f"{self.path}: cannot be written: {reason}") from None
             try:
                 self._take(file)
+            except OSError as reason:  # a full disk
+                raise ResultError(f"{self.path}: cannot be written: {reason.strerror or reason}") from None
             finally:
                 if self.file is None:
                     os.close(file)

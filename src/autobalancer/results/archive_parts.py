@@ -38,8 +38,12 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
     if not files:
         raise ResultError("the run has no samples yet; nothing was written before it ended")
     times = [_samples(file, "time", slice(None)) for file in files]
-    with NETCDF, xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored:
-        first = stored.isel(time=slice(0, 0)).load()
+    _ascending(files, times)
+    try:
+        with NETCDF, xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored:
+            first = stored.isel(time=slice(0, 0)).load()
+    except (OSError, RuntimeError, ValueError) as reason:
+        raise ResultError(f"{files[0]}: not a readable part of a run: {reason}") from None
     starts = np.concatenate([[0], np.cumsum([time.size for time in times])])
     variables: dict[str, Any] = {}
     for key, variable in first.variables.items():
@@ -55,11 +59,22 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
     return xr.Dataset(variables, coords, first.attrs)
 
 
+def _ascending(files: Sequence[Path], times: Sequence[NDArray[Any]]) -> None:
+    """Refuse parts that were exchanged, or are of other runs."""
+    last = -np.inf
+    for file, time in zip(files, times, strict=True):
+        if time.dtype.kind not in "fiu" or time.ndim != 1 or not np.all(np.diff(time, prepend=last) > 0.0):
+            raise ResultError(
+                f"{file}: its times do not follow those of the part before; was it exchanged with another?"
+            )
+        last = time[-1] if time.size else last
+
+
 def _samples(file: Path, name: str, which: slice) -> NDArray[Any]:
     try:
         with NETCDF, netCDF4.Dataset(file) as stored:
             return np.asarray(stored.variables[name][which])
-    except (OSError, RuntimeError, KeyError) as reason:
+    except (OSError, RuntimeError, KeyError, IndexError, ValueError) as reason:
         raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
 
 

@@ -111,18 +111,27 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
     names = {field.name for field in fields(ChamberNumbers)}
     if missing := (names | {"first_energy", "every", "method"}) - set(held):
         raise QuestionError(f"resume: not a checkpoint of a chamber run; it lacks {', '.join(sorted(missing))}")
+    total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
+    asked = assemble_chamber(machine, np.zeros((total, 3)), step)
     numbers = ChamberNumbers(**{name: np.array(held[name], order="C") for name in names})
+    same = all(_alike(getattr(numbers, name), getattr(asked, name)) for name in names)
+    if not same or any(held[name].size != 1 for name in ("first_energy", "every", "method")):
+        raise QuestionError(
+            "resume: the checkpoint is damaged or belongs to another machine; resume it with its own machine file"
+        )
     if int(held["every"]) != every or float(numbers.number[at.STEP]) != step:
         raise QuestionError(
             f"resume: the checkpoint has steps of {numbers.number[at.STEP]:.17g} s, {int(held['every'])} to a sample; "
             f"asked for {step:.17g} s, {every} to a sample. Give the step and sample of that run"
         )
-    total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
-    same = numbers.balls.shape[0] == total
-    asked = assemble_chamber(machine, np.zeros((total, 3)), step)
-    if not same or not all(np.array_equal(getattr(numbers, name), getattr(asked, name)) for name in DESCRIBED):
+    if not all(np.array_equal(getattr(numbers, name), getattr(asked, name)) for name in DESCRIBED):
         raise QuestionError("resume: the checkpoint belongs to another machine; resume it with its own machine file")
     return March(machine, numbers, every, str(held["method"]), float(held["first_energy"]))
+
+
+def _alike(found: Array, asked: Array) -> bool:
+    """Whether an array may be given to compiled code that trusts its form."""
+    return bool(found.dtype == asked.dtype and found.shape == asked.shape)
 
 
 def _advance(method: str, steps: int, every: int, *arrays: Array) -> None:
