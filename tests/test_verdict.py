@@ -44,6 +44,10 @@ def test_balls_that_balance_are_called_so_and_what_is_left_is_said_of_each_plane
     assert all(plane.residual < 1e-2 * plane.unbalance for plane in found.planes)
     assert [place.name for place in found.places] == ["lower", "upper", "support 1", "support 2"]
     assert str(found).startswith("balanced: vibration ")
+    # equal residuals on the same side would be static only, on opposite sides couple only: their squares add up
+    ends = [plane.residual for plane in found.planes]
+    shares = found.static_residual**2 + (2.0 * found.couple_residual / 0.25) ** 2
+    assert shares == pytest.approx(2.0 * (ends[0] ** 2 + ends[1] ** 2), rel=1e-2)
     assert "upper" in found._repr_html_()
     json.dumps(found.as_dict())
 

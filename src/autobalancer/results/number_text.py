@@ -21,7 +21,8 @@ def moment_text(value: float) -> str:
 
 def couple_text(value: float) -> str:
     """A couple unbalance in kg m^2 as text: ``"10 kg mm²"``."""
-    return f"{significant(value * 1e6)} kg mm²"
+    shown = value * 1e6
+    return "< 0.001 kg mm²" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} kg mm²"
 
 
 def share_text(value: float) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
-from autobalancer.results.places import residual_unbalance, support_forces, vibration, whole_turns
+from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
 
@@ -74,7 +74,9 @@ class Verdict:
     ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls* or *no verdict*, and then
     ``because`` says why. ``ratio`` is the greatest vibration of all places over the greatest without balls. ``unbalance``
     and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
-    ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11.
+    ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
+    ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
+    between them.
     """
 
     word: str
@@ -92,6 +94,8 @@ class Verdict:
     peak_without_balls: Peak | None
     settling: Settling | None
     notes: tuple[str, ...]
+    static_residual: float = np.nan
+    couple_residual: float = np.nan
 
     @property
     def balanced(self) -> bool:
@@ -176,7 +180,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     )
     return Verdict(
         NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
-        places, planes, supports, peak, other_peak, _settling(run), notes,
+        places, planes, supports, peak, other_peak, _settling(run), notes, *_shares(run.isel(turn=turns)),
     )  # fmt: skip
 
 
@@ -260,6 +264,16 @@ def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, f
     if "turn_unbalance" not in last:
         return np.nan, np.nan
     return float(last["turn_unbalance"].mean()), float(last["turn_residual_unbalance"].mean())
+
+
+def _shares(last: xr.Dataset) -> tuple[float, float]:
+    """Static and couple share of what two planes leave, kg m and kg m^2; nan of one plane, or of more."""
+    if last.sizes.get("plane", 0) != 2 or "plane_position" not in last.coords:
+        return np.nan, np.nan
+    unbalance, balls = plane_vectors(last, "turn_")
+    first, second = (unbalance + balls).T
+    half = 0.5 * float(np.diff(last["plane_position"].values)[0])
+    return float(np.abs(first + second).mean()), float(np.abs(half * (second - first)).mean())
 
 
 def _settling(run: xr.Dataset) -> Settling | None:

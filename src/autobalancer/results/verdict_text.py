@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from autobalancer.laws.balance_quality import grade_name
 from autobalancer.results.number_text import (
+    couple_text,
     force_text,
     length_text,
     moment_text,
@@ -34,6 +35,9 @@ def verdict_lines(found: Verdict) -> tuple[str, Lines, list[str]]:
         for plane in found.planes:
             share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
             rows.append((f"  {plane.name}", f"{moment_text(plane.residual)} of {moment_text(plane.unbalance)}{share}"))
+    if not math.isnan(found.couple_residual):
+        static, couple = moment_text(found.static_residual), couple_text(found.couple_residual)
+        rows.append(("  both", f"static {static}, couple {couple}"))
     for number, place in enumerate(found.places):
         text = f"{length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
         rows.append(
