@@ -183,10 +183,10 @@ def test_numbers_and_machines_that_cannot_be_read_are_told(tmp_path: Path) -> No
     run = filled(archive, parameters={"huge": 10**400})
     assert np.isnan(archive.runs()["huge"].values[0])
     (run.path / "machine.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(ResultError, match="machine.toml: cannot be read"):
+    with pytest.raises(ResultError, match=r"machine.toml: cannot be read"):
         run.samples()
     (run.path / "machine.toml").unlink()
-    with pytest.raises(ResultError, match="machine.toml: cannot be read"):
+    with pytest.raises(ResultError, match=r"machine.toml: cannot be read"):
         run.samples()
 
 
