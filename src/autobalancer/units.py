@@ -11,9 +11,11 @@ import math
 import re
 import sys
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from autobalancer.errors import UnitError
+
+T = TypeVar("T")
 
 LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
 _POWER = re.compile(
@@ -184,3 +186,40 @@ def option_to_si(text: str, unit: str) -> float:
         if isinstance(reason, UnitError):
             raise
         return to_si(text, unit)
+
+
+def argument(name: str, value: Any, unit: str) -> float:
+    """An argument of a function in SI: a number in the SI unit ``unit`` or a text with a unit.
+
+    Numbers pass as they are; whether they make sense is for the function to say.
+
+    Raises
+    ------
+    UnitError
+        If it is neither, or the text is no such quantity; the message names the argument.
+    """
+    if isinstance(value, str):
+        try:
+            return float(_read(value, unit))
+        except UnitError as error:
+            raise UnitError(f"{name}: {error}") from None
+    if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
+        raise UnitError(f"{name}: given {shortened(value)}; give a number in {unit} or a text such as {_sample(unit)}")
+    return float(value)
+
+
+def optional_argument(name: str, value: Any, unit: str) -> float | None:
+    """The same of an argument that may be left out."""
+    return None if value is None else argument(name, value, unit)
+
+
+def list_argument(name: str, values: Any, unit: str) -> list[float]:
+    """The same of several quantities; one alone is a list of one."""
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        values = [values]
+    return [argument(f"{name}[{number}]", value, unit) for number, value in enumerate(values, start=1)]
+
+
+def unbalance_argument(value: T | str) -> T | float:
+    """An unbalance in kg m, of which a text is read; complex numbers and descriptions pass."""
+    return argument("unbalance", value, "kg*m") if isinstance(value, str) else value

@@ -13,6 +13,7 @@ from functools import cache
 from autobalancer.catalog.tables import rows, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.laws.capability import ball_mass, capability, largest_useful_count, needed_count
+from autobalancer.units import argument
 
 TABLE_DENSITY = 7860.0
 """Density of the steel balls in the printed capabilities [kg/m^3]: Spannan (2021), footnote of Table C.1."""
@@ -80,7 +81,7 @@ def bearing(designation: str) -> Bearing:
 
 
 def suitable_bearings(
-    unbalance: float,
+    unbalance: float | str,
     *,
     max_outer: float | None = None,
     min_bore: float | None = None,
@@ -112,6 +113,7 @@ def suitable_bearings(
     QuestionError
         If a value is not positive or the balls float.
     """
+    unbalance = argument("unbalance", unbalance, "kg*m")
     limits = {"unbalance": unbalance, "max_outer": max_outer, "min_bore": min_bore, "max_width": max_width}
     for name, value in limits.items():
         if value is not None and not value > 0.0:

@@ -18,6 +18,7 @@ from autobalancer.flow.relaxation import all_modes, diffusive_swirl
 from autobalancer.flow.result import Solved, flow_dataset
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
+from autobalancer.units import list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "differences"]
 Progress = Callable[[float, float], None]
@@ -29,9 +30,9 @@ def annulus_flow(
     chamber: Annulus | Machine | str | Path,
     speed: SpeedProfile | WallSpeed | float | None = None,
     *,
-    duration: float | None = None,
-    initial_speed: float | None = None,
-    times: Sequence[float] = (),
+    duration: float | str | None = None,
+    initial_speed: float | str | None = None,
+    times: Sequence[float | str] = (),
     samples: int = 501,
     model: Model = "auto",
     points: tuple[int, int] | None = None,
@@ -88,6 +89,9 @@ def annulus_flow(
         If the speed is not known, an instant lies outside of the run, or the points cannot resolve the flow, or take longer
         than five minutes and are not asked for.
     """
+    duration = optional_argument("duration", duration, "s")
+    initial_speed = optional_argument("initial_speed", initial_speed, "rad/s")
+    times = list_argument("times", times, "s")
     annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
     if model not in ("auto", "modes", "chebyshev", "differences"):
         raise QuestionError(f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev' or 'differences'")

@@ -15,6 +15,7 @@ from autobalancer.measurement.closed_loop import PoleModel
 from autobalancer.measurement.rational_fit import pole_model, resampled
 from autobalancer.measurement.receptance_stability import receptance_stability, worst_growth
 from autobalancer.results.provenance import provenance
+from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
 POINTS = 240
@@ -25,7 +26,7 @@ def receptance_border(
     balls: RaceBalls,
     *,
     balls_on_rotor: bool,
-    unbalance: float | None = None,
+    unbalance: float | str | None = None,
     angles: Floats | None = None,
     searched: tuple[float, float] | None = None,
     resamples: int = 0,
@@ -51,6 +52,7 @@ def receptance_border(
         which on the state is stable up to the end of the search (inf if it is not stable there);
         ``exact_border_deviation``, its standard deviation (nan without resamples); ``searched``; ``warnings``.
     """
+    unbalance = optional_argument("unbalance", unbalance, "kg*m")
     added = 0.0 if balls_on_rotor else float(balls.mass.sum())
     model, states = pole_model(fit, added), positions(balls, unbalance, angles)
     low, high = searched or _search_range(fit, model)

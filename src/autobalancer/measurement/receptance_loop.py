@@ -12,12 +12,13 @@ from autobalancer.measurement.rational_fit import pole_model
 from autobalancer.measurement.receptance_stability import receptance_stability
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.polygon import directions
+from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float, *, balls_on_rotor: bool) -> xr.Dataset:
+def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, balls_on_rotor: bool) -> xr.Dataset:
     """The loop L = (a_0/2) w^4 H(iw) over the frequency w in space, for balls evenly spread over directions.
 
     There the equation of :mod:`autobalancer.measurement.closed_loop` splits into 1 = L and its conjugate (equal balls:
@@ -38,6 +39,7 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float, *, balls_on
         ``measured_loop_imag`` over ``frequency`` from the measured values. ``attrs``: speed, growth rate, gain and
         phase margin of balls so spread.
     """
+    speed = argument("speed", speed, "rad/s")
     model = pole_model(fit, 0.0 if balls_on_rotor else float(balls.mass.sum()))
     weight = balls.moment**2
     level = max(0.0, 2.0 * float(weight.max()) - float(weight.sum()))

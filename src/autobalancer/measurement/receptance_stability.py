@@ -25,6 +25,7 @@ from autobalancer.measurement.balls import RaceBalls, degrees, positions, spread
 from autobalancer.measurement.closed_loop import PoleModel, loop_eigenvalues, loop_matrix
 from autobalancer.measurement.rational_fit import pole_model
 from autobalancer.results.provenance import provenance
+from autobalancer.units import list_argument, optional_argument
 
 Floats = NDArray[np.float64]
 DRAGS = np.geomspace(1e-5, 1e5, 101)  # factors on the drag that are tried
@@ -35,10 +36,10 @@ PHASES = np.linspace(0.0, math.pi, 91)
 def receptance_stability(
     fit: xr.Dataset,
     balls: RaceBalls,
-    speeds: Sequence[float],
+    speeds: Sequence[float | str],
     *,
     balls_on_rotor: bool,
-    unbalance: float | None = None,
+    unbalance: float | str | None = None,
     angles: Floats | None = None,
 ) -> xr.Dataset:
     """Growth rate and margins of the balanced state at given speeds.
@@ -73,6 +74,8 @@ def receptance_stability(
     QuestionError
         If the balls cannot stand so, or a speed is not above zero.
     """
+    speeds = list_argument("speeds", speeds, "rad/s")
+    unbalance = optional_argument("unbalance", unbalance, "kg*m")
     model = pole_model(fit, 0.0 if balls_on_rotor else float(balls.mass.sum()))
     states = positions(balls, unbalance, angles)
     band = (fit.attrs["band_low"], fit.attrs["band_high"])

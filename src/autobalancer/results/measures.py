@@ -17,6 +17,7 @@ from autobalancer.results.series import (
     settled_from,
     wrapped,
 )
+from autobalancer.units import optional_argument
 
 
 def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
@@ -123,7 +124,7 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
     return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
 
 
-def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.DataArray:
+def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
     """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
 
     nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is three
@@ -131,6 +132,7 @@ def release_speed(run: xr.Dataset, critical_speed: float | None = None) -> xr.Da
     it passes the critical speed for the last time. This measures a run; the formula is Spannan 2021, (4.73).
     ``critical_speed`` is by default the lowest of the machine.
     """
+    critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
     _, _, speed, rotor = _balls(run)
     critical_speed = _critical(run) if critical_speed is None else critical_speed
     return _per_ball(run, released_at(rotor, speed + rotor[:, None], critical_speed), "release speed", "rad/s")

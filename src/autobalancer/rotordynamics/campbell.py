@@ -21,11 +21,12 @@ from autobalancer.rotordynamics.question import along_axis, attributes, checked_
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
 from autobalancer.rotordynamics.tracking import Branches, tracked
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
+from autobalancer.units import list_argument
 
 
 def campbell(
     machine: Machine | str | Path,
-    speeds: Sequence[float] | Floats,
+    speeds: Sequence[float | str] | Floats,
     *,
     balls: bool = True,
     modes: int = 10,
@@ -64,6 +65,7 @@ def campbell(
     MachineError
         If the rotor is not possible as described.
     """
+    speeds = list_argument("speeds", speeds, "rad/s")
     machine, model = rotor_of(machine, balls=balls)
     omega = checked_speeds(speeds, model, "campbell")
     if omega.size < 2 or np.any(np.diff(omega) <= 0.0):

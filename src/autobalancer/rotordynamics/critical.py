@@ -28,6 +28,7 @@ from autobalancer.rotordynamics.question import along_axis, attributes, rotor_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
 from autobalancer.rotordynamics.tracking import tracked
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
+from autobalancer.units import optional_argument
 
 NOT_A_SPEED = 1e-10  # of the greatest 1/w^2: below it there is no critical speed
 GRID = 600  # intervals in which the roots of tables are sought
@@ -38,7 +39,7 @@ def critical_speeds(
     machine: Machine | str | Path,
     *,
     balls: bool = True,
-    highest: float | None = None,
+    highest: float | str | None = None,
     harmonics: Sequence[float] = (1.0,),
     damped: bool = False,
 ) -> xr.Dataset:
@@ -72,6 +73,7 @@ def critical_speeds(
     MachineError
         If the rotor is not possible as described.
     """
+    highest = optional_argument("highest", highest, "rad/s")
     machine, model = rotor_of(machine, balls=balls)
     lines = checked_harmonics(harmonics, "critical_speeds")
     if highest is not None and not (math.isfinite(highest) and highest > 0.0):

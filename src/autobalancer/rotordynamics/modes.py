@@ -19,11 +19,12 @@ from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, fr
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
+from autobalancer.units import argument
 
 
 def eigenfrequencies(
     machine: Machine | str | Path,
-    speed: float = 0.0,
+    speed: float | str = 0.0,
     *,
     balls: bool = True,
     modes: int = 10,
@@ -61,6 +62,7 @@ def eigenfrequencies(
     MachineError
         If the rotor is not possible as described.
     """
+    speed = argument("speed", speed, "rad/s")
     machine, model = rotor_of(machine, balls=balls)
     omega = float(checked_speeds(speed, model, "eigenfrequencies")[0])
     check_count(modes, "eigenfrequencies")

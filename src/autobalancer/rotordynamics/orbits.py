@@ -14,13 +14,14 @@ from autobalancer.rotordynamics.question import along_axis, attributes, checked_
 from autobalancer.rotordynamics.response import amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import turning, whirl
+from autobalancer.units import argument, unbalance_argument
 
 
 def whirl_orbits(
     machine: Machine | str | Path,
-    speed: float,
+    speed: float | str,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given = None,
+    unbalance: Given | str = None,
     *,
     balls: bool = False,
     ball_angles: Sequence[float] | None = None,
@@ -49,6 +50,8 @@ def whirl_orbits(
     QuestionError
         As for ``unbalance_response``, and for fewer than 9 points.
     """
+    speed = argument("speed", speed, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     owner = "whirl_orbits"
     machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
     omega = checked_speeds(speed, model, owner)

@@ -17,16 +17,17 @@ from autobalancer.rotordynamics.question import attributes, chosen_places, rotor
 from autobalancer.rotordynamics.response import UNITS, Quantity, amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import greatest_mean, mean_of_greatest, whirl
+from autobalancer.units import argument, unbalance_argument
 
 Measure = Literal["mean_of_greatest", "greatest_mean"]
 
 
 def response_peaks(
     machine: Machine | str | Path,
-    lowest: float,
-    highest: float,
+    lowest: float | str,
+    highest: float | str,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given = None,
+    unbalance: Given | str = None,
     *,
     balls: bool = False,
     measure: Measure = "mean_of_greatest",
@@ -56,6 +57,9 @@ def response_peaks(
     QuestionError
         If the speeds do not ascend from zero, a measure is unknown, or as for ``unbalance_response``.
     """
+    lowest = argument("lowest", lowest, "rad/s")
+    highest = argument("highest", highest, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     owner = "response_peaks"
     machine, model = rotor_of(machine, balls=balls)
     if not 0.0 <= lowest < highest or not highest <= model.top_speed:

@@ -16,6 +16,7 @@ from autobalancer.machine import Machine
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
+from autobalancer.units import list_argument, unbalance_argument
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # each is the rate of the one before
@@ -24,9 +25,9 @@ AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved togeth
 
 def unbalance_response(
     machine: Machine | str | Path,
-    speeds: Sequence[float] | Floats,
+    speeds: Sequence[float | str] | Floats,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given = None,
+    unbalance: Given | str = None,
     *,
     balls: bool = False,
     ball_angles: Sequence[float] | None = None,
@@ -72,6 +73,8 @@ def unbalance_response(
     MachineError
         If the rotor is not possible as described, or a position is not on it.
     """
+    speeds = list_argument("speeds", speeds, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     owner = "unbalance_response"
     machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
     omega = checked_speeds(speeds, model, owner)

@@ -53,13 +53,14 @@ from autobalancer.stability.equilibria import equilibria_of
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.states import eigenvalues_of
 from autobalancer.stability.verdicts import growth
+from autobalancer.units import argument
 
 ROWS = 128  # runs handed to a thread at once
 
 
 def basin(
     machine: Machine | str | Path,
-    speed: float,
+    speed: float | str,
     axes: Mapping[str, Sequence[float]] | None = None,
     *,
     random: int = 0,
@@ -108,6 +109,7 @@ def basin(
     QuestionError
         For unknown axes, no axes and no random starts, gravity in the plane, no balls.
     """
+    speed = argument("speed", speed, "rad/s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     p = plane(machine)

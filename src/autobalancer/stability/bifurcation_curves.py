@@ -21,6 +21,7 @@ from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.steady import Range
 from autobalancer.stability.symmetry import coincident, kinds
+from autobalancer.units import optional_argument
 
 
 def bifurcation_curves(
@@ -33,7 +34,7 @@ def bifurcation_curves(
     second_start: float | str,
     second_end: float | str,
     *,
-    speed: float | None = None,
+    speed: float | str | None = None,
     from_state: Literal["balanced", "coincident", "in line"] = "balanced",
     largest_step: float = 0.03,
     progress: Progress | None = None,
@@ -68,6 +69,7 @@ def bifurcation_curves(
     QuestionError
         If there is no such point along the first parameter, or a parameter or range is not possible.
     """
+    speed = optional_argument("speed", speed, "rad/s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     if kind not in ("Hopf", "fold"):

@@ -28,7 +28,7 @@ from autobalancer.stability.station_members import EqualAtOneStation, equal_at_o
 from autobalancer.stability.stations import Stations
 from autobalancer.stability.why_never import why_never
 from autobalancer.stability.windows import windows_of
-from autobalancer.units import to_si
+from autobalancer.units import to_si, unbalance_argument
 
 __all__ = ["Border", "border_speeds", "borders_of"]
 
@@ -47,7 +47,7 @@ NAMES = (
 
 def border_speeds(
     machine: Machine | str | Path,
-    unbalance: complex | float | None = None,
+    unbalance: complex | float | str | None = None,
     *,
     only: Sequence[str] = (),
     up_to: float | str | None = None,
@@ -83,6 +83,7 @@ def border_speeds(
         If the machine has no balls, gravity acts in its plane, the unbalance is no number, or a name in ``only`` is
         unknown.
     """
+    unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     return borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to))

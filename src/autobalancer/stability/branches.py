@@ -24,6 +24,7 @@ from autobalancer.stability.steady import Range
 from autobalancer.stability.symmetry import coincident, in_two_bundles, kinds
 from autobalancer.stability.tables import branch_dataset
 from autobalancer.stability.vector_field import Field
+from autobalancer.units import optional_argument
 
 State = Literal["balanced", "coincident", "in line", "stalled", "all"]
 STARTS = 13  # places in the range at which a stalled orbit is looked for
@@ -35,7 +36,7 @@ def branches(
     start: float | str,
     end: float | str,
     *,
-    speed: float | None = None,
+    speed: float | str | None = None,
     from_state: State = "balanced",
     switch: bool = True,
     orbits: bool = True,
@@ -86,6 +87,7 @@ def branches(
     QuestionError
         For an unknown parameter or state, an empty range, orthotropic supports, gravity in the plane, no balls.
     """
+    speed = optional_argument("speed", speed, "rad/s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     if from_state not in ("balanced", "coincident", "in line", "stalled", "all"):

@@ -26,7 +26,7 @@ from autobalancer.stability.planes import described
 from autobalancer.stability.station_states import required
 from autobalancer.stability.stations import Stations, stations
 from autobalancer.stability.stopping import Races, stopped
-from autobalancer.units import to_si
+from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
 PART_GIVEN = "some races have no friction: their balls are ideal"
@@ -117,7 +117,7 @@ def held_by_friction(
     machine: Machine | str | Path,
     speed: float | str | None = None,
     *,
-    unbalance: complex | float | None = None,
+    unbalance: complex | float | str | None = None,
     starts: int = STARTS,
     seed: int = 0,
 ) -> HeldByFriction:
@@ -144,6 +144,7 @@ def held_by_friction(
     QuestionError
         If the machine has no balls, balls feel the tilt of their race, or the speed is not above zero.
     """
+    unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     balls = resolve(machine)

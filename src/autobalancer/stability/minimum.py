@@ -19,7 +19,7 @@ from autobalancer.stability.borders_over import VARIABLES
 from autobalancer.stability.planes import Described, described, lower_critical_speed, plane_of
 from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
 from autobalancer.stability.stations import Stations
-from autobalancer.units import to_si
+from autobalancer.units import to_si, unbalance_argument
 
 VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside
 DRAGS = (1e-6, 1e5)  # beta over I w_c
@@ -27,7 +27,11 @@ STEPS = 6  # a decade
 
 
 def minimum_viscosity(
-    machine: Machine | str | Path, speed: float | str, which: str = "exact border", *, unbalance: float | None = None
+    machine: Machine | str | Path,
+    speed: float | str,
+    which: str = "exact border",
+    *,
+    unbalance: float | str | None = None,
 ) -> float:
     """The kinematic viscosity of the fluid from which on the balanced state is stable at ``speed`` and above it.
 
@@ -55,16 +59,22 @@ def minimum_viscosity(
     QuestionError
         If the drag follows from no fluid, ``which`` is unknown, there is no balanced state, or gravity acts.
     """
+    unbalance = unbalance_argument(unbalance)
     return _minimum(machine, "viscosity", speed, which, unbalance)
 
 
 def minimum_drag(
-    machine: Machine | str | Path, speed: float | str, which: str = "exact border", *, unbalance: float | None = None
+    machine: Machine | str | Path,
+    speed: float | str,
+    which: str = "exact border",
+    *,
+    unbalance: float | str | None = None,
 ) -> float:
     """The drag beta of every ball, N m s, from which on the balanced state is stable at ``speed`` and above it.
 
     As :func:`minimum_viscosity`; the effective mass of the balls does not change.
     """
+    unbalance = unbalance_argument(unbalance)
     return _minimum(machine, "drag", speed, which, unbalance)
 
 

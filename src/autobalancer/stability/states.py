@@ -20,12 +20,15 @@ from autobalancer.stability.lateral import Complexes, Plane, plane
 from autobalancer.stability.linear import eigensystem, matrices, motion_name
 from autobalancer.stability.station_results import station_eigenvalues, station_equilibria
 from autobalancer.stability.verdicts import growth, verdict
+from autobalancer.units import argument, list_argument, unbalance_argument
 
 Progress = Callable[[int, int], None]
 Kind = Literal["balanced", "mixed", "coincident", "in line"]
 
 
-def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: complex | float | None = None) -> xr.Dataset:
+def equilibria(
+    machine: Machine | str | Path, speed: float | str, *, unbalance: complex | float | str | None = None
+) -> xr.Dataset:
     """All states in which the balls rest in the rotor at a constant speed, with their stability.
 
     Parameters
@@ -53,6 +56,8 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
     QuestionError
         At standstill, at an undamped critical speed, or with gravity in the plane.
     """
+    speed = argument("speed", speed, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     if not isinstance(machine.rotor, PlanarRotor):
@@ -98,11 +103,11 @@ def equilibria(machine: Machine | str | Path, speed: float, *, unbalance: comple
 
 def eigenvalues(
     machine: Machine | str | Path,
-    speeds: Sequence[float],
+    speeds: Sequence[float | str],
     *,
     state: Kind = "balanced",
     outward: int | None = None,
-    unbalance: complex | float | None = None,
+    unbalance: complex | float | str | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Eigenvalues of one kind of steady state over the speed.
@@ -132,6 +137,8 @@ def eigenvalues(
     QuestionError
         If there is no such state at any of the speeds; the message says why.
     """
+    speeds = list_argument("speeds", speeds, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     if not isinstance(machine.rotor, PlanarRotor):

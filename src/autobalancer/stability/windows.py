@@ -17,6 +17,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.balanced import POINTS, Balanced, balanced_states
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.planes import Described, described, lower_critical_speed, why_no_state
+from autobalancer.units import argument, optional_argument, unbalance_argument
 
 MARGIN = 1e-12  # a growth rate above -MARGIN times the critical speed is not stable, but marginal
 
@@ -40,10 +41,10 @@ class StableWindows:
 
 def stable_windows(
     machine: Machine | str | Path,
-    highest: float,
+    highest: float | str,
     *,
-    lowest: float | None = None,
-    unbalance: complex | float | None = None,
+    lowest: float | str | None = None,
+    unbalance: complex | float | str | None = None,
 ) -> StableWindows:
     """Speed ranges in which the balanced state is stable.
 
@@ -66,6 +67,9 @@ def stable_windows(
     QuestionError
         If the speeds make no range, the machine has no balls, or gravity acts in its plane.
     """
+    highest = argument("highest", highest, "rad/s")
+    lowest = optional_argument("lowest", lowest, "rad/s")
+    unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     p = described(machine, unbalance, float(highest))

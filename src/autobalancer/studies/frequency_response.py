@@ -26,22 +26,23 @@ from autobalancer.studies.step_dataset import step_dataset
 from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
 from autobalancer.studies.step_store import StepStore
 from autobalancer.studies.stepping import Plan, Row, Stepper, at_speed
+from autobalancer.units import argument, list_argument, optional_argument
 
 Place = tuple[int, int]  # leg, number of the speed
 
 
 def frequency_response(
     machine: Machine | str | Path,
-    speeds: Sequence[float] | np.ndarray,
+    speeds: Sequence[float | str] | np.ndarray,
     *,
-    dwell: float,
-    window: float,
+    dwell: float | str,
+    window: float | str,
     direction: Literal["up", "down", "both"] = "up",
     start: Literal["carried", "fixed"] = "carried",
-    acceleration: float | None = None,
+    acceleration: float | str | None = None,
     stations: Sequence[str] | None = None,
     settle: float | None = None,
-    longest: float | None = None,
+    longest: float | str | None = None,
     tolerance: float = 1e-7,
     seed: int = 0,
     mass_spread: float = MASS_SPREAD,
@@ -112,6 +113,11 @@ def frequency_response(
     MachineError
         If a table of the machine does not cover the speeds.
     """
+    speeds = list_argument("speeds", speeds, "rad/s")
+    dwell = argument("dwell", dwell, "s")
+    window = argument("window", window, "s")
+    acceleration = optional_argument("acceleration", acceleration, "rad/s^2")
+    longest = optional_argument("longest", longest, "s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     chosen = checked_speeds(speeds)

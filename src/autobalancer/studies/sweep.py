@@ -29,6 +29,7 @@ from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.studies.sweep_row import LABELS, PER_BALL, sweep_row
+from autobalancer.units import optional_argument
 
 
 def sweep(
@@ -36,7 +37,7 @@ def sweep(
     variations: Mapping[str, Sequence[Any]],
     *,
     grid: bool = True,
-    duration: float | None = None,
+    duration: float | str | None = None,
     tolerance: float = 1e-7,
     bins: int = 500,
     seed: int = 0,
@@ -85,6 +86,7 @@ def sweep(
     MachineError
         If a combination makes no possible machine; the message names it.
     """
+    duration = optional_argument("duration", duration, "s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
     if duration is None and machine.run is None:
