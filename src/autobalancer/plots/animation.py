@@ -16,6 +16,7 @@ from autobalancer.plots.film_question import frame_count, frame_times, magnifica
 from autobalancer.plots.film_rotor import unit_length
 from autobalancer.plots.film_scene import Scene
 from autobalancer.plots.motion import Floats, Moments, Motion, races_of
+from autobalancer.plots.places import places_in_rotor
 from autobalancer.plots.style import look
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
@@ -97,7 +98,9 @@ def animate(
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
     turns = frame == "space"
-    greatest = max(float(np.abs(z).max()) for z in (moments.deflection_in_rotor, moments.plane_deflection_in_rotor))
+    along = places_in_rotor(run, times)
+    drawn = [fine.deflection_in_rotor, fine.plane_deflection_in_rotor, *([] if along is None else [along.deflection])]
+    greatest = max(float(np.abs(z).max()) for z in drawn)
     scale = magnification(deflection_scale, greatest, unit_length(moments, races), 0.15)
     with look():
         scene = Scene(

@@ -24,8 +24,8 @@ class AxisView:
     """Axis, planes, balls and the unbalance of each plane; ``show(k)`` moves them to frame ``k``.
 
     The axis runs to the right, the zero direction of the picture from above points to the eye, and 90° upwards.
-    ``turned`` is the angle (rad) by which the rotor is drawn in each frame, ``scale`` what makes deflections (m) as large
-    as they are drawn, ``discs`` the place of each plane that has balls with the numbers of its balls.
+    ``turned`` is the angle (rad) by which the rotor is drawn in each frame, ``length`` (m) is 1 in the picture, ``discs``
+    the place of each plane that has balls with the numbers of its balls.
     """
 
     def __init__(
@@ -35,16 +35,16 @@ class AxisView:
         moments: Moments,
         races: Races,
         turned: Floats,
-        scale: float,
+        magnification: float,
+        length: float,
         discs: Sequence[tuple[int, int, NDArray[np.intp]]],
         colors: Sequence[str],
     ) -> None:
         self.moments, self.turned, self.discs = moments, turned, discs
-        size = float(races.orbit_radius.max())
-        self.radii = races.orbit_radius / size
+        self.radii = races.orbit_radius / length
         low, high = float(places.position.min()), float(places.position.max())
         self.along = LENGTH * ((places.position - low) / (high - low) - 0.5)
-        self.center: Complexes = places.deflection * np.exp(1j * turned)[:, None] * scale
+        self.center: Complexes = places.deflection * np.exp(1j * turned)[:, None] * magnification / length
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_xlim(-0.5 * LENGTH - 1.0, 0.5 * LENGTH + 1.0)

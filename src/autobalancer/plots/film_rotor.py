@@ -61,9 +61,10 @@ class RotorView:
         room = max(1.22 * outside, reach) + 0.16 * outside
         axes.set_xlim(-room, room)
         axes.set_ylim(-room, room)
-        for side, degrees in ((1.0, "0°"), (1j, "90°"), (-1.0, "180°"), (-1j, "−90°")):
-            spot = side * (room - 0.06 * outside)
-            axes.text(spot.real, spot.imag, degrees, ha="center", va="center", fontsize=7.5, color="#606060")
+        sides = ((1.0, "0°", "right"), (1j, "90°", "center"), (-1.0, "180°", "left"), (-1j, "−90°", "center"))
+        for side, degrees, anchor in sides:
+            spot = side * (room - (0.0 if anchor != "center" else 0.06 * outside))
+            axes.text(spot.real, spot.imag, degrees, ha=anchor, va="center", fontsize=7.5, color="#606060")
         self._races(axes, diameter, outside)
         self._balls(axes, diameter, colors)
         reach = 0.72 * float(self.radii.min(initial=outside))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.text import Text
@@ -50,14 +52,16 @@ class Scene(FilmCanvas):
         planes = [plane for plane in range(moments.plane_deflection_in_rotor.shape[1]) if (races.plane == plane).any()]
         names = planes_of(run).names
         several = len(planes) > 1
-        along = places_in_rotor(run, moments.time) if races.orbit_radius.size else None
+        along = places_in_rotor(run, moments.time)
         ground = BOTTOM if along is None else BOTTOM + (0.34 if several else 0.28)
         self.views: list[RotorView] = []
         self.sizes: list[tuple[Text, int]] = []
         for number, plane in enumerate(planes or [0]):
             mine = np.flatnonzero(races.plane == plane)
             wide = LEFT / max(len(planes), 1)
-            above = figure.add_axes((number * wide, ground, wide, TOP - ground - (0.03 if several else 0.0)))
+            above = figure.add_axes(
+                (number * wide, ground, wide, TOP - ground - (0.0, 0.0, 0.03, 0.06)[min(len(planes), 3)])
+            )
             path = _of_plane(fine, plane, mine).deflection_in_rotor
             path = path * np.exp(1j * fine.rotor_angle) if in_space else path
             view = RotorView(
@@ -67,8 +71,12 @@ class Scene(FilmCanvas):
             self.views.append(view)
             if several:
                 x = (number + 0.5) * wide
-                figure.text(x - 0.005, TOP - 0.01, names[plane], ha="right", va="center", weight="bold", fontsize=8.5)
-                size = figure.text(x + 0.005, TOP - 0.01, "", ha="left", va="center", fontsize=9.0, family="monospace")
+                words: dict[str, Any] = {"va": "center", "fontsize": 8.5}
+                pair = len(planes) == 2  # else there is no room in one line
+                named, sized = ("right", "left") if pair else ("center", "center")
+                off, below = (0.005, 0.01) if pair else (0.0, 0.038)
+                figure.text(x - off, TOP - 0.01, names[plane], ha=named, weight="bold", **words)
+                size = figure.text(x + off, TOP - below, "", ha=sized, family="monospace", **words)
                 self.sizes.append((size, plane))
         self.axis: AxisView | None = None
         if along is not None:
@@ -78,8 +86,8 @@ class Scene(FilmCanvas):
                 for p in planes
                 if names[p] in along.names
             ]
-            scale = magnification / unit_length(moments, races)
-            self.axis = AxisView(beside, along, moments, races, self.turned, scale, discs, colors)
+            length = unit_length(moments, races)
+            self.axis = AxisView(beside, along, moments, races, self.turned, magnification, length, discs, colors)
         figure.text(middle, 0.965, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
         self.text = figure.text(middle, 0.92, "", ha="center", va="center", fontsize=11, family="monospace")
         figure.text(middle, 0.012, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
@@ -120,7 +128,9 @@ class Scene(FilmCanvas):
             size = np.abs(self.moments.deflection_in_rotor)
             deflections = Deflections(self.moments.time, size, size, False)
         log = quiet(deflections)
-        deflection_panel(lower, deflections, length_axis("um" if log else None, float(deflections.high.max())), log=log)
+        deflection_panel(
+            lower, deflections, length_axis("um" if log else None, float(deflections.high.max())), log=log, brief=True
+        )
         lower.set_xlabel("time (s)")
         lower.set_xlim(first, last)
         self.figure.align_ylabels([upper, lower])

@@ -68,7 +68,6 @@ def _paths(part: xr.Dataset, prefix: str) -> list[OrbitPath]:
     found = []
     for place in places(part, prefix):
         static = static_part(part, time, angle, place.deflection, float(time[-1]), samples=time.size)
-        aside = static if abs(static) > 0.01 * float(np.abs(place.deflection - static).max()) else 0j
-        moved = (place.deflection - aside) * np.exp(-1j * angle)
-        found.append(OrbitPath(place.name, time, speed, angle, np.asarray(moved), aside))
+        moved = (place.deflection - static) * np.exp(-1j * angle)
+        found.append(OrbitPath(place.name, time, speed, angle, np.asarray(moved), static))
     return found

@@ -45,7 +45,9 @@ def speed_panel(
     legend(axes)
 
 
-def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, log: bool = False) -> None:
+def deflection_panel(
+    axes: Axes, deflections: Deflections, unit: AxisUnit, *, log: bool = False, brief: bool = False
+) -> None:
     """Deflection with its envelope, and that of other places; greatest and last value as numbers."""
     time, low, high = deflections.time, deflections.low * unit.factor, deflections.high * unit.factor
     every = [high, *(curve.value * unit.factor for curve in deflections.curves)]
@@ -62,10 +64,12 @@ def deflection_panel(axes: Axes, deflections: Deflections, unit: AxisUnit, *, lo
     else:
         axes.set_ylim(0.0, 1.18 * greatest)
     if deflections.is_envelope:
-        axes.fill_between(time, low, high, color=FILL, lw=0.0, label="least to greatest")
-    axes.plot(time, high, color=INK, lw=0.9, label=_main_label(deflections))
+        axes.fill_between(time, low, high, color=FILL, lw=0.0, label="_band" if brief else "least to greatest")
+    axes.plot(time, high, color=INK, lw=0.9, label=_main_label(deflections, brief))
     for curve, color in zip(deflections.curves, PLACES, strict=False):
-        axes.plot(curve.time, curve.value * unit.factor, color=color, lw=0.9, label=_curve_label(curve, deflections))
+        axes.plot(
+            curve.time, curve.value * unit.factor, color=color, lw=0.9, label=_curve_label(curve, deflections, brief)
+        )
     if without is not None:
         axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
         words = f"{length_text(float(without.value[-1]))} without balancing"
@@ -122,16 +126,18 @@ def _numbers(axes: Axes, deflections: Deflections, unit: AxisUnit) -> None:
     label_point(axes, f"{length_text(float(high[-1]))} at the end", time[-1], max(high[-1] * unit.factor, bottom))
 
 
-def _main_label(deflections: Deflections) -> str:
+def _main_label(deflections: Deflections, brief: bool) -> str:
     """The legend of the reference place."""
+    if brief:
+        return "with static part" if deflections.static else deflections.name or "greatest"
     name = f", {deflections.name}" if deflections.name else ""
     return f"greatest{name}" if deflections.is_envelope else f"deflection{name}"
 
 
-def _curve_label(curve: Curve, deflections: Deflections) -> str:
+def _curve_label(curve: Curve, deflections: Deflections, brief: bool) -> str:
     """The legend of another place, or of the vibration of any place about where it rests."""
-    if not deflections.static:
-        return curve.name
+    if brief or not deflections.static:
+        return curve.name or "vibration"
     side = f"{np.rad2deg(np.angle(deflections.static)):.0f}°".replace("-", "−")
     about = f"about {length_text(abs(deflections.static))} at {side}" if curve is deflections.curves[0] else ""
     return " ".join(word for word in ("vibration", curve.name, about) if word)

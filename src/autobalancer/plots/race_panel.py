@@ -173,7 +173,7 @@ class RacePanel:
 
 def deflected(vibration: complex, static: complex, what: str = "rotor") -> str:
     """The deflection of the rotor, or its plane, in words: m, the static part in space."""
-    if abs(static) > NOTHING and abs(static) > 0.01 * abs(vibration):
+    if abs(static) > NOTHING:
         side = f"{np.rad2deg(np.angle(static)):.0f}°".replace("-", "−")
         moving = (
             f"▲ vibration {length_text(abs(vibration))}" if abs(vibration) > NOTHING else "no vibration (< 0.01 nm)"

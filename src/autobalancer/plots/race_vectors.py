@@ -26,10 +26,11 @@ def vectors_of(races: Races, moments: Moments, planes: Planes, plane: int) -> li
     met = complex(moments.plane_unbalance_in_rotor[0, plane])
     balls = complex(races.vectors(moments)[0, races.plane == plane].sum())
     where = " in this plane" if len(planes.names) > 1 else ""
+    whose = "balls of all balancers" if len(set(races.balancer[races.plane == plane].tolist())) > 1 else "balls"
     return [
         *_couple(moments, planes, plane),
         Vector(met, f"unbalance{where} {moment_text(abs(met))}", UNBALANCE),
-        Vector(balls, f"balls {moment_text(abs(balls))}", ALL_BALLS),
+        Vector(balls, f"{whose} {moment_text(abs(balls))}", ALL_BALLS),
         Vector(met + balls, f"resultant {moment_text(abs(met + balls))}", INK),
     ]
 

@@ -8,6 +8,7 @@ import xarray as xr
 from autobalancer.plots.motion import Complexes, Floats
 
 SAMPLES = 60  # that are looked at around a moment
+LEAST = 0.1  # of the vibration; a smaller static part cannot be told from one that comes and goes
 APART = 30.0  # condition above which samples do not tell a turning vector from a standing one
 
 
@@ -28,4 +29,5 @@ def static_part(
     columns = np.column_stack([np.ones(near.size), turned, turned.conj()])
     if np.linalg.cond(columns) > APART:
         return 0j
-    return complex(np.linalg.lstsq(columns, deflection[near], rcond=None)[0][0])
+    standing, *turning = np.linalg.lstsq(columns, deflection[near], rcond=None)[0]
+    return complex(standing) if abs(standing) > LEAST * sum(map(abs, turning)) else 0j
