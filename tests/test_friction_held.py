@@ -229,3 +229,13 @@ def test_every_range_of_the_stability_command_says_that_it_ignores_friction(tmp_
     lines = CliRunner().invoke(app, arguments, catch_exceptions=False).output.strip().splitlines()
     assert lines
     assert all("ignores friction" in line for line in lines)
+
+
+def test_stable_windows_and_least_drag_say_what_they_ignore(tmp_path: Path) -> None:
+    assert "ignores friction" in ab.stable_windows(machine(1e-3), 150.0).note
+    rough = tmp_path / "rough.toml"
+    ab.save_machine(machine(1e-3), rough)
+    arguments = ["borders", str(rough), "--only", "exact border, release speed", "--minimum-drag-at", "1200 rpm"]
+    lines = CliRunner().invoke(app, arguments, catch_exceptions=False).output.splitlines()
+    assert any(line.strip().startswith("exact border:") and "ignores friction" in line for line in lines)
+    assert any(line.strip().startswith("release speed:") and "ignores adherence" in line for line in lines)

@@ -42,6 +42,7 @@ def borders(
     from autobalancer.files.machine_file import load_machine
     from autobalancer.stability.borders import border_speeds
     from autobalancer.stability.held import held_by_friction
+    from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
     from autobalancer.stability.windows import stable_windows
     from autobalancer.units import option_to_si
 
@@ -60,6 +61,7 @@ def borders(
     if windows_up_to:
         found = stable_windows(described, option_to_si(windows_up_to, "rad/s"), unbalance=size)
         answer["stable_windows"] = {"windows": [list(pair) for pair in found.windows], "note": found.note}
+    answer["ignores"] = {"balls at rest": ignored_at_rest(described), "stalled balls": ignored_by_stalled(described)}
     answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
     if over:
         answer["over"] = _curve(described, over, (names, up_to), out, plot, speed_unit)
@@ -157,15 +159,18 @@ def _print(name: str, answer: dict[str, Any]) -> None:
         typer.echo(f"{border['name']:<{width}}   {_speed(border['speed'])}{note}")
     if "stable_windows" in answer:
         spans = [f"{_speed(low)}  to  {_speed(high)}" for low, high in answer["stable_windows"]["windows"]]
-        typer.echo(f"stable windows: {'; '.join(spans) or 'none'}")
-        if answer["stable_windows"]["note"]:
-            typer.echo(f"  {answer['stable_windows']['note']}")
+        note = f"   ({answer['stable_windows']['note']})" if answer["stable_windows"]["note"] else ""
+        typer.echo(f"stable windows: {'; '.join(spans) or 'none'}{note}")
     for key, factor, unit in (("viscosity", 1e6, "mm^2/s"), ("drag", 1.0, "N m s")):
         if f"minimum_{key}" in answer:
             found = dict(answer[f"minimum_{key}"])
             typer.echo(f"least {key} for {_speed(found.pop('speed'))} and above:")
             for which, value in found.items():
-                typer.echo(f"  {which}: {_amount(value * factor, unit)}")
+                ignored = answer["ignores"][
+                    "stalled balls" if which in ("release speed", "capture speed") else "balls at rest"
+                ]
+                says = f"   (ignores {', '.join(ignored)})" if ignored else ""
+                typer.echo(f"  {which}: {_amount(value * factor, unit)}{says}")
 
 
 def _amount(value: float, unit: str) -> str:

@@ -56,7 +56,7 @@ def receptance(
     if plot is not None:
         _draw(fit, chosen, speeds, with_balls, plot)
     if as_json:
-        typer.echo(json.dumps(_plain(fit, border, at_speeds), indent=2))
+        typer.echo(json.dumps(_plain(fit, border, at_speeds) | {"ignores": _ignored(machine)}, indent=2))
         return
     _show(fit, border, at_speeds, machine)
     if plot is not None:
@@ -152,13 +152,15 @@ def _show(fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, mac
     for frequency, ratio in modes_of(fit):
         table.add_row("mode", f"{frequency / (2.0 * math.pi):.4g} Hz, damping ratio {100.0 * ratio:.3g} %")
     name = "exact border" + (", worst case" if border.attrs["state"].startswith("worst") else "")
-    table.add_row(name, _border(border))
+    ignored = _ignored(machine)
+    table.add_row(name, "; ".join(filter(None, (_border(border), ignored))))
     for low, high in zip(border["stable_from"].values, border["stable_to"].values, strict=True):
         table.add_row("stable", f"{_speed(low)} to {_speed(high)}")
     viscosity = viscosity_of(machine) if machine is not None else None
     for i in range(at_speeds.sizes["speed"] if at_speeds is not None else 0):
         assert at_speeds is not None
-        table.add_row(*_row(at_speeds.isel(speed=i), viscosity))
+        label, text = _row(at_speeds.isel(speed=i), viscosity)
+        table.add_row(label, "; ".join(filter(None, (text, ignored))))
     console = Console(soft_wrap=False)
     console.print(table)
     doubts = {
@@ -167,6 +169,13 @@ def _show(fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, mac
     }
     for text in sorted(filter(None, doubts)):
         console.print(f"[yellow]note:[/yellow] {text}")
+
+
+def _ignored(machine: Path | None) -> str:
+    from autobalancer import load_machine
+    from autobalancer.stability.ignored import ignored_at_rest, without
+
+    return without(ignored_at_rest(load_machine(machine))) if machine is not None else ""
 
 
 def _border(border: xr.Dataset) -> str:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.quantity_axis import quantity_axis
-from autobalancer.plots.style import BALLS, INK, look, picture
+from autobalancer.plots.style import BALLS, INK, look, picture, with_ignored
 
 
 def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
@@ -41,7 +41,7 @@ def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> F
     with look():
         figure = picture(7.2, 4.6)
         axes = figure.add_subplot()
-        axes.set_title(str(curves.attrs.get("title", "Bifurcation curves")))
+        axes.set_title(with_ignored(str(curves.attrs.get("title", "Bifurcation curves")), curves.attrs))
         named: set[str] = set()
         for number in np.unique(curves["curve"].values):
             points = np.flatnonzero(curves["curve"].values == number)

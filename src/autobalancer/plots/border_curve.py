@@ -13,7 +13,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
 from autobalancer.plots.stability import STABLE, UNSTABLE
-from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, look, picture, with_ignored
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
     "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
@@ -62,7 +62,9 @@ def plot_border_curve(
     with look():
         figure = picture(7.6, 5.0)
         axes = figure.add_subplot()
-        heading(figure, str(found.attrs["title"]))
+        both = any(name in found for name in ("exact_border", "averaged_border"))
+        verb = "averaged and exact border ignore" if both else "ignores"
+        heading(figure, with_ignored(str(found.attrs["title"]), found.attrs, verb))
         if axis.log:
             axes.set_xscale("log")
         if log_speed:

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.quantity_axis import axis_unit
-from autobalancer.plots.style import INK, look, picture
+from autobalancer.plots.style import INK, look, picture, with_ignored
 
 COLORS = {
     "balanced": "#0072B2",
@@ -84,7 +84,7 @@ def plot_branches(
     with look():
         figure = picture(8.0, 1.6 + 2.5 * count)
         panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-        panels[0].set_title(str(branches.attrs.get("title", "Branches")))
+        panels[0].set_title(with_ignored(str(branches.attrs.get("title", "Branches")), branches.attrs))
         _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
         panels[0].set_ylabel(f"deflection ({lengths.sign})")
         top = float(np.nanmax(branches["deflection_max"].values)) * lengths.factor or 1.0

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, speed_axis
-from autobalancer.plots.style import BALLS, INK, UNBALANCE, heading, legend, look, picture
+from autobalancer.plots.style import BALLS, INK, UNBALANCE, heading, legend, look, picture, with_ignored
 
 STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"
 MISSING = "#B0B0B0"  # frame of white in the legend
@@ -47,7 +47,7 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     with look():
         figure = picture(8.0, 6.2)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
-        heading(figure, str(found.attrs.get("title", "Stability")))
+        heading(figure, with_ignored(str(found.attrs.get("title", "Stability")), found.attrs))
         _shade(upper, speed, [str(word) for word in found["verdict"].values], _gaps(found))
         if _gaps(found).size:
             upper.axvspan(np.nan, np.nan, fc="white", ec=MISSING, lw=0.8, label="no such state")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -81,6 +81,12 @@ def heading(figure: Figure, text: str) -> None:
     """The title of a figure with several panels: left and bold, as that of a panel."""
     if text:
         figure.suptitle(text, x=0.1 / figure.get_figwidth(), ha="left")
+
+
+def with_ignored(title: str, attributes: Mapping[Any, Any], verb: str = "ignores") -> str:
+    """A title that names what the theory of the result ignores of its machine."""
+    ignored = str(attributes.get("ignores", ""))
+    return f"{title}\n{verb} {ignored}" if ignored else title
 
 
 def ball_color(number: int) -> str:

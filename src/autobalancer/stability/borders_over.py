@@ -17,9 +17,11 @@ from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.borders import NAMES, Border, borders_of, exact, saying_what_is_ignored, speed_or_none
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.planes import described, lower_critical_speed
+from autobalancer.stability.resistance import CAPTURE, RELEASE
 
 Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
@@ -145,7 +147,14 @@ def _dataset(
         "unbalance": abs(p.unbalance),
         "capability": float(np.sum(p.capability)),
         "balls": len(resolve(machine)),
+        "ignores": _ignored(machine, names),
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",
     }
     return found
+
+
+def _ignored(machine: Machine, names: list[str]) -> str:
+    """What all borders of a curve together leave out: those of stalled balls know more."""
+    stalled = set(names) <= {RELEASE, CAPTURE}
+    return ", ".join((ignored_by_stalled if stalled else ignored_at_rest)(machine))

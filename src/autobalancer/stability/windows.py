@@ -15,6 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.balanced import POINTS, Balanced, balanced_states
+from autobalancer.stability.ignored import ignored_at_rest, without
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.planes import Described, described, lower_critical_speed, why_no_state
 from autobalancer.units import argument, optional_argument, unbalance_argument
@@ -87,6 +88,7 @@ def stable_windows(
     note = found[0][1]
     if len(members) > 1:
         note = f"all of {len(members)} positions that balance; {note}".rstrip("; ")
+    note = "; ".join(filter(None, (note, without(ignored_at_rest(machine)))))
     return StableWindows(tuple(common), (low, float(highest)), note)
 
 
