@@ -56,7 +56,7 @@ def test_fluids_lists_every_fluid_and_leaves_open_what_is_unknown() -> None:
     by_name = {row["name"]: row for row in answer}
     assert by_name["silicone oil 20"]["viscosity"] == fluid("silicone oil 20", 313.15).viscosity
     assert by_name["Ravenol 80W"]["viscosity"] is None
-    assert "not known at this temperature" in run("fluids", "--temperature", "40 degC")
+    assert "not known at 40 degC" in run("fluids", "--temperature", "40 degC")
 
 
 def test_fluid_shows_one_fluid_with_its_source() -> None:

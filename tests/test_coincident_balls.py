@@ -152,7 +152,7 @@ def test_commands_say_that_balls_lie_in_one_place_where_they_cannot_stay(tmp_pat
     ask = [
         "stepped",
         str(tmp_path / "line.toml"),
-        "--speed",
+        "--speeds",
         f"{SPEED:g} rad/s",
         "--dwell",
         "0.3 s",

@@ -331,10 +331,8 @@ def test_the_command_lists_the_hopf_point_as_the_function_does(tmp_path: Path) -
     app.command()(command)
     words = [
         str(MACHINES / "discoidal.toml"),
-        "--from",
-        "100 rad/s",
-        "--to",
-        "62",
+        "--over",
+        "speed=100:62 rad/s",
         "--no-orbits",
         "--plot",
         str(tmp_path / "b.png"),

@@ -122,7 +122,7 @@ def test_faulty_files_are_refused_with_the_key(tmp_path: Path, text: str, says: 
 
 def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     out, numbers, picture = tmp_path / "fitted.toml", tmp_path / "fit.nc", tmp_path / "fit.png"
-    options = ["--out", str(out), "--result", str(numbers), "--plot", str(picture)]
+    options = ["--out", str(out), "--out", str(numbers), "--plot", str(picture)]
     machine = save_machine(MACHINE, tmp_path / "rig.toml")
     shown = CliRunner().invoke(app, ["identify", str(machine), "--measurements", DATA, *options])
     assert shown.exit_code == 0, shown.output

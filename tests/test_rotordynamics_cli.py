@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from importlib.resources import files
 from pathlib import Path
 
@@ -42,7 +43,7 @@ def test_modes_prints_frequencies_and_critical_speeds() -> None:
 
 
 def test_modes_as_json_are_those_of_the_python_interface() -> None:
-    found = json.loads(say("modes", str(RIG_FILE), "--speed", "100", "--json"))
+    found = json.loads(say("modes", str(RIG_FILE), "--speed", "100 rad/s", "--json"))
     expected = eigenfrequencies(RIG, 100.0)
     assert found["speed"] == 100.0
     assert [mode["frequency"] for mode in found["modes"]] == expected["frequency"].values.tolist()
@@ -54,7 +55,7 @@ def test_modes_as_json_are_those_of_the_python_interface() -> None:
 
 def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     text = say(
-        "modes", str(RIG_FILE), "--campbell", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
+        "modes", str(RIG_FILE), "--speeds", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
         str(tmp_path / "c.nc"),
     )  # fmt: skip
     assert "written" in text
@@ -62,7 +63,7 @@ def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     expected = campbell(RIG, np.linspace(0.0, 6000.0 * RPM, 41))
     kept = load_run(tmp_path / "c.nc")
     assert kept["frequency"].values == pytest.approx(expected["frequency"].values)
-    found = json.loads(say("modes", str(RIG_FILE), "--campbell", "0 rpm:6000:41", "--json"))
+    found = json.loads(say("modes", str(RIG_FILE), "--speeds", "0:6000 rpm:41", "--json"))
     assert [e["intersection_speed"] for e in found["intersections"]] == pytest.approx(kept["intersection_speed"].values)
 
 
@@ -73,8 +74,8 @@ def test_shapes_are_drawn(tmp_path: Path) -> None:
 
 def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
     text = say(
-        "response", str(RIG_FILE), "--speed", "600rpm:5500rpm:400", "--station", "B1", "--station", "B2", "--plot",
-        str(tmp_path / "bode.png"), "--output", str(tmp_path / "r.nc"),
+        "response", str(RIG_FILE), "--speeds", "600rpm:5500rpm:400", "--station", "B1", "--station", "B2", "--plot",
+        str(tmp_path / "bode.png"), "--out", str(tmp_path / "r.nc"),
     )  # fmt: skip
     peaks = response_peaks(RIG, 600.0 * RPM, 5500.0 * RPM, ["B1", "B2"])
     assert peaks.sizes["peak"] == 4
@@ -87,16 +88,16 @@ def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
 
 def test_response_at_one_speed_says_how_the_stations_whirl(tmp_path: Path) -> None:
     for kind in ("orbits", "axis"):
-        text = say("response", str(RIG_FILE), "--speed", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
-        assert "B1     backward" in text
-        assert "disk   forward" in text
+        text = say("response", str(RIG_FILE), "--speeds", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
+        assert re.search(r"B1 +backward", text)
+        assert re.search(r"disk +forward", text)
         assert (tmp_path / "o.png").stat().st_size > 5000
 
 
 def test_response_as_json_is_that_of_the_python_interface() -> None:
     arguments = (
-        "--speed",
-        "10:100:4",
+        "--speeds",
+        "10:100 rad/s:4",
         "--station=-20 mm",
         "--unbalance",
         "10 g*mm",
@@ -112,27 +113,27 @@ def test_response_as_json_is_that_of_the_python_interface() -> None:
 
 
 def test_a_planar_machine_has_a_response_in_its_plane() -> None:
-    found = json.loads(say("response", str(MACHINES / "discoidal.toml"), "--speed", "10:100:4", "--json"))
+    found = json.loads(say("response", str(MACHINES / "discoidal.toml"), "--speeds", "10:100 rad/s:4", "--json"))
     assert found["station"] == ["annulus of the disc"]
-    assert found["position"] == ["none"]
+    assert found["position"] == [None]
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("modes", "none.toml"), "no such file"),
-        (("modes", "RIG", "--speed", "-5"), "given -5 rad/s"),
+        (("modes", "RIG", "--speed", "-5 rad/s"), "given -5 rad/s"),
         (("modes", "RIG", "--speed", "5 kg"), "rad/s"),
-        (("modes", "RIG", "--speed", "5", "--campbell", "0:9:9"), "not both"),
-        (("modes", "RIG", "--campbell", "0:9"), "from:to:count"),
-        (("modes", "RIG", "--campbell", "0:9:1"), "at least two"),
+        (("modes", "RIG", "--speed", "5 rpm", "--speeds", "0:9 rpm:9"), "either --speed or"),
+        (("modes", "RIG", "--speeds", "0:9 rpm"), "from:to:count"),
+        (("modes", "RIG", "--speeds", "0:9 rpm:1"), "at least two"),
         (("modes", "RIG", "--modes", "0"), "given 0"),
-        (("modes", "RIG", "--speed-unit", "knots"), "must be one of rpm"),
-        (("response", "RIG", "--speed", "100:50:5"), "must ascend"),
-        (("response", "RIG", "--speed", "50", "--station", "B9"), "no station is named 'B9'"),
-        (("response", "RIG", "--speed", "50", "--quantity", "jerk"), "given 'jerk'"),
-        (("response", "RIG", "--speed", "50", "--kind", "bode"), "orbits or axis"),
-        (("response", "RIG", "--speed", "10:50:5", "--kind", "axis"), "bode or polar"),
+        (("modes", "RIG", "--speed-unit", "knots"), "is not one of 'rpm'"),
+        (("response", "RIG", "--speeds", "100:50 rpm:5"), "must ascend"),
+        (("response", "RIG", "--speeds", "50 rpm", "--station", "B9"), "no station is named 'B9'"),
+        (("response", "RIG", "--speeds", "50 rpm", "--quantity", "jerk"), "given 'jerk'"),
+        (("response", "RIG", "--speeds", "50 rpm", "--kind", "bode"), "orbits or axis"),
+        (("response", "RIG", "--speeds", "10:50 rpm:5", "--kind", "axis"), "bode or polar"),
     ],
 )
 def test_what_a_user_can_mend_ends_with_code_2_and_a_message(

@@ -125,7 +125,7 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_work(
     (tmp_path / "file").write_text("in the way")
     out = str(tmp_path / "file" / "r.nc")
     file = str(MACHINES / "discoidal.toml")
-    more = ["--x", "speed", "1:2:2", "--y", "drag", "1:2:2"] if command == "map" else []
+    more = ["--x", "speed=1:2 rpm:2", "--y", "drag=1:2 N*m*s:2"] if command == "map" else []
     answer = CliRunner().invoke(app, [command, file, *more, "--out", out])
     assert answer.exit_code == 2, answer.output
     assert "r.nc: cannot be written" in answer.stderr

@@ -24,6 +24,8 @@ _POWER = re.compile(
 _FACTOR = re.compile(r"(?<!\w)[\d.]+")
 _NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
 
+_SECOND = re.compile(r"(?:^|\s)[+-]?(?!1/)\d")  # a number within the unit: a range, or two quantities
+
 
 class Given(float):
     """A float in SI that remembers how it was written.
@@ -101,7 +103,7 @@ def to_si(value: float | int | str, unit: str) -> float:
         return _read(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise UnitError(
-            f"given {shortened(value)}; write a number in {unit or 'SI'} or a string with a unit, such as {_sample(unit)}"
+            f"given {shortened(value)}; write a number in {unit or 'SI'} or a string with a unit, such as {sample(unit)}"
         )
     if isinstance(value, str):
         return _read(value, unit)
@@ -114,24 +116,26 @@ def to_si(value: float | int | str, unit: str) -> float:
 @lru_cache(maxsize=4096)
 def _read(value: str, unit: str) -> Given:
     if len(value) > LONGEST:
-        raise UnitError(f"given {shortened(value)} of {len(value)} characters; write for example {_sample(unit)}")
+        raise UnitError(f"given {shortened(value)} of {len(value)} characters; write for example {sample(unit)}")
     match = _NUMBER.match(value)
     if match is None:
         raise UnitError(
-            f"given {shortened(value)}, which does not start with a finite number; write for example {_sample(unit)}"
+            f"given {shortened(value)}, which does not start with a finite number; write for example {sample(unit)}"
         )
     number, written = float(match[1]), match[2].strip()
     if written.startswith(","):
         raise UnitError(f"given {value!r}; write a decimal point, not a comma: {value.replace(',', '.')!r}")
+    if ":" in written or _SECOND.search(written):
+        raise UnitError(f"given {value!r}; one quantity is wanted here, such as {sample(unit)}")
     if not written and unit not in ("", "rad"):
         raise UnitError(
-            f"given {value!r} without a unit; give one, such as {_sample(unit)}, or as a plain number in {unit}"
+            f"given {value!r} without a unit; give one, such as {sample(unit)}, or as a plain number in {unit}"
         )
     source = _unit(written) if written else _unit(unit)
     target = _unit(unit)
     if source.dimensionality != target.dimensionality:
         raise UnitError(
-            f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {_sample(unit)}"
+            f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {sample(unit)}"
         )
     try:
         quantity = _registry().Quantity(number, source).to(target)
@@ -168,24 +172,30 @@ _SAMPLES = {
 }
 
 
-def _sample(unit: str) -> str:
+def sample(unit: str) -> str:
+    """A quantity as one writes it, for messages: ``"1200 rpm"`` for rad/s."""
     return f'"{_SAMPLES[unit]}"' if unit in _SAMPLES else f'"1 {unit}"'
 
 
-def option_to_si(text: str, unit: str) -> float:
-    """Read a quantity from the command line, where a bare number is in the SI unit ``unit``.
+def option_to_si(text: str, unit: str) -> Given:
+    """Read a quantity from the command line, where a number needs its unit; only zero is the same in all of them.
 
     Raises
     ------
     UnitError
-        As :func:`to_si`.
+        As :func:`to_si`; also for a number without a unit, where there is one.
     """
-    try:
-        return to_si(float(text), unit)
-    except ValueError as reason:
-        if isinstance(reason, UnitError):
-            raise
-        return to_si(text, unit)
+    match = _NUMBER.match(text)
+    if unit and match is not None and not match[2].strip():
+        if float(match[1]) == 0.0 and unit != "K":
+            return Given(text.strip(), 0.0)
+        raise UnitError(f"given {shortened(text)} without a unit; write it with one, such as {samples_of(unit)}")
+    return _read(text, unit)
+
+
+def samples_of(unit: str) -> str:
+    """Quantities as one writes them, for messages: ``"1200 rpm" or "126 rad/s"``."""
+    return f'{sample(unit)} or "126 rad/s"' if unit == "rad/s" else sample(unit)
 
 
 def argument(name: str, value: Any, unit: str) -> float:
@@ -204,7 +214,7 @@ def argument(name: str, value: Any, unit: str) -> float:
         except UnitError as error:
             raise UnitError(f"{name}: {error}") from None
     if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
-        raise UnitError(f"{name}: given {shortened(value)}; give a number in {unit} or a text such as {_sample(unit)}")
+        raise UnitError(f"{name}: given {shortened(value)}; give a number in {unit} or a text such as {sample(unit)}")
     return float(value)
 
 

@@ -31,6 +31,22 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
     MachineError
         If the value is impossible there.
     """
+    try:
+        changed = _changed(machine, path_steps(path), value, path)
+    except MachineError as error:
+        raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
+    assert isinstance(changed, Machine)
+    return changed
+
+
+def path_steps(path: str) -> list[str | int]:
+    """Keys and places of a path; places are counted from 0.
+
+    Raises
+    ------
+    QuestionError
+        If it cannot be read.
+    """
     steps: list[str | int] = []
     for piece in path.split("."):
         match = _STEP.fullmatch(piece)
@@ -40,12 +56,7 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
             )
         steps.append(match[1])
         steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
-    try:
-        changed = _changed(machine, steps, value, path)
-    except MachineError as error:
-        raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
-    assert isinstance(changed, Machine)
-    return changed
+    return steps
 
 
 def _changed(owner: Any, steps: list[str | int], value: Any, path: str) -> Any:

@@ -7,6 +7,7 @@ had to be reconstructed, and say so.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -65,6 +66,16 @@ class SuitableBearing:
     ball_mass: float
 
 
+_ORDER: dict[str, Callable[[SuitableBearing], float]] = {
+    "outer": lambda choice: choice.bearing.outer,
+    "mass": lambda choice: choice.ball_mass,
+    "capability": lambda choice: choice.largest_capability,
+    "orbit": lambda choice: choice.bearing.orbit_radius,
+    "bore": lambda choice: choice.bearing.bore,
+    "width": lambda choice: choice.bearing.width,
+}
+
+
 @cache
 def bearings() -> tuple[Bearing, ...]:
     """All 412 bearings, in the order of the source. Source: Spannan (2021), Tables C.1 and C.2."""
@@ -83,11 +94,13 @@ def bearing(designation: str) -> Bearing:
 def suitable_bearings(
     unbalance: float | str,
     *,
+    min_outer: float | None = None,
     max_outer: float | None = None,
     min_bore: float | None = None,
     max_width: float | None = None,
     ball_density: float = TABLE_DENSITY,
     fluid_density: float = 0.0,
+    sort: str = "outer",
 ) -> tuple[SuitableBearing, ...]:
     """Bearings whose outer ring and balls can compensate an unbalance in a given space.
 
@@ -95,18 +108,21 @@ def suitable_bearings(
     ----------
     unbalance
         Unbalance to be compensated by one race [kg m].
-    max_outer, max_width, min_bore
+    min_outer, max_outer, max_width, min_bore
         Space [m]; None does not limit. The inner ring is left out, so the free bore of a balancer is
         larger than the catalog bore that is compared here: the choice is on the safe side.
     ball_density
         Density of the balls [kg/m^3]; by default that of the bearing's own steel balls in the source.
     fluid_density
         Density of the fluid around the balls [kg/m^3]; zero neglects the buoyancy.
+    sort
+        First ``"outer"`` diameter, ``"mass"`` of the balls, greatest ``"capability"``, ``"orbit"`` radius, ``"bore"`` or
+        ``"width"``; ascending.
 
     Returns
     -------
     tuple of SuitableBearing
-        Sorted by outer diameter, then by mass of the balls; empty if nothing fits.
+        Equal ones by outer diameter, then by mass of the balls; empty if nothing fits.
 
     Raises
     ------
@@ -114,12 +130,22 @@ def suitable_bearings(
         If a value is not positive or the balls float.
     """
     unbalance = argument("unbalance", unbalance, "kg*m")
-    limits = {"unbalance": unbalance, "max_outer": max_outer, "min_bore": min_bore, "max_width": max_width}
+    if sort not in _ORDER:
+        raise QuestionError(f"sort: given {sort!r}; must be one of {', '.join(_ORDER)}")
+    limits = {
+        "unbalance": unbalance,
+        "min_outer": min_outer,
+        "max_outer": max_outer,
+        "min_bore": min_bore,
+        "max_width": max_width,
+    }
     for name, value in limits.items():
         if value is not None and not value > 0.0:
             raise QuestionError(f"given {name} = {value!r}; write a number greater than zero, in SI units")
     found = []
     for entry in bearings():
+        if min_outer is not None and entry.outer < min_outer * (1.0 - 1e-9):
+            continue
         if max_outer is not None and entry.outer > max_outer * (1.0 + 1e-9):
             continue
         if min_bore is not None and entry.bore < min_bore * (1.0 - 1e-9):
@@ -141,7 +167,7 @@ def suitable_bearings(
                 ball_mass=count * ball_mass(entry.ball_diameter, ball_density),
             )
         )
-    return tuple(sorted(found, key=lambda choice: (choice.bearing.outer, choice.ball_mass)))
+    return tuple(sorted(found, key=lambda choice: (_ORDER[sort](choice), choice.bearing.outer, choice.ball_mass)))
 
 
 def _bearing(row: dict[str, str]) -> Bearing:

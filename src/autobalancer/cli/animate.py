@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from autobalancer.cli.options import SpeedUnit, Unit
+
 
 def animate(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
@@ -31,26 +33,32 @@ def animate(
         float | None, typer.Option(help="Deep chamber: degrees above the level; by default 20.")
     ] = None,
     deflection_scale: Annotated[float, typer.Option(help="How much larger it is drawn; 0 for what suits.")] = 0.0,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
+    speed_unit: Unit = SpeedUnit.RPM,
     width: Annotated[int, typer.Option(help="Pixels.")] = 960,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the name of the film as JSON.")] = False,
 ) -> None:
     """Make a film of a result: rotor, balls and unbalance beside speeds and deflection; deep chambers in three dimensions.
 
-    Example: autobalancer animate stall.nc --out slow.mp4 --start "7 s" --end "7.5 s" --frame space
+    Example: autobalancer animate stall.nc --out slow.mp4 \\
+      --start "7 s" --end "7.5 s" --frame space
     """
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
     from autobalancer import animate as film_of_races
     from autobalancer import animate_chamber
+    from autobalancer.cli.output import check_suffix, print_json
     from autobalancer.cli.pictures import is_chamber_run
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import optional, quantity
     from autobalancer.errors import QuestionError
     from autobalancer.results.open_run import open_run
-    from autobalancer.units import option_to_si
+    from autobalancer.safe_file import ready_to_write
 
     path = out if out is not None else result.with_name(f"{result.stem if result.is_file() else result.name}.mp4")
-    length = option_to_si(seconds, "s")
-    first, last = (float(option_to_si(text, "s")) if text else None for text in (start, end))
+    check_suffix("--out", path, (".mp4", ".gif"))
+    ready_to_write(path)
+    length = quantity("--seconds", seconds, "s")
+    first, last = optional("--start", start, "s"), optional("--end", end, "s")
     run = open_run(result)
     asked = {"frame": frame or None, "azimuth": azimuth, "elevation": elevation}
     given = {name: value for name, value in asked.items() if value is not None}
@@ -58,8 +66,7 @@ def animate(
     if make_film is film_of_races and given.keys() - {"frame"}:
         raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
     columns = (TextColumn(path.name), BarColumn(), MofNCompleteColumn(), TextColumn("frames"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("film")
+    with progress_bar("film", *columns) as update:
         made = make_film(
             run,
             path,
@@ -70,7 +77,10 @@ def animate(
             deflection_scale=deflection_scale or "auto",
             speed_unit=speed_unit,
             width=width,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            progress=update,
             **given,  # type: ignore[arg-type]
         )
-    typer.echo(made)
+    if as_json:
+        print_json({"result": str(result), "film": str(made)})
+    else:
+        typer.echo(f"written: {made}")

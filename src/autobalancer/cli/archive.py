@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from autobalancer.cli.options import Csv, Json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.cli.sheet import Column
 
 
 def archive(
@@ -15,26 +21,34 @@ def archive(
     where: Annotated[str, typer.Option(help='Condition, such as "friction >= 0.5 and balls in [8, 9]".')] = "",
     show: Annotated[
         list[str] | None,
-        typer.Option(help="Column of the table; give several. By default parameters and the main measures."),
+        typer.Option(help="Column of the table. May be repeated. By default parameters and the main measures."),
     ] = None,
     export: Annotated[str, typer.Option(help="Name of a run to write as one result file.")] = "",
     out: Annotated[
         Path | None, typer.Option(help="With --export: the file, .nc; by default the name of the run here.")
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture of --y over --x: png, svg or pdf.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Picture of --y over --x: .png, .svg or .pdf.")] = None,
     x: Annotated[str, typer.Option(help="Value along the axis of the picture.")] = "balls",
     y: Annotated[str, typer.Option(help="Value of the picture.")] = "vertical_amplitude",
     by: Annotated[str, typer.Option(help="Value that tells the curves apart.")] = "",
     log: Annotated[bool, typer.Option(help="Logarithmic scale of y.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print every value in SI for a program.")] = False,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """List the runs of an archive, choose among them, draw their measures, or take one out.
 
-    Example: autobalancer archive runs --where "friction >= 0.5" --plot a.png --x balls --y vertical_amplitude --by friction
+    Example: autobalancer archive runs --where "friction >= 0.5" \\
+      --plot a.png --x balls --y vertical_amplitude --by friction
     """
+    from autobalancer.cli.output import RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.cli.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.results.archive import Archive
 
+    one_form(as_json, as_csv)
+    if out is not None and not export:
+        raise QuestionError("--out: is the file of --export; name the run to write")
+    files = Files(out, plot, RESULT)
     if not folder.is_dir():
         raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer study with --archive")
     if (folder / "run.json").exists():
@@ -49,49 +63,37 @@ def archive(
         from autobalancer.plots.save import save_picture
 
         save_picture(plot_catalogue(table, x, y, by or None, log=log), plot)
-    rows = [
-        {"run": str(name), **{str(key): table[key].values[i] for key in table.data_vars}}
-        for i, name in enumerate(table["run"].values)
-    ]
     if as_json:
-        typer.echo(json.dumps([{key: _plain(value) for key, value in row.items()} for row in rows], indent=1))
+        names = [str(key) for key in table.data_vars]
+        rows = zip(table["run"].values, *(table[key].values for key in names), strict=True)
+        print_json([dict(zip(("run", *names), row, strict=True)) for row in rows])
         return
-    _print(rows, show or MAIN)
-    if plot is not None:
-        typer.echo(f"written: {plot}")
+    columns = _columns(table, show)
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns)
+    typer.echo(f"{table.sizes['run']} runs")
+    files.say()
 
 
 MAIN = ["state", "balls", "friction", "layers", "vertical_amplitude", "vertical_peak", "settling_time", "share_carried"]
+SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("deg", 180.0 / math.pi)}
 
 
-def _print(rows: list[dict[str, Any]], columns: list[str]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _columns(table: xr.Dataset, asked: list[str] | None) -> list[Column]:
+    from autobalancer.cli.sheet import Column
     from autobalancer.errors import QuestionError
 
-    known = {key for row in rows for key in row}
-    unknown = [name for name in columns if name not in known] if columns is not MAIN else []
-    if rows and unknown:
-        raise QuestionError(f"show: given {unknown[0]!r}; the runs have {', '.join(sorted(known))}")
-    shown = [name for name in columns if name in known]
-    table = Table()
-    for name in ("run", *shown):
-        table.add_column(name.replace("_", " "), overflow="fold")
-    for row in rows:
-        table.add_row(row["run"], *[_text(row[name]) for name in shown])
-    console = Console()
-    console.print(table)
-    console.print(f"{len(rows)} runs")
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    return "-" if math.isnan(float(value)) else f"{float(value):.4g}"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, str):
-        return value
-    return float(value) if math.isfinite(float(value)) else None
+    known = [str(key) for key in table.data_vars]
+    unknown = [name for name in asked or () if name not in known]
+    if table.sizes["run"] and unknown:
+        raise QuestionError(f"--show: given {unknown[0]!r}; the runs have {', '.join(sorted(known))}")
+    columns = [Column("run", [str(name) for name in table["run"].values])]
+    for name in (name for name in asked or MAIN if name in known):
+        unit, factor = SHOWN.get(
+            str(table[name].attrs.get("units", "")), (str(table[name].attrs.get("units", "")), 1.0)
+        )
+        values: list[Any] = [value if isinstance(value, str) else float(value) * factor for value in table[name].values]
+        columns.append(Column(name.replace("_", " "), values, "" if unit == "1" else unit, ".4g"))
+    return columns

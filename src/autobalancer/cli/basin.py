@@ -2,79 +2,82 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from autobalancer.errors import QuestionError
+from autobalancer.cli.options import Csv, Json, MachineFile, Outs, Plot, Seed, SpeedUnit, Unit
+from autobalancer.cli.words import note, say
 
 
 def basin(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     speed: Annotated[str, typer.Option(help='Final rotor speed, such as "1200 rpm".')],
-    axis: Annotated[
-        list[str] | None,
-        typer.Option(help='One or two axes "name=from:to:count", e.g. "ball_angle[1]=-180 deg:180 deg:200".'),
-    ] = None,
-    random: Annotated[int, typer.Option(help="Instead of axes: number of random starts.")] = 0,
-    seed: Annotated[int, typer.Option(help="For random starts.")] = 0,
+    x: Annotated[str, typer.Option(help='Starts along x: "NAME=from:to:count"; see below.')] = "",
+    y: Annotated[str, typer.Option(help="Starts along y, in the same form.")] = "",
+    random: Annotated[int, typer.Option(help="Instead of --x and --y: number of random starts.")] = 0,
+    seed: Seed = 0,
     hold: Annotated[str, typer.Option(help='Longest time at the final speed, such as "30 s".')] = "",
-    out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the shares for a program.")] = False,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
-    """Run a machine from many starts and tell in percent where it ends.
+    """Run a machine from many starts and say in percent where it ends.
 
-    Example: autobalancer basin examples/machines/discoidal.toml --speed "1200 rpm" --random 500 --plot basin.png
+    A NAME is ball_angle[1], ball_speed[1] or the same of another ball, or acceleration.
+
+    Example: autobalancer basin examples/machines/discoidal.toml \\
+      --speed "1200 rpm" --random 500 --plot basin.png
     """
-    from rich.console import Console
-    from rich.progress import Progress
-
     from autobalancer import basin as ask
-    from autobalancer import plot_basin, save_run
-    from autobalancer.plots.save import save_picture
-    from autobalancer.units import option_to_si
+    from autobalancer import plot_basin
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import optional, quantity
+    from autobalancer.cli.sheet import Column, print_sheet
 
-    axes = dict(_axis(text) for text in axis or [])
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("runs")
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    axes = dict(_axis(option, text) for option, text in (("--x", x), ("--y", y)) if text)
+    with progress_bar("runs") as update:
         found = ask(
             machine,
-            option_to_si(speed, "rad/s"),
+            quantity("--speed", speed, "rad/s"),
             axes or None,
             random=random,
             seed=seed,
-            hold=option_to_si(hold, "s") if hold else None,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            hold=optional("--hold", hold, "s"),
+            progress=update,
         )
     shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(plot_basin(found, speed_unit=speed_unit), plot)
+    files.save(found, lambda: plot_basin(found, speed_unit=speed_unit))
+    runs = int(found["state"].size)
+    left = _left(found)
     if as_json:
-        answer = {"machine": str(machine), "runs": int(found["state"].size), "share": shares, **_left(found)}
-        typer.echo(json.dumps(answer, indent=2))
+        drawn = {"seed": seed} if random else {}
+        print_json({"machine": str(machine), "runs": runs, **drawn, "share": shares, **left})
         return
-    for name, share in shares.items():
-        if share > 0.0:
-            typer.echo(f"{name:>24}  {100 * share:6.2f} %")
-    for line in _lines(_left(found)):
-        typer.echo(line)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+    there = {name: 100.0 * share for name, share in shares.items() if share > 0.0}
+    columns = [Column("end", list(there)), Column("share", list(there.values()), "%", ".2f")]
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns)
+    typer.echo(f"{runs} runs" + (f", random starts of seed {seed}" if random else ""))
+    for line in _lines(left):
+        say(line, indent="  ")
+    if left["note"]:
+        note(left["note"])
+    files.say()
 
 
 def _left(found: Any) -> dict[str, Any]:
-    """What the ends leave, SI; nan becomes None."""
+    """What the ends leave, SI."""
 
     def plain(name: str) -> Any:
-        values = found[name].values
-        return float(values) if values.ndim == 0 else [None if v != v else float(v) for v in values]
+        return found[name].values.tolist()
 
     quantiles = [str(float(q)) for q in found["quantile"].values]
     return {
@@ -97,25 +100,17 @@ def _lines(left: dict[str, Any]) -> list[str]:
         ("deflection", length_text, "deflection", "deflection_without_balls"),
     ):
         middle, often, most = left[key].values()
-        if middle is not None:
+        if middle == middle:
             lines.append(
                 f"{name} of the balls at rest: median {text(middle)}, 95 % below {text(often)}, "
                 f"at most {text(most)}; without balls {text(left[whole])}"
             )
-    return [*lines, f"note: {left['note']}"] if left["note"] else lines
+    return lines
 
 
-def _axis(text: str) -> tuple[str, list[float]]:
-    import numpy as np
+def _axis(option: str, text: str) -> tuple[str, list[float]]:
+    from autobalancer.cli.quantities import named, values
 
-    from autobalancer.units import option_to_si
-
-    name, _, span = text.partition("=")
-    parts = span.split(":")
+    name, span = named(option, text)
     unit = "rad" if "angle" in name else "rad/s" if "speed" in name else "rad/s^2"
-    if len(parts) != 3 or not parts[2].strip().isdigit() or int(parts[2]) < 1:
-        raise QuestionError(
-            f"--axis: given {text!r}; write it as name=from:to:count, e.g. 'ball_angle[1]=-180 deg:180 deg:50'"
-        )
-    low, high = (option_to_si(part, unit) for part in parts[:2])
-    return name.strip(), [float(v) for v in np.linspace(low, high, int(parts[2]))]
+    return name, [float(value) for value in values(option, span, unit)]

@@ -2,78 +2,106 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autobalancer.cli.check import _finite, _speed
+from autobalancer.cli.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
+from autobalancer.cli.words import say, speed_number, speed_sign, speed_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.cli.sheet import Column
 
 
 def borders(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default the largest of the machine.')] = "",
-    windows_up_to: Annotated[str, typer.Option(help="Also list all stable speed ranges up to this speed.")] = "",
+    windows: Annotated[
+        bool, typer.Option("--windows", help="Also list all stable speed ranges up to --up-to.")
+    ] = False,
     over: Annotated[
-        str, typer.Option(help='Parameter, such as unbalance or viscosity, or "name=from:to:count[:log]".')
+        str, typer.Option(help='Borders over a parameter, "NAME=from:to:count[:log]"; unbalance and viscosity alone.')
     ] = "",
     only: Annotated[
         str, typer.Option(help='Only these, with commas between: "release speed, capture speed" are found fast.')
     ] = "",
     up_to: Annotated[
-        str, typer.Option(help="Highest speed of the run-up, for release and capture; else that of the drive.")
+        str, typer.Option(help="Highest speed, for release, capture and --windows; by default that of the drive.")
     ] = "",
     minimum_viscosity_at: Annotated[str, typer.Option(help='Least viscosity for this speed, "1200 rpm".')] = "",
     minimum_drag_at: Annotated[str, typer.Option(help="Least drag for this speed.")] = "",
-    out: Annotated[Path | None, typer.Option(help="With --over: result file (netCDF).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="With --over: picture, png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Print averaged border, exact border, release and capture speed, each under its name and with what there is to say.
 
-    Example: autobalancer borders examples/machines/discoidal.toml --over unbalance --plot borders.png
-    --minimum-viscosity-at "1200 rpm"
+    With --over also as a table over a parameter, which --out and --plot write.
+
+    Example: autobalancer borders examples/machines/discoidal.toml \\
+      --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
     from autobalancer.cli.friction import friction_rows
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.quantities import optional
+    from autobalancer.cli.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
+    from autobalancer.plots.border_curve import plot_border_curve
     from autobalancer.stability.borders import border_speeds
     from autobalancer.stability.held import held_by_friction
     from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
-    from autobalancer.stability.windows import stable_windows
-    from autobalancer.units import option_to_si
 
-    if (out is not None or plot is not None) and not over:
+    one_form(as_json, as_csv)
+    if (out or plot is not None) and not over:
         raise QuestionError("borders: --out and --plot show the borders over a parameter; name it with --over")
-    if over and out is None and plot is None and not as_json:
-        raise QuestionError(f"--over {over}: say where the curve goes with --plot or --out, or print it with --json")
+    files = Files(out, plot)
+    size, top = optional("--unbalance", unbalance, "kg*m"), optional("--up-to", up_to, "rad/s")
     described = load_machine(machine)
-    size = option_to_si(unbalance, "kg*m") if unbalance else None
     names = _names(only)
     answer: dict[str, Any] = {
-        "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=up_to or None)],
+        "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=top)],
     }
     held = held_by_friction(described, unbalance=size)
     answer["friction"] = held.as_dict()
-    if windows_up_to:
-        found = stable_windows(described, option_to_si(windows_up_to, "rad/s"), unbalance=size)
-        answer["stable_windows"] = {"windows": [list(pair) for pair in found.windows], "note": found.note}
+    if windows:
+        answer["stable_windows"] = _windows(described, top, size)
     answer["ignores"] = {"balls at rest": ignored_at_rest(described), "stalled balls": ignored_by_stalled(described)}
     answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
-    if over:
-        answer["over"] = _curve(described, over, (names, up_to), out, plot, speed_unit)
+    curve = _curve(described, over, names, top) if over else None
+    if curve is not None:
+        files.save(curve, lambda: plot_border_curve(curve, speed_unit=speed_unit))
+        answer["over"] = {str(key): curve[key].values for key in (*curve.dims, *curve.data_vars)}
     if as_json:
-        typer.echo(json.dumps(_finite({"machine": str(machine), **answer}), indent=2))
+        print_json({"machine": str(machine), **answer})
+        return
+    table = _columns(answer["borders"]) if curve is None else _over_columns(curve)
+    if as_csv:
+        print_csv(table)
         return
     _print(described.name, answer)
     for name, text in friction_rows(held):
-        typer.echo(f"{name}: {text}")
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+        say(f"{name}: {text}", indent="  ")
+    if curve is not None:
+        print_sheet(table, f"over {curve[str(next(iter(curve.dims)))].attrs['long_name']}")
+    files.say()
+
+
+def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[str, Any]:
+    from autobalancer.errors import QuestionError
+    from autobalancer.stability.summary import summary
+    from autobalancer.stability.windows import stable_windows
+
+    highest = top if top is not None else summary(machine).highest_speed
+    if highest is None:
+        raise QuestionError("--windows: the drive has no highest speed; give one with --up-to")
+    found = stable_windows(machine, highest, unbalance=unbalance)
+    return {"up_to": highest, "windows": [list(pair) for pair in found.windows], "note": found.note}
 
 
 def _names(only: str) -> tuple[str, ...]:
@@ -91,13 +119,13 @@ def _names(only: str) -> tuple[str, ...]:
 def _minima(
     machine: Any, viscosity_at: str, drag_at: str, unbalance: float | None, names: tuple[str, ...]
 ) -> dict[str, Any]:
+    from autobalancer.cli.quantities import quantity
     from autobalancer.stability.minimum import minimum_drag, minimum_viscosity
-    from autobalancer.units import option_to_si
 
     found: dict[str, Any] = {}
     for key, text, ask in (("viscosity", viscosity_at, minimum_viscosity), ("drag", drag_at, minimum_drag)):
         if text:
-            speed = option_to_si(text, "rad/s")
+            speed = quantity(f"--minimum-{key}-at", text, "rad/s")
             found[f"minimum_{key}"] = {
                 "speed": float(speed),
                 **{name: ask(machine, speed, name, unbalance=unbalance) for name in _asked(machine, names)},
@@ -113,35 +141,15 @@ def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
     return [name for name in kinds if name in there]
 
 
-def _curve(
-    machine: Any, over: str, which: tuple[tuple[str, ...], str], out: Path | None, plot: Path | None, speed_unit: str
-) -> dict[str, Any]:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from autobalancer import save_run
-    from autobalancer.cli.ranges import axis_range
-    from autobalancer.plots.border_curve import plot_border_curve
-    from autobalancer.plots.save import save_picture
+def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> xr.Dataset:
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import named, parameter_values
     from autobalancer.stability.borders_over import border_curve
 
-    name, _, text = over.partition("=")
-    values = axis_range("--over", name.strip(), text) if text else _usual(name.strip())
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name)
-        found = border_curve(
-            machine,
-            name.strip(),
-            values,
-            only=which[0],
-            up_to=which[1] or None,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
-        )
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(plot_border_curve(found, speed_unit=speed_unit), plot)
-    return {str(key): found[key].values.tolist() for key in (*found.dims, *found.data_vars)}
+    name, span = named("--over", over)
+    values = parameter_values("--over", over, machine)[1] if span else _usual(name)
+    with progress_bar(name) as update:
+        return border_curve(machine, name, values, only=names, up_to=top, progress=update)
 
 
 def _usual(name: str) -> Any:
@@ -151,26 +159,61 @@ def _usual(name: str) -> Any:
     return np.geomspace(0.2e-6, 200e-6, 121) if name == "viscosity" else None
 
 
+def _columns(borders: list[dict[str, Any]]) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    return [
+        Column("border", [border["name"] for border in borders]),
+        Column("speed", [_number(border["speed"]) for border in borders], speed_sign()),
+        Column("note", [border["note"] for border in borders], wraps=True),
+    ]
+
+
+def _over_columns(curve: xr.Dataset) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+    from autobalancer.plots.quantity_axis import axis_unit
+
+    across = str(next(iter(curve.dims)))
+    unit = axis_unit(curve[across], speed_sign())
+    shown = [
+        str(name)
+        for name, entry in curve.data_vars.items()
+        if entry.attrs.get("units") == "rad/s" and entry.dims == (across,)
+    ]
+    speeds = [Column(name.replace("_", " "), [_number(w) for w in curve[name].values], speed_sign()) for name in shown]
+    return [Column(str(curve[across].attrs["long_name"]), curve[across].values * unit.factor, unit.sign), *speeds]
+
+
+def _number(speed: float) -> float | str | None:
+    """What a table shows of a border: *never* is a statement, too."""
+    if math.isnan(speed):
+        return None
+    return "never" if math.isinf(speed) else float(speed_number(speed, ".10g"))
+
+
 def _print(name: str, answer: dict[str, Any]) -> None:
     typer.secho(name, bold=True)
-    width = max(len(border["name"]) for border in answer["borders"])
+    width = max((len(border["name"]) for border in answer["borders"]), default=0)
     for border in answer["borders"]:
-        note = f"   ({border['note']})" if border["note"] else ""
-        typer.echo(f"{border['name']:<{width}}   {_speed(border['speed'])}{note}")
+        typer.echo(f"{border['name']:<{width}}   {speed_text(border['speed'])}")
+        if border["note"]:
+            say(border["note"], indent="  ", first="  ")
     if "stable_windows" in answer:
-        spans = [f"{_speed(low)}  to  {_speed(high)}" for low, high in answer["stable_windows"]["windows"]]
-        note = f"   ({answer['stable_windows']['note']})" if answer["stable_windows"]["note"] else ""
-        typer.echo(f"stable windows: {'; '.join(spans) or 'none'}{note}")
+        windows = answer["stable_windows"]
+        typer.echo(f"stable up to {speed_text(windows['up_to'])}:{'' if windows['windows'] else ' nowhere'}")
+        for low, high in windows["windows"]:
+            typer.echo(f"  {speed_text(low)} to {speed_text(high)}")
+        if windows["note"]:
+            say(windows["note"], indent="  ", first="  ")
     for key, factor, unit in (("viscosity", 1e6, "mm^2/s"), ("drag", 1.0, "N m s")):
         if f"minimum_{key}" in answer:
             found = dict(answer[f"minimum_{key}"])
-            typer.echo(f"least {key} for {_speed(found.pop('speed'))} and above:")
+            typer.echo(f"least {key} for {speed_text(found.pop('speed'))} and above:")
             for which, value in found.items():
-                ignored = answer["ignores"][
-                    "stalled balls" if which in ("release speed", "capture speed") else "balls at rest"
-                ]
-                says = f"   (ignores {', '.join(ignored)})" if ignored else ""
-                typer.echo(f"  {which}: {_amount(value * factor, unit)}{says}")
+                kind = "stalled balls" if which in ("release speed", "capture speed") else "balls at rest"
+                ignored = ", ".join(answer["ignores"][kind])
+                says = f"   (ignores {ignored})" if ignored else ""
+                say(f"  {which}: {_amount(value * factor, unit)}{says}", indent="    ")
 
 
 def _amount(value: float, unit: str) -> str:

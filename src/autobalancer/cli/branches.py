@@ -2,84 +2,80 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Annotated, Any
+import math
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
+
+if TYPE_CHECKING:
+    from autobalancer.cli.sheet import Column
+
+DOUBLING = "period doubling"
+FEW = 3  # period doublings of a branch that are listed unasked
+
 
 def branches(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
-    start: Annotated[str, typer.Option("--from", help='Begin of the range, such as "55 rad/s".')],
-    end: Annotated[str, typer.Option("--to", help="End of the range; may be the lower one.")],
-    parameter: Annotated[
-        str, typer.Option(help="speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path.")
-    ] = "speed",
-    speed: Annotated[str, typer.Option(help="Rotor speed where it is not the parameter.")] = "",
+    machine: MachineFile,
+    over: Annotated[str, typer.Option(help='"NAME=from:to", such as "speed=55 rad/s:110 rad/s"; also downwards.')],
+    speed: Annotated[str, typer.Option(help='Rotor speed where it is not the parameter, such as "1200 rpm".')] = "",
     state: Annotated[
         str, typer.Option(help="Where to begin: balanced, coincident, 'in line', stalled or all.")
     ] = "balanced",
     switch: Annotated[bool, typer.Option(help="Go on along what branches off.")] = True,
     orbits: Annotated[bool, typer.Option(help="Follow periodic motions born at Hopf points.")] = True,
-    out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the table and the picture.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", help=f"List all period doublings of a branch, not only {FEW}.")
+    ] = False,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
-    """Follow the states in which the balls rest, and their periodic motions, and list where they are born or lose stability.
+    """Follow the states in which the balls rest, and their periodic motions, and list where they begin or lose stability.
 
-    Example: autobalancer branches examples/machines/discoidal.toml --from "40 rad/s" --to "110 rad/s" --state all
-    --plot branches.png
+    A NAME is speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path such as rotor.damping.
+
+    Example: autobalancer branches examples/machines/discoidal.toml \\
+      --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png
     """
-    from rich.console import Console
-    from rich.progress import Progress
-
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import interval, named, optional, unit_of
+    from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.branches import plot_branches
-    from autobalancer.plots.save import save_picture
-    from autobalancer.results.store import save_run
     from autobalancer.stability.branches import branches as ask
-    from autobalancer.units import option_to_si
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("branch", total=1.0)
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    described = load_machine(machine)
+    parameter, span = named("--over", over, "from:to")
+    start, end = interval("--over", span, unit_of("--over", parameter, described))
+    with progress_bar("branch") as update:
         found = ask(
-            machine,
+            described,
             parameter,
-            _quantity(start),
-            _quantity(end),
-            speed=option_to_si(speed, "rad/s") if speed else None,
+            start,
+            end,
+            speed=optional("--speed", speed, "rad/s"),
             from_state=state,  # type: ignore[arg-type]
             switch=switch,
             orbits=orbits,
-            progress=lambda number, share: bar.update(task, description=f"branch {number}", completed=share),
+            progress=lambda number, share: update(share, 1.0, description=f"branch {number}"),
         )
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(plot_branches(found, speed_unit=speed_unit), plot)
+    files.save(found, lambda: plot_branches(found, speed_unit=speed_unit))
     if as_json:
-        answer = {
-            "machine": str(machine),
-            "parameter": parameter,
-            "ignores": found.attrs["ignores"],
-            "branches": _branches(found),
-            "special": _special(found),
-        }
-        typer.echo(json.dumps(answer, indent=2))
+        rows = {"branches": _branches(found), "special": _special(found)}
+        about = {"machine": str(machine), "parameter": parameter, "ignores": found.attrs["ignores"]}
+        print_json({**about, **rows})
         return
-    _print(found, speed_unit)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
-
-
-def _quantity(text: str) -> float | str:
-    """A bare number is SI; everything else has a unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    if as_csv:
+        print_csv(_branch_columns(found, speed_unit))
+        return
+    _print(found, speed_unit, every)
+    files.say()
 
 
 def _branches(found: Any) -> list[dict[str, Any]]:
@@ -98,6 +94,8 @@ def _branches(found: Any) -> list[dict[str, Any]]:
                 "name": str(names[np.argmax(counts)]),
                 "from": float(part["parameter"].values[0]),
                 "to": float(part["parameter"].values[-1]),
+                "lowest": float(part["parameter"].min()),
+                "highest": float(part["parameter"].max()),
                 "ended": ended,
                 "stable": stable_ranges(found, number),
             }
@@ -106,8 +104,6 @@ def _branches(found: Any) -> list[dict[str, Any]]:
 
 
 def _special(found: Any) -> list[dict[str, Any]]:
-    import math
-
     names = (
         "special_parameter",
         "special_frequency",
@@ -124,37 +120,67 @@ def _special(found: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def _print(found: Any, speed_unit: str) -> None:
-    from rich.console import Console
-    from rich.table import Table
+def _branch_columns(found: Any, speed_unit: str) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+    from autobalancer.plots.quantity_axis import axis_unit
 
+    unit, rows = axis_unit(found["parameter"], speed_unit), _branches(found)
+
+    def shown(value: float) -> str:
+        return f"{value * unit.factor:.6g}"
+
+    def span(stable: list[tuple[float, float]]) -> str:
+        ends = sorted(sorted(pair) for pair in stable)
+        parts = [shown(a) if shown(a) == shown(b) else f"{shown(a)} to {shown(b)}" for a, b in ends]
+        return ", ".join(parts) or "nowhere"
+
+    ends = [[row[key] * unit.factor for row in rows] for key in ("lowest", "highest")]
+    return [
+        Column("branch", [row["branch"] for row in rows]),
+        Column("motion", [row["name"] for row in rows], wraps=True),
+        Column("lowest", ends[0], unit.sign, ".6g"),
+        Column("highest", ends[1], unit.sign, ".6g"),
+        Column("stable or marginal", [span(row["stable"]) for row in rows], unit.sign, wraps=True),
+        Column("ended", [row["ended"] for row in rows], wraps=True),
+    ]
+
+
+def _point_columns(found: Any, speed_unit: str, rows: list[dict[str, Any]]) -> list[Column]:
+    from autobalancer.cli.sheet import Column
     from autobalancer.plots.quantity_axis import axis_unit
 
     unit = axis_unit(found["parameter"], speed_unit)
-    sign = f" ({unit.sign})" if unit.sign else ""
+    what = [f"{row['type']}, {row['criticality']}" if row["criticality"] else row["type"] for row in rows]
+    return [
+        Column("branch", [row["branch"] for row in rows]),
+        Column("what", what),
+        Column("at", [row["parameter"] * unit.factor for row in rows], unit.sign, ".6g"),
+        Column("frequency", [row["frequency"] for row in rows], "rad/s"),
+        Column("Lyapunov coefficient", [row["lyapunov_coefficient"] for row in rows]),
+    ]
 
-    def shown(value: float | None) -> str:
-        return "" if value is None else f"{value * unit.factor:.6g}"
+
+def _print(found: Any, speed_unit: str, every: bool) -> None:
+    from autobalancer.cli.sheet import print_sheet
+    from autobalancer.cli.words import say
 
     ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
-    table = Table(
-        title=f"{found.attrs['machine_name']}: branches along {found['parameter'].attrs['long_name']}{ignores}"
-    )
-    for name in ("", "motion", f"from{sign}", f"to{sign}", "ended", "not unstable"):
-        table.add_column(name)
-    for row in _branches(found):
-        span = ", ".join(f"{shown(a)} to {shown(b)}" for a, b in row["stable"]) or "never"
-        table.add_row(str(row["branch"]), row["name"], shown(row["from"]), shown(row["to"]), row["ended"], span)
-    points = Table(title="special points")
-    for name in ("branch", "what", f"at{sign}", "frequency (rad/s)", "Lyapunov coefficient"):
-        points.add_column(name)
-    for row in _special(found):
-        what = f"{row['type']}, {row['criticality']}" if row["criticality"] else row["type"]
-        frequency, lyapunov = (
-            "" if row[key] is None else f"{row[key]:.5g}" for key in ("frequency", "lyapunov_coefficient")
-        )
-        points.add_row(str(row["branch"]), what, shown(row["parameter"]), frequency, lyapunov)
-    console = Console()
-    console.print(table)
-    if found.sizes["special"]:
-        console.print(points)
+    title = f"{found.attrs['machine_name']}: branches along {found['parameter'].attrs['long_name']}{ignores}"
+    print_sheet(_branch_columns(found, speed_unit), title)
+    rows = _special(found)
+    shown = rows if every else _without_cascades(rows)
+    if shown:
+        print_sheet(_point_columns(found, speed_unit, shown), "special points")
+    if len(shown) < len(rows):
+        say(f"{len(rows) - len(shown)} more {DOUBLING}s are not shown; --all lists them")
+
+
+def _without_cascades(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The first period doublings of each branch, and everything else."""
+    kept, seen = [], dict[int, int]()
+    for row in rows:
+        if row["type"] == DOUBLING:
+            seen[row["branch"]] = seen.get(row["branch"], 0) + 1
+        if row["type"] != DOUBLING or seen[row["branch"]] <= FEW:
+            kept.append(row)
+    return kept

@@ -2,116 +2,203 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+from autobalancer.cli.options import Csv, Json
+from autobalancer.cli.output import one_form, print_csv, print_json
+from autobalancer.cli.quantities import quantity
+from autobalancer.cli.words import say
 
+if TYPE_CHECKING:
+    from autobalancer.catalog.bearings import SuitableBearing
     from autobalancer.catalog.fluids import FluidState
+    from autobalancer.cli.sheet import Column
 
 _HELP = "Look up bearings, ball materials, friction, fluids and published rigs."
 app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="rich")
 
-Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
-FluidName = Annotated[str | None, typer.Option(help="Fluid around the balls, at 25 degC; without it no buoyancy.")]
+FluidName = Annotated[
+    str | None, typer.Option(help="Fluid around the balls, at --temperature; without it no buoyancy.")
+]
 
 
 @app.command()
 def bearings(
-    unbalance: Annotated[str | None, typer.Option(help='Unbalance to compensate, such as "594 g*mm".')] = None,
-    max_outer: Annotated[str | None, typer.Option(help='Largest outer diameter, such as "80 mm".')] = None,
-    min_bore: Annotated[str | None, typer.Option(help="Smallest catalog bore.")] = None,
-    max_width: Annotated[str | None, typer.Option(help="Largest width.")] = None,
+    unbalance: Annotated[str, typer.Option(help='Unbalance to compensate, such as "594 g*mm".')] = "",
+    min_outer: Annotated[str, typer.Option(help='Smallest outer diameter, such as "60 mm".')] = "",
+    max_outer: Annotated[str, typer.Option(help="Largest outer diameter.")] = "",
+    min_bore: Annotated[str, typer.Option(help="Smallest catalog bore.")] = "",
+    max_width: Annotated[str, typer.Option(help="Largest width.")] = "",
     material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
     fluid: FluidName = None,
+    temperature: Temperature = "25 degC",
+    sort: Annotated[str, typer.Option(help="outer, mass (of the balls), capability, orbit, bore or width.")] = "outer",
     limit: Annotated[int, typer.Option(min=0, help="Rows to print; 0 prints all.")] = 20,
     as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """List bearings whose outer ring and balls compensate an unbalance in a given space.
 
-    [dim]Example:[/dim] autobalancer catalog bearings --unbalance "594 g*mm" --max-outer "80 mm"
+    Example: autobalancer catalog bearings --unbalance "594 g*mm" \\
+      --max-outer "80 mm" --sort mass
     """
     from autobalancer.catalog.bearings import RECONSTRUCTED, suitable_bearings
     from autobalancer.catalog.materials import material as find_material
+    from autobalancer.cli.sheet import print_sheet
 
+    one_form(as_json, as_csv)
+    limits = {"min_outer": min_outer, "max_outer": max_outer, "min_bore": min_bore, "max_width": max_width}
     found = suitable_bearings(
-        1e-12 if unbalance is None else _si(unbalance, "kg*m"),  # any bearing does, so all are listed
-        max_outer=None if max_outer is None else _si(max_outer, "m"),
-        min_bore=None if min_bore is None else _si(min_bore, "m"),
-        max_width=None if max_width is None else _si(max_width, "m"),
+        _si("--unbalance", unbalance, "kg*m") if unbalance else 1e-12,  # any bearing does, so all are listed
+        **{name: _si(f"--{name.replace('_', '-')}", text, "m") for name, text in limits.items() if text},
         ball_density=find_material(material).density,
-        fluid_density=_fluid_density(fluid),
+        fluid_density=_fluid_density(fluid, temperature),
+        sort=sort,
     )
     shown = found[: limit or None]
     if as_json:
-        needs = ("count", "capability", "ball_mass") if unbalance is None else ()
-        rows = [{k: v for k, v in asdict(entry).items() if k not in needs} for entry in shown]
-        typer.echo(json.dumps(rows, indent=2))
+        needs = ("count", "capability", "ball_mass") if not unbalance else ()
+        print_json([{k: v for k, v in asdict(entry).items() if k not in needs} for entry in shown])
         return
-    columns = [
-        "bearing",
-        "bore x outer\nx width mm",
-        "orbit\nradius\nmm",
-        "ball\nmm",
-        "most\ng mm",
-        "with\nballs",
-    ]
-    if unbalance is not None:
-        columns += ["needs\nballs", "giving\ng mm", "mass\ng"]
-    table = []
-    for entry in shown:
-        b = entry.bearing
-        row = [b.designation + ("" if b.verified else " *")]
-        row += [" x ".join(f"{size * 1e3:.5g}" for size in (b.bore, b.outer, b.width))]
-        row += [f"{b.orbit_radius * 1e3:.5g}", f"{b.ball_diameter * 1e3:.5g}"]
-        row += [_digits(entry.largest_capability * 1e6), str(entry.largest_useful_count)]
-        if unbalance is not None:
-            row += [str(entry.count), _digits(entry.capability * 1e6), _digits(entry.ball_mass * 1e3)]
-        table.append(row)
-    _table(f"{len(found)} bearings, {len(shown)} shown", columns, table)
-    typer.echo(f"Source: Spannan (2021), Tables C.1 and C.2; capabilities are for balls of {material}.")
+    columns = _bearing_columns(shown, bool(unbalance))
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, f"{len(found)} bearings, {len(shown)} shown")
+    say(f"Source: Spannan (2021), Tables C.1 and C.2; capabilities are for balls of {material}.")
     if any(not entry.bearing.verified for entry in shown):
-        typer.echo("* a value of this row was reconstructed from a damaged text: check it with the maker.")
+        say("* a value of this row was reconstructed from a damaged text: check it with the maker.")
     for entry in shown:
         if entry.bearing.remark and entry.bearing.remark != RECONSTRUCTED:
-            typer.echo(f"{entry.bearing.designation}: {entry.bearing.remark}.")
+            say(f"{entry.bearing.designation}: {entry.bearing.remark}.", indent="  ")
+
+
+def _bearing_columns(shown: tuple[SuitableBearing, ...], needs: bool) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    found = [entry.bearing for entry in shown]
+    columns = [
+        Column("bearing", [b.designation + ("" if b.verified else " *") for b in found]),
+        Column("bore", [1e3 * b.bore for b in found], "mm"),
+        Column("outer", [1e3 * b.outer for b in found], "mm"),
+        Column("width", [1e3 * b.width for b in found], "mm"),
+        Column("orbit radius", [1e3 * b.orbit_radius for b in found], "mm"),
+        Column("ball", [1e3 * b.ball_diameter for b in found], "mm"),
+        Column("most", [_digits(entry.largest_capability * 1e6) for entry in shown], "g mm", ".10g"),
+        Column("with balls", [entry.largest_useful_count for entry in shown]),
+    ]
+    if needs:
+        columns += [
+            Column("needs balls", [entry.count for entry in shown]),
+            Column("giving", [_digits(entry.capability * 1e6) for entry in shown], "g mm", ".10g"),
+            Column("mass", [_digits(entry.ball_mass * 1e3) for entry in shown], "g", ".10g"),
+        ]
+    return columns
 
 
 @app.command()
-def fluids(temperature: Temperature = "25 degC", as_json: Json = False) -> None:
-    """List the fluids with their density and viscosity at a temperature.
+def bearing(
+    name: Annotated[str, typer.Argument(help='Designation, such as "16021".')],
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Show one bearing and what a race with bearing = "..." takes from it.
 
-    [dim]Example:[/dim] autobalancer catalog fluids --temperature "40 degC"
+    Example: autobalancer catalog bearing 16021
     """
-    from autobalancer.catalog.fluids import fluid as find_fluid
+    from autobalancer.catalog.bearings import bearing as find_bearing
+    from autobalancer.cli.sheet import Column, print_facts
+    from autobalancer.laws.capability import largest_count, largest_useful_count
+
+    one_form(as_json, as_csv)
+    b = find_bearing(name)
+    wall = b.orbit_radius + 0.5 * b.ball_diameter
+    most, useful = (ask(b.orbit_radius, b.ball_diameter) for ask in (largest_count, largest_useful_count))
+    if as_json:
+        print_json({**asdict(b), "wall_radius": wall, "largest_count": most, "largest_useful_count": useful})
+        return
+    sizes = {
+        "bore": b.bore,
+        "outer": b.outer,
+        "width": b.width,
+        "orbit radius": b.orbit_radius,
+        "ball": b.ball_diameter,
+    }
+    if as_csv:
+        lengths = [Column(head, [1e3 * size], "mm") for head, size in sizes.items()]
+        print_csv([Column("bearing", [b.designation]), *lengths, Column("largest count", [most])])
+        return
+    rows = [
+        ("sizes", ", ".join(f"{head} {1e3 * size:.5g} mm" for head, size in sizes.items())),
+        (
+            "the race takes",
+            f"orbit_radius {1e3 * b.orbit_radius:.5g} mm, diameter of the balls {1e3 * b.ball_diameter:.5g} mm",
+        ),
+        ("room for", f"{most} balls; {useful} compensate the most"),
+        (
+            "not known",
+            "the chamber. Its wall has a radius of "
+            f'{1e3 * wall:.5g} mm; with lids on the faces of the ring height = "{1e3 * b.width:.5g} mm"; width depends on what '
+            f"stands in place of the inner ring, {1e3 * (wall - 0.5 * b.bore):.5g} mm down to the bore",
+        ),
+        ("source", "Spannan (2021), Tables C.1 and C.2" + (f"; {b.remark}" if b.remark else "")),
+    ]
+    print_facts(rows, f"{b.designation} ({b.family.replace('_', ' ')})")
+    say(f'In a machine file: bearing = "{b.designation}" in a race, and balls = [{{ count = 2, material = "steel" }}]')
+
+
+@app.command()
+def fluids(
+    temperature: Annotated[
+        list[str] | None, typer.Option(help='Such as "40 degC"; by default 25 degC. May be repeated.')
+    ] = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """List the fluids with their density and viscosity at a temperature, or at several.
+
+    Example: autobalancer catalog fluids \\
+      --temperature "20 degC" --temperature "40 degC"
+    """
     from autobalancer.catalog.fluids import fluids as all_fluids
+    from autobalancer.cli.sheet import Column, print_sheet
+
+    one_form(as_json, as_csv)
+    kelvins = [_si("--temperature", text, "K") for text in temperature or ["25 degC"]]
+    states = [[_state(entry, kelvin) for entry in all_fluids()] for kelvin in kelvins]
+    if as_json:
+        print_json([row for rows in states for row in rows])
+        return
+    columns = [Column("fluid", [row["name"] for row in states[0]])]
+    for kelvin, rows in zip(kelvins, states, strict=True):
+        at = f" at {kelvin - 273.15:.5g} degC" if len(kelvins) > 1 else ""
+        columns.append(Column(f"density{at}", [row["density"] for row in rows], "kg/m^3", ".4g"))
+        numbers = [None if row["viscosity"] is None else 1e6 * row["viscosity"] for row in rows]
+        columns.append(Column(f"viscosity{at}", numbers, "mm^2/s", ".4g"))
+    remarks = [next((row["remark"] for row in rows if row["remark"]), "") for rows in zip(*states, strict=True)]
+    columns.append(Column("remark", remarks, wraps=True))
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Fluids" + (f" at {kelvins[0] - 273.15:.5g} degC" if len(kelvins) == 1 else ""))
+    say("Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME")
+
+
+def _state(entry: Any, kelvin: float) -> dict[str, Any]:
+    from autobalancer.catalog.fluids import fluid as find_fluid
     from autobalancer.errors import CatalogError
 
-    kelvin = _si(temperature, "K")
-    rows: list[dict[str, Any]] = []
-    for entry in all_fluids():
-        try:
-            rows.append(asdict(find_fluid(entry.name, kelvin)))
-        except CatalogError as reason:
-            nothing = {"density": None, "viscosity": None, "temperature": kelvin}
-            rows.append({"name": entry.name, **nothing, "source": entry.source, "remark": str(reason)})
-    if as_json:
-        typer.echo(json.dumps(rows, indent=2))
-        return
-    table = [
-        [row["name"], "-", "-", "not known at this temperature"]
-        if row["density"] is None
-        else [row["name"], f"{row['density']:.4g}", f"{row['viscosity'] * 1e6:.4g}", row["remark"]]
-        for row in rows
-    ]
-    title = f"Fluids at {kelvin - 273.15:.5g} degC"
-    _table(title, ["fluid", "density\nkg/m^3", "viscosity\nmm^2/s", "remark"], table)
-    typer.echo("Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME")
+    try:
+        return asdict(find_fluid(entry.name, kelvin))
+    except CatalogError:
+        nothing = {"density": None, "viscosity": None, "temperature": kelvin}
+        remark = f"not known at {kelvin - 273.15:.5g} degC"
+        return {"name": entry.name, **nothing, "source": entry.source, "remark": remark}
 
 
 @app.command()
@@ -119,16 +206,20 @@ def fluid(
     name: Annotated[str, typer.Argument(help='Such as "silicone oil 20" or "glycerol 50 wt%".')],
     temperature: Temperature = "25 degC",
     as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Show one fluid with its source.
 
-    [dim]Example:[/dim] autobalancer catalog fluid "silicone oil 20" --temperature "40 degC"
+    Example: autobalancer catalog fluid "silicone oil 20" --temperature "40 degC"
     """
     from autobalancer.catalog.fluids import fluid as find_fluid
 
-    state = find_fluid(name, _si(temperature, "K"))
+    one_form(as_json, as_csv)
+    state = find_fluid(name, _si("--temperature", temperature, "K"))
     if as_json:
-        typer.echo(json.dumps(asdict(state), indent=2))
+        print_json(asdict(state))
+    elif as_csv:
+        print_csv(_fluid_columns(state))
     else:
         _show(state)
 
@@ -141,50 +232,74 @@ def blend(
     temperature: Temperature = "25 degC",
     basis: Annotated[str, typer.Option(help="What the fraction counts: mass or volume.")] = "mass",
     as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Mix two oils to a wanted viscosity.
 
-    [dim]Example:[/dim] autobalancer catalog blend "silicone oil 1" "silicone oil 50" --viscosity "5 mm^2/s"
+    Example: autobalancer catalog blend "silicone oil 1" "silicone oil 50" \\
+      --viscosity "5 mm^2/s"
     """
     from autobalancer.catalog.fluids import blend as mix
 
-    result = mix(first, second, _si(viscosity, "m^2/s"), _si(temperature, "K"), basis=basis)  # type: ignore[arg-type]
+    one_form(as_json, as_csv)
+    wanted, kelvin = _si("--viscosity", viscosity, "m^2/s"), _si("--temperature", temperature, "K")
+    result = mix(first, second, wanted, kelvin, basis=basis)  # type: ignore[arg-type]
     if as_json:
-        typer.echo(json.dumps(asdict(result), indent=2))
+        print_json(asdict(result))
         return
-    typer.echo(f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}")
+    if as_csv:
+        from autobalancer.cli.sheet import Column
+
+        share = Column(f"share of {result.first} by {result.basis}", [100.0 * result.fraction], "%")
+        print_csv([share, *_fluid_columns(result.fluid)])
+        return
+    say(f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}")
     _show(result.fluid)
 
 
 @app.command()
-def materials(as_json: Json = False) -> None:
+def materials(as_json: Json = False, as_csv: Csv = False) -> None:
     """List the materials of balls with their densities.
 
-    [dim]Example:[/dim] autobalancer catalog materials
+    Example: autobalancer catalog materials
     """
     from autobalancer.catalog.materials import materials as all_materials
+    from autobalancer.cli.sheet import Column, print_sheet
 
+    one_form(as_json, as_csv)
+    found = all_materials()
     if as_json:
-        typer.echo(json.dumps([asdict(entry) for entry in all_materials()], indent=2))
+        print_json([asdict(entry) for entry in found])
         return
-    table = [[entry.name, f"{entry.density:.5g}", entry.source, entry.remark] for entry in all_materials()]
-    _table("Materials of balls", ["material", "density\nkg/m^3", "source", "remark"], table)
+    columns = [
+        Column("material", [entry.name for entry in found]),
+        Column("density", [entry.density for entry in found], "kg/m^3"),
+        Column("source", [entry.source for entry in found], wraps=True),
+        Column("remark", [entry.remark for entry in found], wraps=True),
+    ]
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Materials of balls")
 
 
 @app.command()
-def friction(as_json: Json = False) -> None:
+def friction(as_json: Json = False, as_csv: Csv = False) -> None:
     """List published coefficients of friction between a ball and its race, with what they were found on.
 
-    [dim]Example:[/dim] autobalancer catalog friction
+    Example: autobalancer catalog friction
     """
-    from textwrap import fill
-
     from autobalancer.catalog.friction import friction_coefficients
+    from autobalancer.cli.sheet import Column
 
+    one_form(as_json, as_csv)
     found = friction_coefficients()
     if as_json:
-        rows = [{k: None if v != v else v for k, v in asdict(entry).items()} for entry in found]
-        typer.echo(json.dumps(rows, indent=2))
+        print_json([asdict(entry) for entry in found])
+        return
+    if as_csv:
+        names = ("name", "kind", "rolling_resistance", "adherence", "conditions", "source", "remark")
+        print_csv([Column(name.replace("_", " "), [getattr(entry, name) for entry in found]) for name in names])
         return
     for entry in found:
         values = f"rolling resistance {entry.rolling_resistance:.0e}"
@@ -192,62 +307,81 @@ def friction(as_json: Json = False) -> None:
             values += f", adherence {entry.adherence:.0e}"
         typer.secho(f"{entry.name}: {values}", bold=True)
         for text in (f"{entry.kind}: {entry.conditions}", entry.source, entry.remark):
-            typer.echo(fill(text, 80, initial_indent="  ", subsequent_indent="    "))
-    typer.echo("They differ by orders of magnitude: measure your own pair, or try both ends.")
+            if text:
+                say(text, indent="    ", first="  ")
+    say("They differ by orders of magnitude: measure your own pair, or try both ends.")
 
 
 @app.command()
-def rigs(as_json: Json = False) -> None:
+def rigs(as_json: Json = False, as_csv: Csv = False) -> None:
     """List the published rigs that come as machine files.
 
-    [dim]Example:[/dim] autobalancer catalog rigs
+    Example: autobalancer catalog rigs
     """
+    from autobalancer.cli.sheet import Column, print_sheet
     from autobalancer.files.rigs import rig as find_rig
     from autobalancer.files.rigs import rigs as all_rigs
 
+    one_form(as_json, as_csv)
     found = {name: find_rig(name) for name in all_rigs()}
     if as_json:
-        rows = [{"name": key, "title": m.name, "description": m.description} for key, m in found.items()]
-        typer.echo(json.dumps(rows, indent=2))
+        print_json([{"name": key, "title": m.name, "description": m.description} for key, m in found.items()])
         return
-    _table("Published rigs", ["rig", "source"], [[key, m.description] for key, m in found.items()])
+    columns = [Column("rig", list(found)), Column("source", [m.description for m in found.values()], wraps=True)]
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Published rigs")
     typer.echo("Get one: autobalancer catalog rig NAME > machine.toml")
 
 
 @app.command()
-def rig(name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig".')]) -> None:
+def rig(name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig".')], as_json: Json = False) -> None:
     """Print the machine file of a published rig.
 
-    [dim]Example:[/dim] autobalancer catalog rig rodrigues_rig > machine.toml
+    Example: autobalancer catalog rig rodrigues_rig > machine.toml
     """
+    import tomllib
+
     from autobalancer.files.rigs import rig_text
 
-    typer.echo(rig_text(name), nl=False)
+    if as_json:
+        print_json(tomllib.loads(rig_text(name)))
+    else:
+        typer.echo(rig_text(name), nl=False)
 
 
 @app.command()
 def drag(
-    reynolds: Annotated[list[float] | None, typer.Option(help="Reynolds numbers to show; may be given again.")] = None,
+    reynolds: Annotated[list[float] | None, typer.Option(help="Reynolds number to show. May be repeated.")] = None,
     clear_width: Annotated[str, typer.Option(help='Of a race, such as "9.2 mm"; with ball and orbit.')] = "",
     ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')] = "",
     orbit_radius: Annotated[str, typer.Option(help='Such as "77 mm".')] = "",
-    plot: Annotated[str, typer.Option(help="Picture of the laws, .png, .svg or .pdf.")] = "",
+    plot: Annotated[Path | None, typer.Option(help="Picture of the laws: .png, .svg or .pdf.")] = None,
     as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """List the drag laws with their coefficients at some Reynolds numbers.
 
-    [dim]Example:[/dim] autobalancer catalog drag --reynolds 100 --reynolds 24000 --plot drag.png
+    Example: autobalancer catalog drag --reynolds 100 --reynolds 24000 --plot drag.png
     """
+    from autobalancer.cli.output import Files
+    from autobalancer.cli.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.laws.drag import annulus_cd_re
     from autobalancer.laws.drag_coefficient import DragLaw, drag_laws, race_geometry
 
+    one_form(as_json, as_csv)
+    files = Files(plot=plot)
     laws: tuple[DragLaw, ...] = drag_laws()
     given = (clear_width, ball_diameter, orbit_radius)
     if any(given):
         if not all(given):
             raise QuestionError("give --clear-width, --ball-diameter and --orbit-radius together")
-        width, diameter, orbit = (_si(text, "m") for text in given)
+        width, diameter, orbit = (
+            _si(option, text, "m")
+            for option, text in zip(("--clear-width", "--ball-diameter", "--orbit-radius"), given, strict=True)
+        )
         laws = (*laws, race_geometry(annulus_cd_re(2.0 * width / diameter, 0.5 * diameter / orbit)))
     at = reynolds or [1.0, 10.0, 100.0, 1000.0, 20000.0]
     if min(at) <= 0.0:
@@ -257,6 +391,7 @@ def drag(
             "name": law.name,
             "cd_re": law.cd_re,
             "stokes_end": law.stokes_end,
+            "plateau": _plateau(law),
             "highest": law.highest,
             "source": law.source,
             "reynolds": at,
@@ -264,30 +399,46 @@ def drag(
         }
         for law in laws
     ]
-    if plot:
+    if plot is not None:
         from autobalancer.plots.drag import plot_drag_laws
         from autobalancer.plots.save import save_picture
 
         save_picture(plot_drag_laws(laws), plot)
     if as_json:
-        typer.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
-    columns = ["law", "c_d Re", "linear\nto Re", *(f"c_d at\n{re:g}" for re in at), "holds\nto Re", "source"]
-    table = [
-        [
-            law.name,
-            f"{law.cd_re:.4g}",
-            f"{law.stokes_end:g}",
-            *(f"{cd:.4g}" for cd in row["coefficient"]),
-            f"{law.highest:.3g}",
-            law.source,
-        ]
-        for law, row in zip(laws, rows, strict=True)
-    ]
-    _table("Drag laws", columns, table)
-    typer.echo(
-        "Also: race_geometry with clear_width, cd_re with a plateau, and table. Reynolds numbers are those of the ball diameter."
+    columns = _drag_columns(laws, at, [row["coefficient"] for row in rows])
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Drag laws")
+    say(
+        "Also: race_geometry with clear_width, cd_re with a plateau, and table. Reynolds numbers are those of the ball "
+        "diameter."
     )
+    files.say()
+
+
+def _drag_columns(laws: tuple[Any, ...], at: list[float], coefficients: list[list[float]]) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    return [
+        Column("law", [law.name for law in laws]),
+        Column("c_d Re", [law.cd_re for law in laws], form=".4g"),
+        Column("linear to Re", [law.stokes_end for law in laws], form="g"),
+        *(Column(f"c_d at Re {re:g}", [row[i] for row in coefficients], form=".4g") for i, re in enumerate(at)),
+        Column("plateau", [_plateau(law) for law in laws], form=".3g"),
+        Column("holds to Re", [law.highest for law in laws], form=".3g"),
+        Column("source", [law.source for law in laws], wraps=True),
+    ]
+
+
+def _plateau(law: Any) -> float | None:
+    """Drag coefficient at high Reynolds numbers; ``None`` where the law has none."""
+    import math
+
+    end = float(law.kept_from)
+    return float(law.product(end)) / end if 0.0 < end < math.inf else None
 
 
 @app.command()
@@ -297,17 +448,20 @@ def capability(
     material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
     count: Annotated[int | None, typer.Option(help="Number of balls; by default the most useful one.")] = None,
     fluid: FluidName = None,
+    temperature: Temperature = "25 degC",
     as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Work out the unbalance that a race of balls can compensate.
 
-    [dim]Example:[/dim] autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
+    Example: autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
     """
     from autobalancer.catalog.materials import material as find_material
     from autobalancer.laws import capability as laws
 
-    radius, diameter = _si(orbit_radius, "m"), _si(ball_diameter, "m")
-    density, fluid_density = find_material(material).density, _fluid_density(fluid)
+    one_form(as_json, as_csv)
+    radius, diameter = _si("--orbit-radius", orbit_radius, "m"), _si("--ball-diameter", ball_diameter, "m")
+    density, fluid_density = find_material(material).density, _fluid_density(fluid, temperature)
     best = laws.largest_useful_count(radius, diameter)
     balls = best if count is None else count
     answer = {
@@ -319,48 +473,49 @@ def capability(
         "largest_count": laws.largest_count(radius, diameter),
     }
     if as_json:
-        typer.echo(json.dumps(answer, indent=2))
+        print_json(answer)
+        return
+    if as_csv:
+        from autobalancer.cli.sheet import Column
+
+        units = {"capability": "kg m", "largest_capability": "kg m", "ball_mass": "kg"}
+        print_csv([Column(key.replace("_", " "), [value], units.get(key, "")) for key, value in answer.items()])
         return
     given, most = answer["capability"] * 1e6, answer["largest_capability"] * 1e6
     typer.echo(f"{balls} balls ({answer['ball_mass'] * 1e3:.4g} g) compensate {given:.5g} g mm")
     typer.echo(f"greatest: {most:.5g} g mm with {best} balls; room for {answer['largest_count']}")
 
 
-def _si(text: str, unit: str) -> float:
-    from autobalancer.units import option_to_si
-
-    return float(option_to_si(text, unit))
+def _si(option: str, text: str, unit: str) -> float:
+    return float(quantity(option, text, unit))
 
 
-def _fluid_density(name: str | None) -> float:
+def _fluid_density(name: str | None, temperature: str) -> float:
     from autobalancer.catalog.fluids import fluid as find_fluid
 
-    return 0.0 if name is None else find_fluid(name).density
+    return 0.0 if name is None else find_fluid(name, _si("--temperature", temperature, "K")).density
 
 
-def _digits(value: float) -> str:
-    return f"{float(f'{value:.4g}'):.10g}"
+def _digits(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _fluid_columns(state: FluidState) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    return [
+        Column("fluid", [state.name]),
+        Column("temperature", [state.temperature - 273.15], "degC"),
+        Column("density", [state.density], "kg/m^3"),
+        Column("viscosity", [1e6 * state.viscosity], "mm^2/s"),
+        Column("source", [state.source]),
+    ]
 
 
 def _show(state: FluidState) -> None:
     typer.echo(f"{state.name} at {state.temperature - 273.15:.5g} degC")
     typer.echo(f"  density    {state.density:.5g} kg/m^3")
     typer.echo(f"  viscosity  {state.viscosity * 1e6:.5g} mm^2/s")
-    typer.echo(f"  source     {state.source}")
+    say(f"  source     {state.source}", indent=" " * 13)
     if state.remark:
-        typer.echo(f"  remark     {state.remark}")
-
-
-def _table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", padding=(0, 1, 0, 0))
-    for index, column in enumerate(columns):
-        text = column in ("source", "remark")
-        wraps = text or column.startswith("bore")
-        table.add_column(column, justify="left" if text or index == 0 else "right", no_wrap=not wraps)
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table)
+        say(f"  remark     {state.remark}", indent=" " * 13)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
-from typing import Annotated
 
-import typer
+from autobalancer.cli.options import Csv, Json, MachineFile, SpeedUnit, Unit
+from autobalancer.cli.words import note
+from autobalancer.cli.words import speed_text as _speed
 
 LISTED = 4  # critical speeds that are shown
 
 
 def check(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
+    machine: MachineFile,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Check a machine file and print its masses, critical speeds, capability, drag and border speeds.
 
@@ -23,28 +24,25 @@ def check(
     Example: autobalancer check examples/machines/discoidal.toml
     """
     from autobalancer import summary
+    from autobalancer.cli.friction import friction_rows
+    from autobalancer.cli.output import one_form, print_csv, print_json
+    from autobalancer.cli.service import service_rows
+    from autobalancer.cli.sheet import Facts
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
 
+    one_form(as_json, as_csv)
     described = read_machine(machine)
     if isinstance(described, ChamberMachine):
         from autobalancer.cli.check_chamber import check_chamber
 
-        check_chamber(described, as_json)
+        check_chamber(described, as_json, as_csv)
         return
     found = summary(described)
     if as_json:
-        typer.echo(json.dumps(_finite(found.as_dict()), indent=2))
+        print_json(found.as_dict())
         return
-    from rich.console import Console
-    from rich.table import Table
-
-    from autobalancer.cli.friction import friction_rows
-    from autobalancer.cli.service import service_rows
-
-    table = Table(title=found.name, show_header=False, title_justify="left", min_width=60)
-    table.add_column(style="bold")
-    table.add_column()
+    table = Facts(found.name)
     table.add_row("axis", found.axis)
     table.add_row("mass", f"{found.total_mass:.6g} kg with balls, {found.rotor_mass:.6g} kg without")
     names: tuple[str, ...] = ("along x and y, ",) if len(found.critical_speeds) == 1 else ("along x, ", "along y, ")
@@ -90,26 +88,9 @@ def check(
         table.add_row("border speeds", f"none: {found.no_borders_because}")
     if found.highest_speed is not None:
         table.add_row("highest speed", _speed(found.highest_speed))
-    console = Console(soft_wrap=False)
-    console.print(table)
+    if as_csv:
+        print_csv(table.columns())
+        return
+    table.print()
     for warning in found.warnings:
-        console.print(f"[yellow]note:[/yellow] {warning}")
-
-
-def _speed(speed: float) -> str:
-    if math.isnan(speed):
-        return "none"
-    if math.isinf(speed):
-        return "never"
-    return f"{speed:.5g} rad/s = {speed * 30 / math.pi:.5g} rpm"
-
-
-def _finite(value: object) -> object:
-    """JSON has no infinity and no nan: they become texts."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return "never" if value > 0 else "none"
-    return value
+        note(warning)

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING
 
-import typer
-
+from autobalancer.cli.words import note
+from autobalancer.cli.words import speed_text as _speed
 from autobalancer.machine.chamber import ChamberMachine
 
 if TYPE_CHECKING:
     from autobalancer.simulation.chamber.summary import ChamberFilling
 
 
-def check_chamber(described: ChamberMachine, as_json: bool) -> None:
+def check_chamber(described: ChamberMachine, as_json: bool, as_csv: bool) -> None:
     """Print its masses, critical speeds, unbalance, filling, capability, contact time and step."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from autobalancer.cli.check import _finite, _speed
+    from autobalancer.cli.output import print_csv, print_json
+    from autobalancer.cli.sheet import Facts
     from autobalancer.simulation.chamber.summary import chamber_summary
 
     found = chamber_summary(described)
     if as_json:
-        typer.echo(json.dumps(_finite(found.as_dict()), indent=2))
+        print_json(found.as_dict())
         return
-    table = Table(title=found.name, show_header=False, title_justify="left", min_width=60)
-    table.add_column(style="bold")
-    table.add_column()
+    table = Facts(found.name)
     table.add_row("body", {"fixed": "fixed", "planar": "moves in its plane", "free": "free"}[found.freedom])
     table.add_row("mass", f"{found.total_mass:.6g} kg with balls, rotor {found.rotor_mass:.6g} kg")
     for speed, ratio in zip(found.critical_speeds, found.damping_ratios, strict=True):
@@ -54,10 +49,12 @@ def check_chamber(described: ChamberMachine, as_json: bool) -> None:
     steps = f", {found.duration / found.step:.3g} steps in {found.duration:g} s" if found.duration else ""
     table.add_row("step", f"{1e6 * found.step:.4g} us{steps}")
     table.add_row("highest speed", _speed(found.highest_speed))
-    console = Console(soft_wrap=False)
-    console.print(table)
+    if as_csv:
+        print_csv(table.columns())
+        return
+    table.print()
     for warning in found.warnings:
-        console.print(f"[yellow]note:[/yellow] {warning}")
+        note(warning)
 
 
 def _room(filling: ChamberFilling) -> str:

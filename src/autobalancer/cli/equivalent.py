@@ -2,66 +2,104 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
+from autobalancer.cli.words import note, say, speed_number, speed_sign, speed_text
+
+if TYPE_CHECKING:
+    from autobalancer.cli.sheet import Column
+
 
 def equivalent(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     station: Annotated[
         str | None, typer.Option(help="Station or position; by default that of the first balancer.")
     ] = None,
-    method: Annotated[str, typer.Option(help="static (stiffness at the race) or modal.")] = "static",
+    method: Annotated[str, typer.Option(help="modal, or static: stiffness at the race.")] = "modal",
     frequency: Annotated[
         str, typer.Option(help="critical (turning with the rotor) or natural (at rest).")
     ] = "critical",
-    out: Annotated[Path | None, typer.Option(help="Write the planar machine to this file.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: both receptances and their deviation.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(help="The planar machine as .toml, the numbers as .nc, .csv or .json. May be repeated."),
+    ] = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Find the planar oscillator that stands for a rotor at the plane of its balls, and say how far it holds.
 
-    Example: autobalancer equivalent rig.toml --out planar.toml
+    Example: autobalancer equivalent examples/machines/rigid_rotor.toml \\
+      --out planar.toml
     """
-    from autobalancer.files.machine_file import load_machine, save_machine
+    from autobalancer.cli.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.cli.quantities import quantity
+    from autobalancer.cli.sheet import print_sheet
+    from autobalancer.files.machine_file import load_machine
+    from autobalancer.plots.equivalent_planar import plot_equivalent_planar
     from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-    from autobalancer.units import to_si
 
+    one_form(as_json, as_csv)
+    files = Files(out, plot, (*MACHINE, *RESULT))
     described = load_machine(machine)
     names = {entry.name for entry in described.stations}
-    place = station if station is None or station in names else float(to_si(station, "m"))
+    place = station if station is None or station in names else float(quantity("--station", station, "m"))
     found = equivalent_planar(described, place, method=method, frequency=frequency)  # type: ignore[arg-type]
-    if out is not None:
-        save_machine(found.machine, out)
-    if plot is not None:
-        from autobalancer.plots.equivalent_planar import plot_equivalent_planar
-        from autobalancer.plots.save import save_picture
-
-        save_picture(plot_equivalent_planar(found.data), plot)
     data = found.data
+    files.save(data, lambda: plot_equivalent_planar(data), machine=found.machine)
     rows = []
     for way in data["way"].values:
         for direction in data["direction"].values:
             one = data.sel(way=way, direction=direction)
-            keys = ("stiffness", "mass", "damping", "critical_speed", "damping_ratio", "valid_from", "valid_to")
-            rows.append({"way": str(way), "direction": str(direction)} | {key: float(one[key]) for key in keys})
+            rows.append({"way": str(way), "direction": str(direction)} | {key: float(one[key]) for key in _KEYS})
     if as_json:
-        clean = [
-            {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()} for row in rows
-        ]
-        typer.echo(json.dumps({"oscillators": clean, "description": found.machine.description}, indent=2))
+        print_json({"oscillators": rows, "description": found.machine.description})
         return
+    if as_csv:
+        print_csv(_columns(rows))
+        return
+    print_sheet(_columns(rows), f"{described.name}: the planar oscillator in its place")
     for row in rows:
-        mark = "->" if row["way"] == method else "  "
-        typer.echo(
-            f"{mark} {row['way']:6} {row['direction']}: k {row['stiffness']:.6g} N/m, M {row['mass']:.5g} kg, "
-            f"b {row['damping']:.4g} N s/m, holds from {row['valid_from']:.4g} to {row['valid_to']:.4g} rad/s"
-        )
-    typer.echo(found.machine.description)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+        held = _holds(row)
+        if row["way"] == method and not held:
+            note(
+                f"the {method} oscillator along {row['direction']} does not hold anywhere near its critical speed; "
+                f"look at --plot, and at --method {'static' if method == 'modal' else 'modal'}"
+            )
+        if row["way"] == method and held:
+            say(f"{method} along {row['direction']}, the one taken, holds {held}")
+    say(found.machine.description)
+    files.say()
+
+
+_KEYS = ("stiffness", "mass", "damping", "critical_speed", "damping_ratio", "valid_from", "valid_to")
+
+
+def _holds(row: dict[str, Any]) -> str:
+    if math.isnan(row["valid_from"]) or math.isnan(row["valid_to"]):
+        return ""
+    return f"from {speed_text(row['valid_from'])} to {speed_text(row['valid_to'])}"
+
+
+def _columns(rows: list[dict[str, Any]]) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    def speeds(key: str) -> list[float]:
+        return [float(speed_number(row[key], ".10g")) for row in rows]
+
+    return [
+        Column("way", [row["way"] for row in rows]),
+        Column("along", [row["direction"] for row in rows]),
+        Column("stiffness", [row["stiffness"] for row in rows], "N/m"),
+        Column("mass", [row["mass"] for row in rows], "kg", ".4g"),
+        Column("damping", [row["damping"] for row in rows], "N s/m", ".4g"),
+        Column("critical speed", speeds("critical_speed"), speed_sign()),
+        Column("holds from", speeds("valid_from"), speed_sign(), ".4g"),
+        Column("holds to", speeds("valid_to"), speed_sign(), ".4g"),
+    ]

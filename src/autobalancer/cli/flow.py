@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
+from autobalancer.cli.words import say, speed_number, speed_sign, speed_text
+
+if TYPE_CHECKING:
+    from autobalancer.cli.sheet import Column
+
 
 def flow(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     speed: Annotated[
         str, typer.Option(help='A constant speed, such as "1200 rpm", in place of the profile of the machine.')
     ] = "",
@@ -25,72 +29,49 @@ def flow(
     error: Annotated[float, typer.Option(help="Of the speed at the orbit over the greatest speed.")] = 1e-3,
     balancer: Annotated[int, typer.Option(help="Counted from 1.")] = 1,
     race: Annotated[int, typer.Option(help="Counted from 1.")] = 1,
-    out: Annotated[Path | None, typer.Option("--out", "--output", help="Result file (netCDF).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
-    """Solve the flow in the annulus of a race and tell how far the fluid lags behind the rotor.
+    """Solve the flow in the annulus of a race and say how far the fluid lags behind the rotor.
 
-    Example: autobalancer flow examples/machines/discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s"
-    --time "0.1 s" --plot flow.png
+    Example: autobalancer flow examples/machines/discoidal.toml \\
+      --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s" \\
+      --time "0.1 s" --plot flow.png
     """
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import of_time, progress_bar
+    from autobalancer.cli.quantities import optional, quantity
     from autobalancer.flow.question import annulus_flow
-    from autobalancer.plots.axis_units import speed_axis
     from autobalancer.plots.flow import plot_flow
-    from autobalancer.plots.save import save_picture
-    from autobalancer.results.store import save_run
-    from autobalancer.units import option_to_si
 
-    unit = speed_axis(speed_unit)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("flow", total=1.0, now="")
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    with progress_bar("flow") as update:
         found = annulus_flow(
             machine,
-            option_to_si(speed, "rad/s") if speed else None,
-            duration=option_to_si(duration, "s") if duration else None,
-            initial_speed=option_to_si(initial_speed, "rad/s") if initial_speed else None,
-            times=[option_to_si(text, "s") for text in time or []],
+            optional("--speed", speed, "rad/s"),
+            duration=optional("--duration", duration, "s"),
+            initial_speed=optional("--initial-speed", initial_speed, "rad/s"),
+            times=[quantity("--time", text, "s") for text in time or []],
             model=model,  # type: ignore[arg-type]
             points=_points(points),
             error=error,
             balancer=balancer,
             race=race,
-            progress=lambda now, end: bar.update(task, completed=now / end, now=f"{now:.4g} s of {end:.4g} s"),
+            progress=of_time(update),
         )
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(plot_flow(found, speed_unit=speed_unit), plot)
+    files.save(found, lambda: plot_flow(found, speed_unit=speed_unit))
     if as_json:
-        typer.echo(json.dumps({"machine": str(machine), **_numbers(found)}, indent=2))
+        print_json({"machine": str(machine), **_numbers(found)})
         return
-    a = found.attrs
-    lines = [
-        ("model", f"{a['model']} ({a['model_reason']})"),
-        ("annulus", f"{1e3 * a['inner']:.5g} to {1e3 * a['outer']:.5g} mm, {1e3 * a['height']:.4g} mm high"),
-        ("orbit radius", f"{1e3 * a['orbit_radius']:.5g} mm"),
-        ("Ekman number at the greatest speed", f"{a['ekman_number']:.3g}"),
-        ("greatest lag of the fluid", f"{a['greatest_lag'] * unit.factor:.4g} {unit.sign}"),
-        ("lag at the end", f"{float(found['speed'][-1] - found['fluid_speed'][-1]) * unit.factor:.4g} {unit.sign}"),
-        ("spin-up time", f"{a['spin_up_time']:.4g} s" if math.isfinite(a["spin_up_time"]) else "not reached"),
-    ]
-    if a["uncertainty"] != 0.0:
-        certain = (
-            f"two grids differ by {a['uncertainty']:.1%} of the greatest speed"
-            if math.isfinite(a["uncertainty"])
-            else "unknown"
-        )
-        lines.append(("unsteady flow, certainty", certain))
-    for name, text in lines:
-        typer.echo(f"{name:>36}  {text}")
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+    if as_csv:
+        print_csv(_columns(found))
+        return
+    _print(found)
+    files.say()
 
 
 def _points(text: str) -> tuple[int, int] | None:
@@ -102,6 +83,37 @@ def _points(text: str) -> tuple[int, int] | None:
     if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
         raise QuestionError(f"--points: given {text!r}; write radial and axial intervals, such as 24x32")
     return int(parts[0]), int(parts[1])
+
+
+def _columns(found: Any) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    names = {"speed": "rotor", "fluid_speed": "fluid at the orbit", "diffusion_speed": "fluid by diffusion alone"}
+    speeds = [
+        Column(head, [float(speed_number(w, ".10g")) for w in found[name].values], speed_sign())
+        for name, head in names.items()
+    ]
+    return [Column("time", found["time"].values, "s"), *speeds]
+
+
+def _print(found: Any) -> None:
+    from autobalancer.cli.words import note
+    from autobalancer.flow.result import flow_notes
+
+    a = found.attrs
+    lag_at_end = float(found["speed"][-1] - found["fluid_speed"][-1])
+    for name, text in (
+        ("model", f"{a['model']}: {a['model_reason']}"),
+        ("annulus", f"{1e3 * a['inner']:.5g} to {1e3 * a['outer']:.5g} mm, {1e3 * a['height']:.4g} mm high"),
+        ("orbit radius", f"{1e3 * a['orbit_radius']:.5g} mm"),
+        ("Ekman number", f"{a['ekman_number']:.3g}, at the greatest speed"),
+        ("greatest lag", speed_text(a["greatest_lag"], ".4g")),
+        ("lag at the end", speed_text(lag_at_end, ".4g")),
+        ("spin-up time", f"{a['spin_up_time']:.4g} s" if math.isfinite(a["spin_up_time"]) else "not reached"),
+    ):
+        say(f"{name:<16}{text}", indent=" " * 16)
+    for text in flow_notes(found):
+        note(text)
 
 
 def _numbers(found: Any) -> dict[str, Any]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from autobalancer.cli.words import speed_text
 from autobalancer.stability.held import HeldByFriction
 
 
@@ -12,6 +11,6 @@ def friction_rows(held: HeldByFriction) -> list[tuple[str, str]]:
     if not held.planes:
         return [("friction", held.note)]
     several = len(held.planes) > 1
-    at = f"at {held.speed:.5g} rad/s = {held.speed * 30.0 / math.pi:.5g} rpm "
+    at = f"at {speed_text(held.speed)} "
     rows = [(f"friction, {plane.name}" if several else "friction", at + plane.sentence) for plane in held.planes]
     return [*rows, ("friction", held.note)] if held.note else rows

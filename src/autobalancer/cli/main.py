@@ -1,10 +1,11 @@
-"""The commands of ``autobalancer``."""
+"""The commands of ``autobalancer`` and the one place where an error becomes an exit code."""
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
-from autobalancer.cli.command import Command
 from autobalancer.cli.group import Group
 
 app = typer.Typer(
@@ -12,9 +13,26 @@ app = typer.Typer(
     cls=Group,
     help="Automatic ball balancers: describe the machine, simulate it, see what the balls do.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="rich",
 )
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"autobalancer {version('autobalancer')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
+
 
 from autobalancer.cli import (  # noqa: E402
     angle,
@@ -39,23 +57,23 @@ from autobalancer.cli import (  # noqa: E402
     study,
 )
 
-app.command(cls=Command)(check.check)
-app.command(cls=Command)(run.run)
-app.command(cls=Command)(plot.plot)
-app.command(cls=Command)(animate.animate)
-app.command(cls=Command)(stability.stability)
-app.command(cls=Command)(borders.borders)
-app.command("map", cls=Command)(stability_map.map_)
-app.command(cls=Command)(branches.branches)
-app.command(cls=Command)(basin.basin)
-app.command(cls=Command)(receptance.receptance)
-app.command(cls=Command)(stepped.stepped)
-app.command(cls=Command)(modes.modes)
-app.command(cls=Command)(response.response)
-app.command(cls=Command)(flow.flow)
-app.command(cls=Command)(angle.angle)
-app.command(cls=Command)(identify.identify)
-app.command(cls=Command)(equivalent.equivalent)
+app.command()(check.check)
+app.command()(run.run)
+app.command()(plot.plot)
+app.command()(animate.animate)
+app.command()(stability.stability)
+app.command()(borders.borders)
+app.command("map")(stability_map.map_)
+app.command()(branches.branches)
+app.command()(basin.basin)
+app.command()(receptance.receptance)
+app.command()(stepped.stepped)
+app.command()(modes.modes)
+app.command()(response.response)
+app.command()(flow.flow)
+app.command()(angle.angle)
+app.command()(identify.identify)
+app.command()(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
-app.command(cls=Command)(archive.archive)
+app.command()(archive.archive)
 app.add_typer(study.app, name="study")

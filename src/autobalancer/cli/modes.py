@@ -2,78 +2,81 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autobalancer.cli.check import _finite
+from autobalancer.cli.options import Csv, FrequencyUnit, Json, MachineFile, Outs, SpeedUnit, Unit
+from autobalancer.cli.words import speed_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from autobalancer.cli.sheet import Column
+
 
 def modes(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     speed: Annotated[str, typer.Option(help='Rotor speed, such as "1200 rpm"; by default standstill.')] = "",
-    campbell: Annotated[
-        str, typer.Option(help='Speeds of a Campbell diagram, "from:to:count", such as "0 rpm:6000 rpm:121".')
+    speeds: Annotated[
+        str, typer.Option(help='Campbell diagram over these speeds, "from:to:count", such as "0:6000 rpm:121".')
     ] = "",
     balls: Annotated[bool, typer.Option(help="Whether the masses of the balls sit on the rotor.")] = True,
     count: Annotated[int, typer.Option("--modes", help="How many of the lowest modes.")] = 10,
-    out: Annotated[Path | None, typer.Option("--out", "--output", help="Result file (netCDF).")] = None,
+    out: Outs = None,
     plot: Annotated[
-        Path | None, typer.Option(help="Picture of the shapes, or of the Campbell diagram: png, svg or pdf.")
+        Path | None, typer.Option(help="Picture of the shapes, or of the Campbell diagram: .png, .svg or .pdf.")
     ] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
-    frequency_unit: Annotated[str, typer.Option(help="Hz, rad/s or rpm.")] = "Hz",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
+    speed_unit: Unit = SpeedUnit.RPM,
+    frequency_unit: FrequencyUnit = SpeedUnit.HZ,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Print natural frequencies with damping and direction of whirl, and the critical speeds.
 
-    Example: autobalancer modes rig.toml --campbell "0 rpm:6000 rpm:121" --plot campbell.png
+    Critical speeds are those of the rotor without damping. A Campbell diagram has damping; where its natural frequencies
+    meet the speed is listed beside them.
+
+    Example: autobalancer modes examples/machines/rigid_rotor.toml \\
+      --speeds "0 rpm:6000 rpm:121" --plot campbell.png
     """
-    from autobalancer import save_run
-    from autobalancer.cli.ranges import axis_range
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.quantities import optional, values
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.axis_units import speed_axis
-    from autobalancer.plots.save import save_picture
     from autobalancer.rotordynamics.campbell import campbell as diagram
     from autobalancer.rotordynamics.modes import eigenfrequencies
-    from autobalancer.units import option_to_si
 
-    if speed and campbell:
-        raise QuestionError("modes: give either --speed or --campbell, not both")
-    speed_axis(speed_unit)
-    speed_axis(frequency_unit)
+    if speed and speeds:
+        raise QuestionError("modes: give either --speed or, for a Campbell diagram, --speeds")
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    omega = optional("--speed", speed, "rad/s") or 0.0
+    span = values("--speeds", speeds, "rad/s") if speeds else None
     described = load_machine(machine)
-    if campbell:
-        found = diagram(described, axis_range("--campbell", "speed", campbell), balls=balls, modes=count)
-        answer: dict[str, Any] = {
+    answer: dict[str, Any]
+    if span is not None:
+        found = diagram(described, span, balls=balls, modes=count)
+        answer = {
             "branches": _records(found, "branch", ("name",)),
             "intersections": _records(found, "intersection", _CROSSED),
         }
-        answer |= {name: found[name].values.tolist() for name in ("speed", "frequency", "damping_ratio", "whirl")}
+        answer |= {name: found[name].values for name in ("speed", "frequency", "damping_ratio", "whirl")}
     else:
-        omega = option_to_si(speed, "rad/s") if speed else 0.0
         found = eigenfrequencies(described, omega, balls=balls, modes=count)
-        answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE), "critical_speeds": None}
-        critical = _critical(described, balls)
-        if critical is not None:
-            answer["critical_speeds"] = _records(critical, "critical", _CRITICAL)[:count]
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(_picture(found, speed_unit, frequency_unit), plot)
+        answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE)}
+    critical = _critical(described, balls)
+    answer["critical_speeds"] = None if critical is None else _records(critical, "critical", _CRITICAL)[:count]
+    files.save(found, lambda: _picture(found, speed_unit, frequency_unit))
     if as_json:
-        typer.echo(json.dumps(_finite({"machine": str(machine), **answer})))
+        print_json({"machine": str(machine), **answer})
         return
-    _print(described.name, answer, speed_unit, frequency_unit)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+    if as_csv:
+        print_csv(_columns(answer, frequency_unit))
+        return
+    _print(described.name, answer, frequency_unit, None if span is None else float(span[-1]))
+    files.say()
 
 
 _MODE = ("name", "frequency", "undamped_frequency", "damping_ratio", "decay_rate", "whirl")
@@ -106,32 +109,48 @@ def _records(found: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[s
     return [{name: columns[name][i] for name in names} for i in range(found.sizes[dim])]
 
 
-def _print(name: str, answer: dict[str, Any], speed_unit: str, frequency_unit: str) -> None:
+def _columns(answer: dict[str, Any], frequency_unit: str) -> list[Column]:
+    """Modes, or of a Campbell diagram the frequency of each branch over the speed."""
+    from autobalancer.cli.sheet import Column
+    from autobalancer.cli.words import speed_number, speed_sign
     from autobalancer.plots.axis_units import speed_axis
 
-    across, up = speed_axis(speed_unit), speed_axis(frequency_unit)
-    typer.secho(name, bold=True)
+    up = speed_axis(frequency_unit)
     if "branches" in answer:
-        for entry in answer["intersections"]:
-            number = entry["intersection_branch"] - 1
-            typer.echo(
-                f"critical speed {entry['intersection_speed'] * across.factor:.5g} {across.sign}: "
-                f"{answer['branches'][number]['name']}, whirl {entry['intersection_whirl']}"
-            )
-        if not answer["intersections"]:
-            typer.echo("no critical speed in this range")
-        return
-    typer.echo(f"natural frequencies at {answer['speed'] * across.factor:.5g} {across.sign}:")
-    width = max((len(entry["name"]) for entry in answer["modes"]), default=0)
-    for entry in answer["modes"]:
+        across = [float(speed_number(w, ".10g")) for w in answer["speed"]]
+        curves = zip(answer["branches"], answer["frequency"], strict=True)
+        frequencies = [Column(entry["name"], row * up.factor, up.sign) for entry, row in curves]
+        return [Column("speed", across, speed_sign()), *frequencies]
+    rows = answer["modes"]
+    return [
+        Column("mode", [entry["name"] for entry in rows], wraps=True),
+        Column("frequency", [entry["frequency"] * up.factor for entry in rows], up.sign),
+        Column("damping ratio", [100.0 * entry["damping_ratio"] for entry in rows], "%", ".3g"),
+        Column("whirl", [entry["whirl"] for entry in rows]),
+    ]
+
+
+def _print(name: str, answer: dict[str, Any], frequency_unit: str, up_to: float | None) -> None:
+    from autobalancer.cli.sheet import print_sheet
+
+    if "modes" in answer:
+        title = f"{name}: natural frequencies at {speed_text(answer['speed'])}"
+        if answer["modes"]:
+            print_sheet(_columns(answer, frequency_unit), title)
+        else:
+            typer.echo(f"{title}: none, nothing oscillates")
+    else:
+        typer.secho(name, bold=True)
+    listed = [entry for entry in answer["critical_speeds"] or () if entry["critical_speed"] <= (up_to or float("inf"))]
+    for entry in listed:
+        typer.echo(f"critical speed {speed_text(entry['critical_speed'])}: {entry['name']}, whirl {entry['whirl']}")
+    if up_to is not None and not listed:
         typer.echo(
-            f"  {entry['name']:<{width}}   {entry['frequency'] * up.factor:9.5g} {up.sign}   "
-            f"damping ratio {100.0 * entry['damping_ratio']:.3g} %   whirl {entry['whirl']}"
+            "no critical speed in this range" if answer["critical_speeds"] is not None else "critical speeds unknown"
         )
-    if not answer["modes"]:
-        typer.echo("  none: nothing oscillates")
-    for entry in answer["critical_speeds"] or ():
+    for entry in answer.get("intersections", ()):
+        branch = answer["branches"][entry["intersection_branch"] - 1]["name"]
         typer.echo(
-            f"critical speed {entry['critical_speed'] * across.factor:.5g} {across.sign}: "
-            f"{entry['name']}, whirl {entry['whirl']}"
+            f"speed meets damped frequency {speed_text(entry['intersection_speed'])}: {branch}, "
+            f"whirl {entry['intersection_whirl']}"
         )

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from autobalancer.cli.options import SpeedUnit, Unit
 from autobalancer.cli.pictures import CHAMBER, RACES, STUDY
 
 KINDS = f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}"
@@ -14,10 +15,10 @@ KINDS = f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its stu
 
 def plot(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
-    out: Annotated[Path, typer.Option(help="Folder, or one picture: name.png, name.svg or name.pdf.")] = Path("."),
+    out: Annotated[Path, typer.Option(help="Folder, or one picture: .png, .svg or .pdf.")] = Path("."),
     kind: Annotated[str, typer.Option(help=f"{KINDS}; or all of them.")] = "all",
     format: Annotated[str, typer.Option(help="png, svg or pdf, if --out is a folder.")] = "png",
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz.")] = "rpm",
+    speed_unit: Unit = SpeedUnit.RPM,
     deflection_unit: Annotated[str, typer.Option(help="m, mm, um or nm; by default what suits.")] = "",
     log: Annotated[
         bool | None, typer.Option("--log/--linear", help="Deflection axis of the run-up; by default what suits.")
@@ -26,22 +27,32 @@ def plot(
     start: Annotated[str, typer.Option(help='Begin of what is drawn over time, such as "5 s".')] = "",
     end: Annotated[str, typer.Option(help="End of it.")] = "",
     frame: Annotated[str, typer.Option(help="Axes of the orbit: space or rotor; by default space.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print the names of the pictures as JSON.")] = False,
 ) -> None:
     """Draw a result: run-up, race with its balls, orbit of the rotor; of deep chambers history, energy, forces and more.
 
     Example: autobalancer plot stall.nc --out pictures --format svg
     """
+    from autobalancer.cli.output import PICTURE, check_suffix, print_json
     from autobalancer.cli.pictures import Wishes, pictures_of
+    from autobalancer.cli.quantities import optional
     from autobalancer.errors import QuestionError
     from autobalancer.plots.save import FORMATS, save_picture
     from autobalancer.results.open_run import open_run
+    from autobalancer.safe_file import ready_to_write
 
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
     if kind not in (*RACES, *CHAMBER, *STUDY, "all"):
-        raise QuestionError(f"--kind: given {kind!r}; must be one of {KINDS}; or all")
-    first, last, moment = (_seconds(text) for text in (start, end, time))
+        raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
+    if single:
+        check_suffix("--out", out, PICTURE)
+        ready_to_write(out)
+    new = not (out.parent if single else out).exists()
+    first, last, moment = (
+        optional(f"--{name}", text, "s") for name, text in (("start", start), ("end", end), ("time", time))
+    )
     draw = pictures_of(open_run(result), Wishes(speed_unit, deflection_unit or None, log, moment, first, last, frame))
     if kind != "all" and kind not in draw:
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
@@ -50,6 +61,7 @@ def plot(
         raise QuestionError(f"--out {out}: a file is one picture; choose --kind {', '.join(draw)}, or give a folder")
     title = result.name if result.is_dir() else result.stem  # the name of a run may hold a point: deep-n3-mu0.5-s0
     skipped: list[str] = []
+    made: list[Path] = []
     for name in chosen:
         path = out if single else out / f"{title}_{name.replace('-', '_')}.{format}"
         try:
@@ -60,10 +72,17 @@ def plot(
             skipped.append(name)
             typer.echo(f"no {name}: {reason}", err=True)
             continue
-        typer.echo(save_picture(picture, path))
+        made.append(save_picture(picture, path))
+        if not as_json:
+            typer.echo(f"written: {made[-1]}")
+    if as_json:
+        print_json({"result": str(result), "pictures": [str(path) for path in made]})
+    elif new:
+        typer.echo(f"new folder: {out.parent if single else out}")
 
 
-def _seconds(text: str) -> float | None:
-    from autobalancer.units import option_to_si
+def _meant(kind: str) -> str:
+    from difflib import get_close_matches
 
-    return float(option_to_si(text, "s")) if text else None
+    near = get_close_matches(kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, "all"), 1)
+    return f" (did you mean {near[0]}?)" if near else ""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, Outs, SpeedUnit, Unit
+from autobalancer.cli.words import note, speed_number, speed_sign, speed_text
+
 if TYPE_CHECKING:
     import xarray as xr
 
+    from autobalancer.cli.sheet import Column
     from autobalancer.measurement.balls import RaceBalls
 
 
@@ -27,91 +30,88 @@ def receptance(
     with_balls: Annotated[bool, typer.Option("--with-balls", help="The balls were on the rotor in the test.")] = False,
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; or "any": worst case.')] = "",
     speed: Annotated[
-        list[str] | None, typer.Option(help='Margins at this speed, such as "1200 rpm"; repeat it.')
+        list[str] | None, typer.Option(help='Margins at this speed, such as "1200 rpm". May be repeated.')
     ] = None,
-    search: Annotated[str, typer.Option(help='Speeds in which to look for the border, "low:high".')] = "",
+    search: Annotated[
+        str, typer.Option(help='Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".')
+    ] = "",
     modes: Annotated[int, typer.Option(help="Number of modes to fit; by default chosen by the noise.")] = 0,
     noise: Annotated[str, typer.Option(help="relative (to each value) or absolute.")] = "relative",
     function: Annotated[int, typer.Option(help="Which function of a universal file.")] = 0,
     resamples: Annotated[int, typer.Option(help="Repeated fits for the uncertainty of the border.")] = 20,
-    plot: Annotated[Path | None, typer.Option(help="Picture: the loop at the first speed, else the fit.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print numbers in SI for a program.")] = False,
+    out: Outs = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture, .png, .svg or .pdf: the loop at the first speed, else the fit.")
+    ] = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Exact border, least drag and margins from a measured receptance, without a model of the rotor.
 
-    Example: autobalancer receptance hammer.csv --machine examples/machines/discoidal.toml --speed "1200 rpm"
+    Example: autobalancer receptance \\
+      examples/measurements/discoidal_hammer.csv \\
+      --machine examples/machines/discoidal.toml --speed "1200 rpm"
     """
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.quantities import interval, quantity
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
     from autobalancer.measurement.receptance_border import receptance_border
+    from autobalancer.measurement.receptance_loop import receptance_loop
     from autobalancer.measurement.receptance_stability import receptance_stability
-    from autobalancer.units import option_to_si
+    from autobalancer.plots.receptance import plot_nyquist, plot_receptance
 
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
+    searched = interval("--search", search, "rad/s") if search else None
     chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
     fit = fit_receptance(load_receptance(file, function=function or None), modes=modes or None, noise=noise)  # type: ignore[arg-type]
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
-    speeds = [option_to_si(text, "rad/s") for text in speed or []]
-    border = receptance_border(fit, chosen, searched=_range(search), resamples=resamples, **how)
+    border = receptance_border(fit, chosen, searched=searched, resamples=resamples, **how)
     at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
-    if plot is not None:
-        _draw(fit, chosen, speeds, with_balls, plot)
+    loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
+    files.save(
+        fit if at_speeds is None else at_speeds, lambda: plot_nyquist(loops[0]) if loops else plot_receptance(fit)
+    )
     if as_json:
-        typer.echo(json.dumps(_plain(fit, border, at_speeds) | {"ignores": _ignored(machine)}, indent=2))
+        print_json(_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
         return
-    _show(fit, border, at_speeds, machine)
-    if plot is not None:
-        typer.echo(f"written: {plot}")
+    if as_csv:
+        print_csv(_poles(fit) if at_speeds is None else _margins(at_speeds))
+        return
+    _show(fit, border, at_speeds, loops, machine)
+    files.say()
 
 
 def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) -> RaceBalls:
+    from autobalancer.cli.quantities import quantity
     from autobalancer.errors import QuestionError
     from autobalancer.measurement.balls import balls_of, equal_balls
-    from autobalancer.units import option_to_si
 
     if machine is not None:
         return balls_of(machine)
     if count < 1 or not (mass and radius and drag):
         raise QuestionError("give --machine, or --balls, --ball-mass, --orbit-radius and --drag")
-    numbers = (option_to_si(text, unit) for text, unit in ((mass, "kg"), (radius, "m"), (drag, "N*m*s")))
+    given = (("--ball-mass", mass, "kg"), ("--orbit-radius", radius, "m"), ("--drag", drag, "N*m*s"))
+    numbers = (quantity(*option) for option in given)
     return equal_balls(count, *numbers, spin_ratio=0.4)
 
 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
     from autobalancer import load_machine
+    from autobalancer.cli.quantities import quantity
     from autobalancer.stability.lateral import largest_unbalance
-    from autobalancer.units import option_to_si
 
     if text == "any" or (not text and (machine is None or balls.count > 2)):
         return None
-    return option_to_si(text, "kg*m") if text else largest_unbalance(load_machine(machine or ""))
+    return quantity("--unbalance", text, "kg*m") if text else largest_unbalance(load_machine(machine or ""))
 
 
-def _range(text: str) -> tuple[float, float] | None:
-    from autobalancer.errors import QuestionError
-    from autobalancer.units import option_to_si
-
-    if not text:
-        return None
-    low, mark, high = text.partition(":")
-    if not mark:
-        raise QuestionError(f"--search: given {text!r}; write it as low:high, e.g. '500 rpm:3000 rpm'")
-    return option_to_si(low, "rad/s"), option_to_si(high, "rad/s")
-
-
-def _draw(fit: xr.Dataset, balls: RaceBalls, speeds: list[float], with_balls: bool, out: Path) -> None:
-    from autobalancer.measurement.receptance_loop import receptance_loop
-    from autobalancer.plots.receptance import plot_nyquist, plot_receptance
-    from autobalancer.plots.save import save_picture
-
-    if speeds:
-        save_picture(plot_nyquist(receptance_loop(fit, balls, speeds[0], balls_on_rotor=with_balls)), out)
-    else:
-        save_picture(plot_receptance(fit), out)
-
-
-def _plain(fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None) -> dict[str, Any]:
-    from autobalancer.cli.check import _finite
-
+def _numbers(
+    fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset]
+) -> dict[str, Any]:
     poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
     numbers: dict[str, Any] = {
         "fit": {
@@ -132,43 +132,62 @@ def _plain(fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None) ->
     if at_speeds is not None:
         numbers["speeds"] = [
             {"speed": float(s), **{str(name): at_speeds[name].values[i].item() for name in at_speeds.data_vars}}
+            | {f"{name}_of_evenly_spread_balls": loops[i].attrs[name] for name in ("gain_margin", "phase_margin")}
             for i, s in enumerate(at_speeds["speed"].values)
         ]
         numbers["warnings"] = sorted({*numbers["warnings"], *filter(None, at_speeds.attrs["warnings"].split("\n"))})
-    return dict(_finite(numbers))  # type: ignore[call-overload, no-any-return]
+    return numbers
 
 
-def _show(fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, machine: Path | None) -> None:
-    from rich.console import Console
-    from rich.table import Table
+def _poles(fit: xr.Dataset) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+    from autobalancer.measurement.rational_fit import modes_of
 
+    modes = modes_of(fit)
+    return [
+        Column("frequency", [frequency / (2.0 * math.pi) for frequency, _ in modes], "Hz"),
+        Column("damping ratio", [100.0 * ratio for _, ratio in modes], "%"),
+    ]
+
+
+def _margins(at_speeds: xr.Dataset) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    across = [float(speed_number(w, ".10g")) for w in at_speeds["speed"].values]
+    return [
+        Column("speed", across, speed_sign()),
+        Column("growth rate", at_speeds["growth_rate"].values, "1/s"),
+        Column("least drag over that given", at_speeds["drag_factor"].values),
+        Column("gain margin", at_speeds["gain_margin"].values),
+        Column("phase margin", [math.degrees(value) for value in at_speeds["phase_margin"].values], "deg"),
+    ]
+
+
+def _show(
+    fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset], machine: Path | None
+) -> None:
+    from autobalancer.cli.sheet import print_facts
     from autobalancer.measurement.rational_fit import modes_of
     from autobalancer.measurement.receptance_stability import viscosity_of
 
-    table = Table(title=str(fit.attrs["title"]), show_header=False, title_justify="left", min_width=60)
-    table.add_column(style="bold")
-    table.add_column()
-    table.add_row("fit", f"error {100.0 * fit.attrs['fit_error']:.2g} %, mass {fit.attrs['effective_mass']:.4g} kg")
+    a = fit.attrs
+    rows = [("fit", f"error {100.0 * a['fit_error']:.2g} %, mass {a['effective_mass']:.4g} kg")]
     for frequency, ratio in modes_of(fit):
-        table.add_row("mode", f"{frequency / (2.0 * math.pi):.4g} Hz, damping ratio {100.0 * ratio:.3g} %")
+        rows.append(("mode", f"{frequency / (2.0 * math.pi):.4g} Hz, damping ratio {100.0 * ratio:.3g} %"))
     name = "exact border" + (", worst case" if border.attrs["state"].startswith("worst") else "")
     ignored = _ignored(machine)
-    table.add_row(name, "; ".join(filter(None, (_border(border), ignored))))
+    rows.append((name, "; ".join(filter(None, (_border(border), ignored)))))
     for low, high in zip(border["stable_from"].values, border["stable_to"].values, strict=True):
-        table.add_row("stable", f"{_speed(low)} to {_speed(high)}")
+        rows.append(("stable", f"{speed_text(low)} to {speed_text(high)}"))
     viscosity = viscosity_of(machine) if machine is not None else None
-    for i in range(at_speeds.sizes["speed"] if at_speeds is not None else 0):
-        assert at_speeds is not None
-        label, text = _row(at_speeds.isel(speed=i), viscosity)
-        table.add_row(label, "; ".join(filter(None, (text, ignored))))
-    console = Console(soft_wrap=False)
-    console.print(table)
-    doubts = {
-        *border.attrs["warnings"].split("\n"),
-        *(at_speeds.attrs["warnings"].split("\n") if at_speeds is not None else ()),
-    }
+    doubts = {*border.attrs["warnings"].split("\n")}
+    if at_speeds is not None:
+        told = [_row(at_speeds.isel(speed=i), loops[i], viscosity) for i in range(at_speeds.sizes["speed"])]
+        rows += [(label, "; ".join(filter(None, (text, ignored)))) for label, text in told]
+        doubts |= {*at_speeds.attrs["warnings"].split("\n")}
+    print_facts(rows, str(a["title"]))
     for text in sorted(filter(None, doubts)):
-        console.print(f"[yellow]note:[/yellow] {text}")
+        note(text)
 
 
 def _ignored(machine: Path | None) -> str:
@@ -181,11 +200,13 @@ def _ignored(machine: Path | None) -> str:
 def _border(border: xr.Dataset) -> str:
     speed, deviation = border.attrs["exact_border"], border.attrs["exact_border_deviation"]
     if math.isinf(speed):
-        return f"none up to {_speed(border.attrs['searched'][1])}"
-    return _speed(speed) + (f", standard deviation {deviation:.2g} rad/s" if math.isfinite(deviation) else "")
+        return f"none up to {speed_text(border.attrs['searched'][1])}"
+    return speed_text(speed) + (
+        f", standard deviation {speed_text(deviation, '.2g')}" if math.isfinite(deviation) else ""
+    )
 
 
-def _row(at: xr.Dataset, viscosity: float | None) -> tuple[str, str]:
+def _row(at: xr.Dataset, loop: xr.Dataset, viscosity: float | None) -> tuple[str, str]:
     value = {str(name): at[name].values.item() for name in at.data_vars}
     verdict = "stable" if value["growth_rate"] < 0.0 else "unstable"
     text = f"{verdict}, growth rate {value['growth_rate']:.3g} 1/s"
@@ -194,9 +215,11 @@ def _row(at: xr.Dataset, viscosity: float | None) -> tuple[str, str]:
     if viscosity is not None and math.isfinite(factor):
         text += f", {1e6 * factor * viscosity:.3g} mm^2/s"
     if verdict == "stable":
-        text += f"\ngain margin {value['gain_margin']:.3g}, phase margin {math.degrees(value['phase_margin']):.3g} deg"
-    return f"at {_speed(float(at['speed']))}", text
+        text += f"\nwith the balls where they balance: {_margin_text(value)}"
+    if loop.attrs["growth_rate"] < 0.0:
+        text += f"\nevenly spread, as the picture draws them: {_margin_text(loop.attrs)}"
+    return f"at {speed_text(float(at['speed']))}", text
 
 
-def _speed(speed: float) -> str:
-    return f"{speed:.5g} rad/s = {speed * 30.0 / math.pi:.5g} rpm"
+def _margin_text(value: dict[str, Any]) -> str:
+    return f"gain margin {value['gain_margin']:.3g}, phase margin {math.degrees(value['phase_margin']):.3g} deg"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import typer
 
+from autobalancer.cli.output import Files, print_csv, print_json
+from autobalancer.cli.words import say, speed_text
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 
-RACES_ONLY = ("samples", "envelope", "last_revolutions", "tolerance", "max_steps")
+RACES_ONLY = ("samples", "envelope", "last_revolutions", "tolerance")
 SHOWN = (
     *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "settling_time", "share_carried"),
     *("residual_unbalance", "hardest_contact", "energy_error"),
@@ -19,54 +19,58 @@ SHOWN = (
 SCALE = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
 
 
-def run_chamber(context: typer.Context, described: ChamberMachine, out: Path) -> None:
+def run_chamber(context: typer.Context, described: ChamberMachine, files: Files) -> None:
     """Run it with the options of ``autobalancer run`` and write a result file. Ctrl-C keeps what was computed."""
     from rich.console import Console
-    from rich.progress import Progress
 
     from autobalancer.cli.exit_codes import leave_with
-    from autobalancer.cli.printable import plain
-    from autobalancer.cli.verdict_table import json_ready, print_verdict
-    from autobalancer.results.store import save_run
+    from autobalancer.cli.progress import of_time, progress_bar
+    from autobalancer.cli.sheet import Column, print_facts
+    from autobalancer.cli.verdict_table import print_verdict
     from autobalancer.simulation.chamber import simulate_chamber
     from autobalancer.simulation.chamber.verdict import chamber_verdict
 
     question = _question(context)
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(plain(described.name), total=1.0)
+    with progress_bar(described.name) as update:
         result = simulate_chamber(
             described,
             **question,
             keep_on_interrupt=True,
-            progress=lambda time, end: bar.update(task, completed=time / end),
+            progress=of_time(update),
         )
-    save_run(result, out, rescue=True)
+    files.save(result)
     outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     found, reason = _measures(result)
     verdict = chamber_verdict(result) if found else None
+    shown = [(text, value, *SCALE.get(unit, (unit, 1.0))) for value, unit, text in found.values()]
     if context.params["as_json"]:
         numbers = {name: value for name, (value, _, _) in found.items()}
-        told = verdict.as_dict() if verdict is not None else None
-        typer.echo(
-            json.dumps(json_ready({"result": str(out), **outcome, "verdict": told, "measures": numbers}), indent=2)
-        )
+        said = verdict.as_dict() if verdict is not None else None
+        about = {"result": str(files.out[0]), **outcome, "seed": context.params["seed"]}
+        print_json({**about, "verdict": said, "measures": numbers})
+    elif context.params["as_csv"]:
+        numbers_shown = [None if value is None else value * factor for _, value, _, factor in shown]
+        named, signs = [text for text, *_ in shown], [sign for _, _, sign, _ in shown]
+        print_csv([Column("measure", named), Column("value", numbers_shown), Column("unit", signs)])
     else:
         if verdict is not None:
             print_verdict(verdict, Console())
-        typer.echo(f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)")
-        typer.echo(f"rotor speed at the end: {float(result['speed'][-1]):.5g} rad/s")
-        for value, unit, text in found.values():
-            sign, factor = SCALE.get(unit, (unit, 1.0))
-            typer.echo(f"{text}: {'-' if value is None else f'{value * factor:.5g} {sign}'}")
+        say(f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)")
+        say(f"filled at random, seed {context.params['seed']}")
+        rows = [("rotor speed at the end", speed_text(float(result["speed"][-1])))]
+        rows += [
+            (text, "-" if value is None else f"{value * factor:.5g} {sign}") for text, value, sign, factor in shown
+        ]
+        print_facts(rows)
         if reason:
-            typer.echo(f"no measures: {reason}")
-        typer.echo(f"result: {out}")
+            say(f"no measures: {reason}")
+        files.say()
     leave_with(result.attrs["outcome"])
 
 
 def _question(context: typer.Context) -> dict[str, Any]:
     """What ``simulate_chamber`` is asked; options that only balls in races have are refused."""
-    from autobalancer.units import option_to_si
+    from autobalancer.cli.quantities import quantity
 
     given = {
         name: value
@@ -80,7 +84,7 @@ def _question(context: typer.Context) -> dict[str, Any]:
                 "between samples, and keeps them all"
             )
     times: dict[str, Any] = {
-        name: option_to_si(given[name], "s") for name in ("duration", "step", "sample") if given.get(name)
+        name: quantity(f"--{name}", given[name], "s") for name in ("duration", "step", "sample") if given.get(name)
     }
     return {**times, **{name: given[name] for name in ("method", "seed") if name in given}}
 

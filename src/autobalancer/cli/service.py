@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from autobalancer.cli.words import speed_text
 from autobalancer.laws.balance_quality import grade_name
 from autobalancer.results.number_text import force_text, length_text, velocity_text
 from autobalancer.stability.service import Service
@@ -11,10 +12,8 @@ from autobalancer.stability.service import Service
 
 def service_rows(service: Service) -> list[tuple[str, str]]:
     """Names and texts: grade, vibration and forces before balls balance anything."""
-    rpm = f"{service.speed * 30.0 / math.pi:.5g} rpm"
-    rows = [
-        ("without balancing", f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)}) at {rpm}")
-    ]
+    grade = f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)})"
+    rows = [("without balancing", f"{grade} at {speed_text(service.speed)}")]
     for names, text, values in (("vibration", length_text, service.vibration), ("force", force_text, service.force)):
         known = [(name, value) for name, value in values if math.isfinite(value)]
         if known:

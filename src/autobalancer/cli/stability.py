@@ -2,123 +2,123 @@
 
 from __future__ import annotations
 
-import json
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
+from autobalancer.cli.words import speed_number, speed_sign
+
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
+
+    from autobalancer.cli.sheet import Column
 
 
 def stability(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
+    machine: MachineFile,
     speeds: Annotated[
         str,
         typer.Option(
-            help='"from:to:count", such as "500 rpm:3000 rpm:200", or one speed; by default from half to three times '
-            "the critical speeds that the machine reaches."
+            help='"from:to:count" or one speed; by default from half to three times the critical speeds that the '
+            "machine reaches."
         ),
     ] = "",
     state: Annotated[
         str, typer.Option(help="balanced, coincident, 'in line', or mixed: at some stations at rest.")
     ] = "balanced",
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
-    out: Annotated[Path | None, typer.Option(help="Result file (netCDF).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on anisotropic supports.
 
-    Example: autobalancer stability examples/machines/discoidal.toml --speeds "500 rpm:1500 rpm:200" --plot s.png
+    Example: autobalancer stability examples/machines/discoidal.toml \\
+      --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
-    import numpy as np
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from autobalancer import save_run, summary
-    from autobalancer.cli.ranges import speed_range
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import optional, speed_range
+    from autobalancer.cli.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.plots.save import save_picture
+    from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability import plot_stability
+    from autobalancer.stability.ranges import stability_ranges
     from autobalancer.stability.states import eigenvalues
-    from autobalancer.units import option_to_si
 
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
     if state not in ("balanced", "mixed", "coincident", "in line"):
         raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident or 'in line'")
-    if speeds:
-        chosen = speed_range(speeds)
-    else:
-        about = summary(machine)
-        critical = about.critical_speeds
-        if not critical:
-            raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
-        # bending speeds far above all that the machine runs at say nothing
-        reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
-        chosen = np.linspace(0.5 * min(critical), 3.0 * max(reached), 401)
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("speeds")
+    described = load_machine(machine)
+    chosen = speed_range("--speeds", speeds) if speeds else _usual(machine)
+    size = optional("--unbalance", unbalance, "kg*m")
+    with progress_bar("speeds") as update:
         found = eigenvalues(
-            machine,
+            described,
             [float(speed) for speed in chosen],
             state=state,  # type: ignore[arg-type]
-            unbalance=option_to_si(unbalance, "kg*m") if unbalance else None,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            unbalance=size,
+            progress=update,
         )
-    if out is not None:
-        save_run(found, out, rescue=True)
-    if plot is not None:
-        save_picture(plot_stability(found, speed_unit=speed_unit), plot)
+    files.save(found, lambda: plot_stability(found, speed_unit=speed_unit))
+    missing = [float(w) for w in found.attrs["speeds_without_state"]]
     if as_json:
+        names = ("speed", "growth_rate", "verdict", "leading_motion")
         rows = [
-            {"speed": float(w), "growth_rate": float(rate), "verdict": str(word), "leading_motion": str(text)}
-            for w, rate, word, text in zip(
-                found["speed"],
-                found["growth_rate"],
-                found["verdict"].values,
-                found["leading_motion"].values,
-                strict=True,
-            )
+            dict(zip(names, row, strict=True))
+            for row in zip(*(found[name].values.tolist() for name in names), strict=True)
         ]
-        missing = [float(w) for w in found.attrs["speeds_without_state"]]
-        typer.echo(
-            json.dumps(
-                {
-                    "machine": str(machine),
-                    "state": state,
-                    "ignores": found.attrs["ignores"],
-                    "rows": rows,
-                    "speeds_without_state": missing,
-                }
-            )
+        print_json(
+            {
+                "machine": str(machine),
+                "state": state,
+                "ignores": found.attrs["ignores"],
+                "rows": rows,
+                "speeds_without_state": missing,
+            }
         )
         return
-    for line in _ranges(found):
-        typer.echo(line)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
+    ranges = stability_ranges(described, found, size)
+    table = _columns(ranges)
+    if as_csv:
+        print_csv(table)
+        return
+    ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
+    print_sheet(table, f"{described.name}: {state} state{ignores}")
+    if missing:
+        typer.echo(f"no such state at {len(missing)} of the speeds")
+    files.say()
 
 
-def _ranges(found: xr.Dataset) -> list[str]:
-    """One line for every run of speeds with one verdict."""
-    speeds, verdicts, motions = (found[name].values for name in ("speed", "verdict", "leading_motion"))
-    rates = found["growth_rate"].values
-    lines, first = [], 0
-    for i in range(1, len(speeds) + 1):
-        if i == len(speeds) or verdicts[i] != verdicts[first]:
-            ends = " to ".join(f"{w * 30 / math.pi:.5g}" for w in dict.fromkeys((speeds[first], speeds[i - 1])))
-            worst = first + int(rates[first:i].argmax())
-            lines.append(
-                f"{ends} rpm: {verdicts[first]}, growth rate at most {rates[worst]:.4g} 1/s ({motions[worst]})"
-            )
-            first = i
-    if found.attrs["ignores"]:
-        lines = [f"{line}; ignores {found.attrs['ignores']}" for line in lines]
-    missing = found.attrs["speeds_without_state"]
-    if len(missing):
-        lines.append(f"no such state at {len(missing)} of the speeds")
-    return lines
+def _usual(machine: object) -> np.ndarray:
+    import numpy as np
+
+    from autobalancer.errors import QuestionError
+    from autobalancer.stability.summary import summary
+
+    about = summary(machine)  # type: ignore[arg-type]
+    critical = about.critical_speeds
+    if not critical:
+        raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
+    # bending speeds far above all that the machine runs at say nothing
+    reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
+    return np.linspace(0.5 * min(critical), 3.0 * max(reached), 401)
+
+
+def _columns(ranges: xr.Dataset) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    low, high = ([float(speed_number(w, ".10g")) for w in ranges[name].values] for name in ("from_speed", "to_speed"))
+    return [
+        Column("from", low, speed_sign(), ".6g"),
+        Column("to", high, speed_sign(), ".6g"),
+        Column("state is", ranges["verdict"].values.tolist()),
+        Column("growth rate at most", ranges["growth_rate"].values.tolist(), "1/s", ".4g"),
+        Column("fastest growing motion", ranges["leading_motion"].values.tolist(), wraps=True),
+    ]

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from autobalancer.cli.options import Csv, Json, MachineFile, Plot, Seed, SpeedUnit, Unit
+from autobalancer.cli.words import note, speed_number, speed_sign, speed_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.cli.sheet import Column
+
 
 def stepped(
-    machine: Annotated[Path, typer.Argument(help="Machine file.")],
-    speed: Annotated[str, typer.Option("--speed", help='"from:to:count", such as "600rpm:5500rpm:300", or one speed.')],
+    machine: MachineFile,
+    speeds: Annotated[str, typer.Option(help='"from:to:count", such as "600 rpm:5500 rpm:300", or one speed.')],
     dwell: Annotated[str, typer.Option(help='Time at a speed before it is measured, such as "6 s".')],
     window: Annotated[str, typer.Option(help='Length of the measurement, such as "1 s".')],
     direction: Annotated[str, typer.Option(help="up, down or both.")] = "up",
@@ -30,86 +37,97 @@ def stepped(
     ] = None,
     longest: Annotated[str, typer.Option(help='With --settle: longest time at a speed, such as "60 s".')] = "",
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
-    seed: Annotated[int, typer.Option(help="For balls without start angles.")] = 0,
+    seed: Seed = 0,
     mass_spread: Annotated[
         float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
     ] = 1e-6,
     out: Annotated[
-        Path | None, typer.Option(help="Result file; by default the machine's name with _stepped.nc here.")
+        Path | None, typer.Option(help="Result file (.nc); by default the machine's name with _stepped.nc here.")
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")] = None,
-    speed_unit: Annotated[str, typer.Option(help="rpm, rad/s or Hz, for the picture.")] = "rpm",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the numbers in SI for a program.")] = False,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Hold a speed, let transients die, measure, go to the next. Ctrl-C keeps what was measured; the same call goes on.
 
-    Example: autobalancer stepped rig.toml --speed 600rpm:5500rpm:200 --dwell 5s --window 1s --direction both --plot s.png
+    Example: autobalancer stepped examples/machines/discoidal.toml \\
+      --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
     from rich.console import Console
-    from rich.progress import Progress
 
     from autobalancer.cli.exit_codes import stop_code
-    from autobalancer.cli.ranges import speed_range
+    from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import progress_bar
+    from autobalancer.cli.quantities import optional, quantity, speed_range
     from autobalancer.cli.run import _say_if_first
-    from autobalancer.safe_file import ready_to_write
-    from autobalancer.units import option_to_si
+    from autobalancer.cli.starts import say_seed
+    from autobalancer.files.machine_file import load_machine
 
+    one_form(as_json, as_csv)
     out = out if out is not None else Path(f"{machine.stem}_stepped.nc")
-    ready_to_write(out)
-    console = Console(stderr=True)
-    chosen = speed_range(speed)
-    _say_if_first(console)
+    files = Files(out, plot, (".nc",))
+    described = load_machine(machine)
+    chosen = speed_range("--speeds", speeds)
+    held, measured = quantity("--dwell", dwell, "s"), quantity("--window", window, "s")
+    rate, most = optional("--acceleration", acceleration, "rad/s^2"), optional("--longest", longest, "s")
+    _say_if_first(Console(stderr=True))
     from autobalancer.plots.frequency_response import plot_frequency_response
     from autobalancer.plots.save import save_picture
     from autobalancer.studies.frequency_response import frequency_response
 
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("speeds")
+    with progress_bar("speeds") as update:
         found = frequency_response(
             machine,
             chosen,
-            dwell=option_to_si(dwell, "s"),
-            window=option_to_si(window, "s"),
+            dwell=held,
+            window=measured,
             direction=direction,  # type: ignore[arg-type]
             start=start,  # type: ignore[arg-type]
-            acceleration=option_to_si(acceleration, "rad/s^2") if acceleration else None,
+            acceleration=rate,
             stations=station or None,
             settle=settle,
-            longest=option_to_si(longest, "s") if longest else None,
+            longest=most,
             tolerance=tolerance,
             seed=seed,
             mass_spread=mass_spread,
             store=out,
             keep_on_interrupt=True,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            progress=update,
         )
     if plot is not None:
         save_picture(plot_frequency_response(found, speed_unit=speed_unit), plot)
-    whole = found["amplitude"] if "direction" in found.dims else found["amplitude"].expand_dims("direction")
     if as_json:
         keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
-        numbers = {key: _plain(found[key].values.tolist()) for key in keys if key in found.variables}
-        numbers["outcomes"] = found["outcome"].values.tolist()
-        typer.echo(json.dumps({"result": str(out), "outcome": found.attrs["outcome"], **numbers}, indent=2))
+        numbers = {key: found[key].values for key in keys if key in found.variables}
+        about = {"result": str(out), "outcome": found.attrs["outcome"], "seed": seed}
+        print_json({**about, **numbers, "outcomes": found["outcome"].values})
+    elif as_csv:
+        print_csv(_columns(found))
     else:
-        for name, row in zip(whole["direction"].values, whole.values, strict=True):
+        for name, row in _rows(found):
             reached = [i for i, value in enumerate(row) if math.isfinite(value)]
             if reached:
                 peak = max(reached, key=lambda i: row[i])
-                at = float(found["speed"].values[peak]) * 30.0 / math.pi
-                typer.echo(f"{name}: greatest amplitude {1e6 * row[peak]:.5g} um at {at:.5g} rpm")
+                at = speed_text(float(found["speed"].values[peak]))
+                typer.echo(f"{name}: greatest amplitude {1e6 * row[peak]:.5g} µm at {at}")
         if "coincidence_text" in found.attrs:
-            console.print(f"[yellow]note:[/yellow] {found.attrs['coincidence_text']}")
-        for path in (out, plot):
-            if path is not None and path.exists():
-                typer.echo(f"written: {path}")
+            note(found.attrs["coincidence_text"])
+        say_seed(described, seed)
+        files.say()
     if found.attrs["outcome"] == "interrupted":
         typer.echo(f"interrupted; the same command goes on from {out}.journal", err=True)
         raise typer.Exit(stop_code())
 
 
-def _plain(value: object) -> object:
-    """Numbers that JSON can say."""
-    if isinstance(value, list):
-        return [_plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _rows(found: xr.Dataset) -> list[tuple[str, list[float]]]:
+    whole = found["amplitude"] if "direction" in found.dims else found["amplitude"].expand_dims("direction")
+    return [(str(name), row.tolist()) for name, row in zip(whole["direction"].values, whole.values, strict=True)]
+
+
+def _columns(found: xr.Dataset) -> list[Column]:
+    from autobalancer.cli.sheet import Column
+
+    across = [float(speed_number(w, ".10g")) for w in found["speed"].values]
+    amplitudes = [Column(f"amplitude {name}", [1e6 * value for value in row], "µm") for name, row in _rows(found)]
+    return [Column("speed", across, speed_sign()), *amplitudes]

@@ -9,7 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from autobalancer.cli.command import Command
+from autobalancer.cli.options import Csv, Json, Outs, Plot, Seed
+from autobalancer.cli.output import Files, one_form, print_csv, print_json
+from autobalancer.cli.quantities import listed, optional, quantity, whole
 
 app = typer.Typer(
     help="Studies of machines with deep chambers: amplitudes over balls and friction, reactions, step size.",
@@ -17,12 +19,11 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-Plot = Annotated[Path | None, typer.Option(help="Picture: png, svg or pdf.")]
 Step = Annotated[str, typer.Option(help='Of the integration, such as "1e-6 s"; by default from the contact time.')]
 Last = Annotated[str, typer.Option(help="Time at the end that is the steady state; by default a tenth.")]
 
 
-@app.command(cls=Command)
+@app.command()
 def amplitudes(
     machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
     balls: Annotated[
@@ -38,77 +39,82 @@ def amplitudes(
     last: Last = "",
     seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point; pictures show mean and range.")] = 1,
     workers: Annotated[int, typer.Option(min=0, help="Threads; 0 for one each core.")] = 0,
-    out: Annotated[
-        Path | None, typer.Option(help="Result file; by default the machine's name with _amplitudes.nc.")
-    ] = None,
+    out: Outs = None,
     plot: Plot = None,
     means: Annotated[Path | None, typer.Option(help="Picture of the means over the optimal ranges.")] = None,
     carried: Annotated[
         Path | None, typer.Option(help="Picture of the share of balls carried over friction, for each number.")
     ] = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Vibration over number of balls and friction at equal total mass, deep chamber against single layer.
 
-    Example: autobalancer study amplitudes deep_chamber.toml --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7
-    --duration "20 s" --archive runs --plot amplitudes.png
+    Without --out the result is written here, under the machine's name with _amplitudes.nc.
+
+    Example: autobalancer study amplitudes examples/machines/deep_chamber.toml \\
+      --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
+      --duration "20 s" --archive runs --plot amplitudes.png
     """
     from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
-    from autobalancer.plots.save import save_picture
-    from autobalancer.results.store import save_run
-    from autobalancer.safe_file import ready_to_write
     from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_means import optimal_means
-    from autobalancer.units import option_to_si
 
-    deep = [] if balls == "none" else _whole("balls", balls)
-    other = [] if single == "none" else _whole("single", single) if single else deep
+    deep = [] if balls == "none" else whole("--balls", balls)
+    other = [] if single == "none" else whole("--single", single) if single else deep
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
-    out = out if out is not None else Path(f"{machine.stem}_amplitudes.nc")
-    ready_to_write(out)
+    one_form(as_json, as_csv)
+    files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
+    others = [Files(plot=path) for path in (means, carried)]
     with _bar("runs") as update, _said_when_stopped(archive is not None):
         found = chamber_amplitudes(
             _chamber_machine(machine),
             counts,
-            _numbers("friction", friction),
-            duration=option_to_si(duration, "s"),
+            listed("--friction", friction, ""),
+            duration=quantity("--duration", duration, "s"),
             layers=list(counts),
             archive=archive,
-            step=option_to_si(step, "s") if step else None,
+            step=optional("--step", step, "s"),
             seeds=list(range(seeds)),
-            last=option_to_si(last, "s") if last else None,
+            last=optional("--last", last, "s"),
             workers=workers or None,
             progress=update,
         )
-    save_run(found, out, rescue=True)
-    typer.echo(f"written: {out}")
+    files.save(found, lambda: plot_amplitudes(found))
+    others[0].save(found, lambda: plot_optimal_means(optimal_means(found)))
+    others[1].save(found, lambda: plot_carried(found))
     _say_what_failed(found)
-    for path, draw in (
-        (plot, plot_amplitudes),
-        (means, lambda study: plot_optimal_means(optimal_means(study))),
-        (carried, plot_carried),
-    ):
-        if path is not None:
-            typer.echo(f"written: {save_picture(draw(found), path)}")
+    if as_json:
+        print_json({str(name): found[name].values for name in found.variables})
+    elif as_csv:
+        from autobalancer.results.export import result_csv
+
+        typer.echo(result_csv(found), nl=False)
+    else:
+        for one in (files, *others):
+            one.say()
 
 
-@app.command(cls=Command)
+@app.command()
 def reactions(
     machine: Annotated[Path, typer.Argument(help="Machine file with chambers.")],
     duration: Annotated[str, typer.Option(help='Such as "20 s".')],
     archive: Annotated[Path, typer.Option(help="Folder that keeps the run; the same command goes on after a stop.")],
     name: Annotated[str, typer.Option(help="Name of the run; by default that of the file.")] = "",
     step: Step = "",
-    seed: Annotated[int, typer.Option(help="Of the filling.")] = 0,
+    seed: Seed = 0,
     last: Last = "",
     height: Annotated[
         str, typer.Option(help="Height of the axis over the supports: draws the body of the source let go.")
     ] = "",
     until: Annotated[str, typer.Option(help="Time after which reactions do not drive the body that is let go.")] = "",
     out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("."),
+    as_json: Json = False,
 ) -> None:
     """One run into an archive, with pictures: history, energy, collisions, reactions, arrangement of the balls.
 
-    Example: autobalancer study reactions deep_chamber.toml --duration "20 s" --archive runs --height "0.2 m" --out pictures
+    Example: autobalancer study reactions examples/machines/deep_chamber.toml \\
+      --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
     from autobalancer.plots.chamber_arrangement import plot_arrangement
     from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
@@ -117,74 +123,88 @@ def reactions(
     from autobalancer.results.archive import Archive
     from autobalancer.results.chamber_unconstrained import pakula_body
     from autobalancer.studies.chamber_runs import archived_run
-    from autobalancer.units import option_to_si
 
     with _bar("thousandths of the run") as update, _said_when_stopped():
         run = archived_run(
             Archive(archive),
             name or machine.stem,
             _chamber_machine(machine),
-            duration=option_to_si(duration, "s"),
-            step=option_to_si(step, "s") if step else None,
+            duration=quantity("--duration", duration, "s"),
+            step=optional("--step", step, "s"),
             seed=seed,
-            last=option_to_si(last, "s") if last else None,
+            last=optional("--last", last, "s"),
             progress=lambda now, end: update(round(1000.0 * now / end), 1000),
         )
     samples = run.samples().load()
-    body = pakula_body(option_to_si(height, "m")) if height else None
+    body = pakula_body(quantity("--height", height, "m")) if height else None
     pictures = {
         "history": plot_chamber_run(samples),
         "energy": plot_energy(samples),
         "collisions": plot_collisions(samples),
         "bearings": plot_bearing_forces(samples),
-        "reactions": plot_reactions(samples, body, until=option_to_si(until, "s") if until else None),
+        "reactions": plot_reactions(samples, body, until=optional("--until", until, "s")),
         "arrangement": plot_arrangement(samples),
     }
-    typer.echo(f"run {run.name}: {run.note['outcome']['outcome_text']}, in {run.path}")
-    for kind, figure in pictures.items():
-        typer.echo(f"written: {save_picture(figure, out / f'{run.name}_{kind}.png')}")
+    made = [save_picture(figure, out / f"{run.name}_{kind}.png") for kind, figure in pictures.items()]
+    if as_json:
+        outcome, measured = run.note["outcome"], run.note.get("measures", {})
+        print_json({"run": str(run.path), **outcome, "seed": seed, "measures": measured, "pictures": made})
+        return
+    typer.echo(f"run {run.name}: {run.note['outcome']['outcome_text']}, seed {seed}, in {run.path}")
+    for path in made:
+        typer.echo(f"written: {path}")
 
 
-@app.command("step-size", cls=Command)
+@app.command("step-size")
 def step_size(
     stiffness_over_mass: Annotated[float, typer.Option(help="k/m of a ball in m^-0.5 s^-2.")] = 1e10,
-    speeds: Annotated[str, typer.Option(help="Relative speeds in m/s.")] = "4,6,8,10",
-    steps: Annotated[str, typer.Option(help="Steps in s.")] = "1e-4,1e-5,1e-6,1e-7",
+    speeds: Annotated[str, typer.Option(help="Relative speeds.")] = "4,6,8,10 m/s",
+    steps: Annotated[str, typer.Option(help="Steps of the integration.")] = "1e-4,1e-5,1e-6,1e-7 s",
     restitution: Annotated[float, typer.Option(help="1 for elastic balls.")] = 1.0,
     phases: Annotated[int, typer.Option(min=1, help="Collisions for each speed and step.")] = 200,
     scheme: Annotated[str, typer.Option(help="runge_kutta or velocity_verlet.")] = "runge_kutta",
+    out: Outs = None,
     plot: Plot = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
 ) -> None:
     """Energy error of a fixed step in a central collision, for contacts that begin anywhere in a step.
 
     Example: autobalancer study step-size --stiffness-over-mass 3e9 --plot steps.png
     """
-    from rich.console import Console
-    from rich.table import Table
-
+    from autobalancer.cli.sheet import Column, print_sheet
     from autobalancer.plots.chamber_study import plot_step_sizes
-    from autobalancer.plots.save import save_picture
     from autobalancer.studies.step_size import step_size_study
 
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
     with _bar("collisions") as update:
         found = step_size_study(
-            _numbers("speeds", speeds),
-            _numbers("steps", steps),
+            listed("--speeds", speeds, "m/s"),
+            listed("--steps", steps, "s"),
             stiffness_over_mass=stiffness_over_mass,
             restitution=restitution,
             phases=phases,
             scheme=scheme,
             progress=update,
         )
-    table = Table("relative speed (m/s)", "step (s)", "least (%)", "greatest (%)", "root mean square (%)")
-    for speed in found["relative_speed"].values:
-        for step in found["step"].values:
-            cell = found.sel(relative_speed=speed, step=step)
-            sizes = [f"{100.0 * float(cell[name]):.3g}" for name in ("least", "greatest", "root_mean_square")]
-            table.add_row(f"{speed:g}", f"{step:g}", *sizes)
-    Console().print(table)
-    if plot is not None:
-        typer.echo(f"written: {save_picture(plot_step_sizes(found), plot)}")
+    files.save(found, lambda: plot_step_sizes(found))
+    if as_json:
+        print_json({str(name): found[name].values for name in found.variables})
+        return
+    cells = [(float(speed), float(step)) for speed in found["relative_speed"] for step in found["step"]]
+    columns = [
+        Column("relative speed", [speed for speed, _ in cells], "m/s", "g"),
+        Column("step", [step for _, step in cells], "s", "g"),
+    ]
+    for name in ("least", "greatest", "root_mean_square"):
+        sizes = [100.0 * float(found[name].sel(relative_speed=speed, step=step)) for speed, step in cells]
+        columns.append(Column(name.replace("_", " "), sizes, "%", ".3g"))
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "energy error of a collision")
+    files.say()
 
 
 def _chamber_machine(path: Path) -> Any:
@@ -193,41 +213,13 @@ def _chamber_machine(path: Path) -> Any:
     return load_chamber_machine(path)
 
 
-def _numbers(name: str, text: str) -> list[float]:
-    from autobalancer.errors import QuestionError
-
-    try:
-        return [float(piece) for piece in text.split(",")]
-    except ValueError:
-        raise QuestionError(f"{name}: given {text!r}; write numbers with commas between them") from None
-
-
-def _whole(name: str, text: str) -> list[int]:
-    from autobalancer.errors import QuestionError
-
-    values = _numbers(name, text)
-    if any(value != round(value) or value < 1 for value in values):
-        raise QuestionError(f"{name}: given {text!r}; must be whole numbers from 1 on")
-    return [round(value) for value in values]
-
-
-class _bar:
+def _bar(text: str) -> Any:
     """A progress bar that is told (done, in all)."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
-    def __init__(self, text: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from autobalancer.cli.progress import progress_bar
 
-        columns = (BarColumn(), MofNCompleteColumn(), TextColumn(text), TimeRemainingColumn())
-        self.progress = Progress(*columns, console=Console(stderr=True), transient=True)
-        self.task = self.progress.add_task(text, total=None)
-
-    def __enter__(self) -> Any:
-        self.progress.start()
-        return lambda done, total: self.progress.update(self.task, completed=done, total=total)
-
-    def __exit__(self, *_: object) -> None:
-        self.progress.stop()
+    return progress_bar(text, BarColumn(), MofNCompleteColumn(), TextColumn(text), TimeRemainingColumn())
 
 
 def _say_what_failed(found: Any) -> None:

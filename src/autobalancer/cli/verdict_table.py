@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,12 +29,3 @@ def print_verdict(found: Verdict, console: Console) -> None:
     console.print(table, highlight=False)
     for note in notes:
         console.print(f"[yellow]note:[/yellow] {escape(note)}", highlight=False)
-
-
-def json_ready(value: Any) -> Any:
-    """The same without nan and infinity, which JSON does not have: they become null."""
-    if isinstance(value, dict):
-        return {str(key): json_ready(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [json_ready(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,21 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
 def read_machine(path: str | Path) -> Machine | ChamberMachine:
     """Read a machine file of either kind; raises as :func:`load_machine`."""
     path = Path(path)
+    _refuse_result(path)
     return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
+
+
+def _refuse_result(path: Path) -> None:
+    """A result given for a machine is recognized by how it begins."""
+    begin = b""
+    if path.is_file():
+        with contextlib.suppress(OSError), path.open("rb") as file:
+            begin = file.read(4)
+    if begin == b"\x89HDF" or begin[:3] == b"CDF":
+        raise MachineFileError(
+            f"{path}: is a result, not a machine file; 'autobalancer plot {path}' draws it, and its machine is "
+            "the attribute 'machine' of load_run(path)"
+        )
 
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:

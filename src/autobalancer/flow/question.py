@@ -15,7 +15,7 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.flow.annulus import Annulus, Floats, annulus_of
 from autobalancer.flow.choice import expected
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl
-from autobalancer.flow.result import Solved, flow_dataset
+from autobalancer.flow.result import Solved, flow_dataset, percent
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
 from autobalancer.units import list_argument, optional_argument
@@ -116,9 +116,10 @@ def annulus_flow(
 
         solved = by_solver(annulus, walls, end, grid, moments, solver, seen, points, error, progress)
     reason = (
-        f"diffusion alone is wrong by at most {seen.error:.1e} of the greatest speed"
+        f"diffusion alone is enough, wrong by at most {percent(seen.error)} of the greatest speed"
         if seen.error <= error
-        else f"the secondary flow changes the fluid's speed by up to {min(seen.error, 1.0):.1e} of the greatest speed"
+        else "a secondary flow carries the fluid along; without it the speed of the fluid would be wrong by up to "
+        f"{percent(min(seen.error, 1.0))} of the greatest speed"
     )
     return flow_dataset(
         annulus, solved, diffusion, name, "asked for" if model != "auto" else reason, seen, walls.settled

@@ -90,3 +90,26 @@ def flow_dataset(
         **asdict(annulus),
     }
     return dataset
+
+
+def percent(share: float) -> str:
+    """A share as people read it: ``"14.3 %"``."""
+    return f"{100.0 * share:.3g} %"
+
+
+def flow_notes(flow: xr.Dataset) -> list[str]:
+    """What to make of a solved flow, in sentences: how certain an unsteady one is."""
+    uncertainty = float(flow.attrs["uncertainty"])
+    if uncertainty == 0.0:
+        return []
+    if not np.isfinite(uncertainty):
+        return [
+            "vortices form at the inner wall, and a coarser grid cannot follow them, so it is unknown how certain the lag is; "
+            "a finer grid (points) shows it"
+        ]
+    lag = float(flow.attrs["greatest_lag"]) / max(float(np.abs(flow["speed"]).max()), 1e-300)
+    return [
+        f"vortices form at the inner wall: at an instant the speed of the fluid is certain to {percent(uncertainty)} of the "
+        f"greatest speed only (a coarser grid differs by this), and the greatest lag is {percent(lag)} of it; "
+        "a mean over time is more certain"
+    ]

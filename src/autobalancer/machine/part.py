@@ -116,6 +116,7 @@ def quantity(unit: str, *, positive: bool = False, non_negative: bool = False) -
             raise ValueError(f"given {shortened(value)}; {wrong}")
         return number
 
+    read.unit = unit  # type: ignore[attr-defined]
     return PlainValidator(read)
 
 
@@ -130,7 +131,26 @@ def one_or_two(unit: str, *, positive: bool = False) -> PlainValidator:
             raise ValueError(f"given {len(value)} values; give one, or two (along x and y)")
         return tuple(single(entry) for entry in value)  # type: ignore[call-arg]
 
+    read.unit = unit  # type: ignore[attr-defined]
     return PlainValidator(read)
+
+
+def unit_of_key(part: type[Part], key: str) -> str | None:
+    """The SI unit of a key of a part, empty for a plain number; ``None`` where it is no quantity."""
+    field = part.model_fields[key]
+    return _unit_in((field.annotation, *field.metadata))
+
+
+def _unit_in(hints: tuple[Any, ...]) -> str | None:
+    for hint in hints:
+        found = getattr(hint.func, "unit", None) if isinstance(hint, PlainValidator) else _unit_in(_inner(hint))
+        if found is not None:
+            return str(found)
+    return None
+
+
+def _inner(hint: Any) -> tuple[Any, ...]:
+    return (*get_args(hint), *getattr(hint, "__metadata__", ()))
 
 
 LONGEST_NAME = 200

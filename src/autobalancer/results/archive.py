@@ -15,6 +15,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.archive_lock import RunLock
 from autobalancer.results.archive_query import condition
 from autobalancer.results.archive_run import RunFolder, Write, plain, read_note, write_part
+from autobalancer.results.chamber_measures import catalogue_unit
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import write_text_safely
@@ -141,7 +142,8 @@ class Archive:
         table = xr.Dataset(coords={"run": ("run", np.array(list(rows), dtype=object))})
         for key in sorted(known, key=lambda key: (key != "state", key)):
             cells = [row.get(key) for row in rows.values()]
-            table[key] = ("run", _column(cells))
+            unit = catalogue_unit(key)
+            table[key] = ("run", _column(cells), {"units": unit} if unit else {})
         table.attrs.update(title=f"Runs of {self.folder}", **provenance())
         return table
 

@@ -195,5 +195,28 @@ def catalogue_measures(measured: xr.Dataset) -> dict[str, float]:
     return found
 
 
+_UNITS = {
+    "residual_unbalance": "kg m",
+    "residual_couple": "kg m^2",
+    "ball_mass_total": "kg",
+    "ball_diameter": "m",
+    "depth": "m",
+}
+
+
+def catalogue_unit(name: str) -> str:
+    """The unit of a measure of :func:`catalogue_measures`, or of a parameter; empty where it has none."""
+    if "constraint_moment" in name:
+        return "N m"
+    if any(word in name for word in ("bearing_", "constraint_", "hardest_contact")) and not name.endswith("_time"):
+        return "N"
+    if name.endswith(("_time", "duration", "step")):
+        return "s"
+    for direction, (_, _, unit) in DIRECTIONS.items():
+        if name in (f"{direction}_amplitude", f"{direction}_synchronous", f"{direction}_peak"):
+            return unit
+    return _UNITS.get(name, "")
+
+
 def _scalar(value: float, unit: str, text: str) -> xr.DataArray:
     return xr.DataArray(float(value), attrs={"units": unit, "long_name": text})

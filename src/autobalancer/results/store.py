@@ -9,15 +9,19 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import ResultError
+from autobalancer.results.export import WRITERS
 from autobalancer.results.provenance import MAKER
-from autobalancer.safe_file import write_safely
+from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely
 
 # netCDF turns a list of one into a scalar; these come back as lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
 
 def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path:
-    """Write a result as netCDF; an existing file is replaced only when the new one is complete.
+    """Write a result; the suffix says how. An existing file is replaced only when the new one is complete.
+
+    ``.nc`` is netCDF with all there is, and the only form that :func:`load_run` reads. ``.csv`` has the main table in SI,
+    with units in its first line, ``.json`` everything.
 
     Parameters
     ----------
@@ -31,20 +35,30 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
     Raises
     ------
     ResultError
-        If the file cannot be written.
+        If the suffix is another one, or the file cannot be written.
     """
     try:
-        return write_safely(path, lambda file: run.to_netcdf(file, engine="netcdf4"))
+        return _write(run, Path(path))
     except ResultError as reason:
         if not rescue:
             raise
         raise ResultError(f"{reason}\n{_rescued(run, Path(path).name[-60:])}") from None
 
 
+def _write(run: xr.Dataset, path: Path) -> Path:
+    kind = path.suffix.lower()
+    if kind == ".nc":
+        return write_safely(path, lambda file: run.to_netcdf(file, engine="netcdf4"))
+    if kind not in WRITERS:
+        ready_to_write(path)  # a device or a folder is named as such
+        raise ResultError(f"{path}: results are written as .nc, .csv or .json; end the name with one of these")
+    return write_text_safely(path, WRITERS[kind](run))
+
+
 def _rescued(run: xr.Dataset, name: str) -> str:
     try:
         place = Path(tempfile.mkdtemp(prefix="autobalancer-")) / name
-        write_safely(place, lambda file: run.to_netcdf(file, engine="netcdf4"))
+        _write(run, place)
     except (ResultError, OSError) as reason:
         return f"it could not be kept among the temporary files either: {reason}"
     return f"The result is kept in {place}; move it from there"

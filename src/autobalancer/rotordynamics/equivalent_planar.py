@@ -61,7 +61,7 @@ def equivalent_planar(
     machine: Machine | str | Path,
     station: str | float | None = None,
     *,
-    method: Method = "static",
+    method: Method = "modal",
     frequency: Kind = "critical",
     tolerance: float = 0.1,
     speeds: Floats | None = None,
@@ -80,7 +80,7 @@ def equivalent_planar(
     station
         Name of a station or position (m); by default the plane of the first balancer.
     method
-        Which of both the returned machine has.
+        Which of both the returned machine has; the modal one holds near the speed of its mode.
     frequency
         ``critical``: modes that turn with the rotor, with the gyroscopic moments of synchronous whirl; ``natural``: modes
         at standstill, as a decay test gives them.

@@ -65,7 +65,7 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
     try:
         data = tomllib.loads(read_text(path, MACHINE, QuestionError))
     except (tomllib.TOMLDecodeError, RecursionError) as reason:
-        raise QuestionError(f"{path}: not valid TOML: {reason}") from None
+        raise QuestionError(f"{path}: not valid TOML: {reason}{_hint(path)}") from None
     unknown = sorted(set(data) - set(KEYS) - {"name", "description"})
     if unknown:
         raise QuestionError(f"{path}: unknown key {unknown[0]!r}; allowed here: {', '.join(KEYS)}, name, description")
@@ -88,6 +88,16 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
             except AutobalancerError as error:
                 raise type(error)(f"{where}: {error}") from None
     return free, found
+
+
+def _hint(path: Path) -> str:
+    """What to do with a table that was given in place of the file that names it."""
+    if path.suffix.lower() == ".toml":
+        return ""
+    return (
+        ". A measurement file ends with .toml and says what is free and what was measured; "
+        f'it names a table so:\n[[responses]]\nfile = "{path.name}"\nerror = "5 %"'
+    )
 
 
 def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:

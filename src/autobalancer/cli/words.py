@@ -1,0 +1,55 @@
+"""Numbers as people read them, in the speed unit that the command was asked for, and lines that fit the screen."""
+
+from __future__ import annotations
+
+import math
+from contextvars import ContextVar
+from typing import Any
+
+_UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+_SPEED_UNIT: ContextVar[str] = ContextVar("speed_unit", default="rpm")
+
+
+def use_speed_unit(unit: str) -> str:
+    """Remember the --speed-unit of the command that runs; every text of a speed follows it."""
+    _SPEED_UNIT.set(str(unit))
+    return unit
+
+
+def speed_number(speed: float, form: str = ".5g") -> str:
+    """``"1200"``, in the unit of :func:`speed_sign`."""
+    from autobalancer.plots.axis_units import speed_axis
+
+    return format(speed * speed_axis(_SPEED_UNIT.get()).factor, form)
+
+
+def speed_sign() -> str:
+    """``"rpm"``."""
+    return _SPEED_UNIT.get()
+
+
+def speed_text(speed: float, form: str = ".5g") -> str:
+    """``"1200 rpm"``; *none* for nan and *never* for infinity, as border speeds mean them."""
+    if math.isnan(speed):
+        return "none"
+    return "never" if math.isinf(speed) else f"{speed_number(speed, form)} {speed_sign()}"
+
+
+def say(text: str, indent: str = "", first: str = "") -> None:
+    """Print sentences, broken between words where the screen ends, the further lines of each with an ``indent``."""
+    import textwrap
+
+    import typer
+    from rich.console import Console
+
+    from autobalancer.cli.printable import printable
+
+    for line in printable(text).splitlines() or [""]:
+        width = max(Console().width, 40)
+        whole = textwrap.wrap(line, width, initial_indent=first, subsequent_indent=indent, **_UNBROKEN)
+        typer.echo("\n".join(whole))
+
+
+def note(text: str) -> None:
+    """Print a note that the reader must not miss."""
+    say(f"note: {text}", indent="  ")

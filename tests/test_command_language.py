@@ -1,0 +1,283 @@
+"""The command line as a language: numbers have units, one name for one thing, files are what their names say."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+import xarray as xr
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.cli.quantities import listed, parameter_values, speed_range, values
+from autobalancer.cli.sheet import Column, print_sheet, sheet_csv
+from autobalancer.errors import QuestionError, ResultError, UnitError
+from autobalancer.results.export import plain_json
+from autobalancer.stability.ranges import stability_ranges
+from autobalancer.stability.states import eigenvalues
+
+ROOT = Path(__file__).parents[1]
+DISCOIDAL = str(ROOT / "examples" / "machines" / "discoidal.toml")
+RIGID = str(ROOT / "examples" / "machines" / "rigid_rotor.toml")
+RPM = np.pi / 30.0
+
+
+def say(*words: str, code: int = 0, columns: int = 80) -> str:
+    answer = CliRunner().invoke(app, list(words), env={"COLUMNS": str(columns)})
+    assert answer.exit_code == code, answer.output
+    return answer.output
+
+
+def commands(command: Any = None, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command that does something, with the words that call it."""
+    command = command or typer.main.get_command(app)
+    for name, child in getattr(command, "commands", {}).items():
+        if getattr(child, "commands", None):
+            yield from commands(child, (*path, name))
+        else:
+            yield (*path, name), child
+
+
+COMMANDS = dict(commands())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("basin", DISCOIDAL, "--speed", "1200", "--random", "2"),
+        ("response", RIGID, "--speeds", "600:1200:10"),
+        ("stability", DISCOIDAL, "--speeds", "60:120:10"),
+        ("catalog", "bearings", "--max-outer", "60"),
+        ("catalog", "bearings", "--unbalance", "600"),
+        ("map", DISCOIDAL, "--x", "speed=50:130:4", "--y", "viscosity=1:9 mm^2/s:4"),
+        ("borders", DISCOIDAL, "--over", "rotor.damping=50:90:3"),
+        ("branches", DISCOIDAL, "--over", "speed=50:90"),
+        ("run", DISCOIDAL, "--duration", "20"),
+        ("basin", DISCOIDAL, "--speed", "1200 rpm", "--x", "ball_angle[1]=-180:180:5"),
+        ("catalog", "fluids", "--temperature", "0"),
+    ],
+)
+def test_a_number_without_its_unit_is_refused_with_an_example(words: tuple[str, ...]) -> None:
+    told = say(*words, code=2)
+    assert "without a unit; write it with one, such as" in " ".join(told.split())
+    assert "--" in told, "it says which option"
+
+
+def test_a_range_has_one_form_and_a_unit_may_stand_once() -> None:
+    expected = np.linspace(600.0 * RPM, 1200.0 * RPM, 7)
+    for text in ("600 rpm:1200 rpm:7", "600:1200 rpm:7", "600 rpm:1200:7", "600rpm:1200rpm:7"):
+        assert speed_range("--speeds", text) == pytest.approx(expected)
+    assert values("--x", "1:100 mm^2/s:3:log", "m^2/s") == pytest.approx([1e-6, 1e-5, 1e-4])
+    assert listed("--speeds", "4,6,8 m/s", "m/s") == [4.0, 6.0, 8.0]
+    assert listed("--friction", "0.3,0.5", "") == [0.3, 0.5]
+    machine = ab.load_machine(DISCOIDAL)
+    name, numbers = parameter_values("--x", "balancers[1].races[1].orbit_radius=70:80 mm:3", machine)
+    assert name == "balancers[1].races[1].orbit_radius"
+    assert numbers == pytest.approx([0.07, 0.075, 0.08])
+    with pytest.raises(QuestionError, match="entry 2 does not exist"):
+        parameter_values("--x", "balancers[2].races[1].orbit_radius=70:80 mm:3", machine)
+
+
+@pytest.mark.parametrize("text", ["600 rpm to 1200 rpm", "100 rpm:200 rpm:5", "600 rpm 700 rpm"])
+def test_a_range_where_one_quantity_is_wanted_is_named_as_such(text: str) -> None:
+    told = " ".join(say("modes", RIGID, "--speed", text, code=2).split())
+    assert "one quantity is wanted here" in told
+    with pytest.raises(UnitError, match="a range is written as from:to:count"):
+        speed_range("--speeds", "600 rpm to 1200 rpm")
+
+
+def test_options_of_one_name_mean_the_same_in_every_command() -> None:
+    for path, command in COMMANDS.items():
+        names = {option for parameter in command.params for option in parameter.opts if option.startswith("--")}
+        assert "--output" not in names, path
+        assert "--result" not in names, path
+        assert "--axis" not in names, path
+        assert "--json" in names, path
+        helps = {option: parameter.help for parameter in command.params for option in parameter.opts}
+        for option in ("--json", "--csv", "--speed-unit", "--seed"):
+            if option in helps and path[0] not in ("plot", "animate"):
+                assert helps[option] == HELPS.setdefault(option, helps[option]), path
+
+
+HELPS: dict[str, str] = {}
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_the_example_of_a_help_can_be_copied(path: tuple[str, ...]) -> None:
+    """Joined at its backslashes it is one line of known options, and no line is broken by the width of the terminal."""
+    text = say(*path, "--help")
+    lines = [line.strip() for line in text[text.index("Example:") :].splitlines()]
+    example = lines[0].removeprefix("Example: ")
+    for line in lines[1:]:
+        if not example.endswith("\\"):
+            break
+        example = example[:-1] + line
+    words = shlex.split(example)
+    assert words[: 1 + len(path)] == ["autobalancer", *path]
+    known = {option for parameter in COMMANDS[path].params for option in parameter.opts}
+    assert {word for word in words if word.startswith("--")} <= known
+    for word in words:
+        if word.startswith("examples/"):
+            assert (ROOT / word).is_file()
+
+
+WIDE = (
+    ("check", DISCOIDAL),
+    ("check", str(ROOT / "examples" / "machines" / "two_plane_rotor.toml")),
+    ("check", str(ROOT / "examples" / "machines" / "deep_chamber.toml")),
+    ("borders", DISCOIDAL, "--over", "unbalance=0:600 g*mm:3", "--windows", "--up-to", "1200 rpm"),
+    ("stability", DISCOIDAL, "--speeds", "500:1500 rpm:20"),
+    ("modes", RIGID, "--speed", "1200 rpm"),
+    ("modes", RIGID, "--speeds", "0:6000 rpm:21"),
+    ("response", RIGID, "--speeds", "1200 rpm"),
+    ("equivalent", RIGID),
+    ("flow", DISCOIDAL, "--speed", "60 rad/s", "--initial-speed", "0 rpm", "--duration", "0.04 s", "--points", "12x14"),
+    ("angle", str(ROOT / "examples" / "machines" / "equilibrium_angle.toml"), "--speeds", "5:60 rpm:12"),
+    (
+        "receptance",
+        str(ROOT / "examples/measurements/discoidal_hammer.csv"),
+        "--machine",
+        DISCOIDAL,
+        "--speed",
+        "1200 rpm",
+        "--resamples",
+        "0",
+    ),
+    ("catalog", "bearings", "--unbalance", "594 g*mm"),
+    ("catalog", "bearing", "16021"),
+    ("catalog", "drag"),
+    ("catalog", "fluids"),
+    ("catalog", "materials"),
+    ("catalog", "rigs"),
+)
+
+
+@pytest.mark.parametrize("words", WIDE, ids=lambda words: " ".join(words[:2])[-40:])
+def test_an_answer_fits_80_columns_and_breaks_no_number(words: tuple[str, ...]) -> None:
+    narrow, wide = say(*words), say(*words, columns=400)
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert "…" not in narrow
+    numbers = [set(re.findall(r"[^\s─]*\d[^\s─]*", text)) for text in (narrow, wide)]
+    assert numbers[0] == numbers[1], "a number of the wide answer is broken in the narrow one"
+
+
+def test_columns_without_room_follow_below_with_the_first_one_again(capsys: pytest.CaptureFixture[str]) -> None:
+    columns = [
+        Column("run", ["deep-n3", "deep-n20"]),
+        *(Column(f"measure {i}", [1.2345e-6, None], "um") for i in range(9)),
+    ]
+    print_sheet(columns, "runs")
+    text = capsys.readouterr().out
+    assert text.count("deep-n20") >= 2
+    assert text.count("1.2345e-06") == 9
+    rows = list(csv.reader(io.StringIO(sheet_csv(columns))))
+    assert rows[0][:2] == ["run", "measure 0 [um]"]
+    assert rows[2] == ["deep-n20", *[""] * 9]
+
+
+def test_json_is_json_where_numbers_are_not_known(tmp_path: Path) -> None:
+    assert plain_json({"a": [float("nan"), np.float64("inf"), np.int64(3)], "b": Path("x")}) == {
+        "a": [None, "Infinity", 3],
+        "b": "x",
+    }
+    ran = ("run", str(ROOT / "examples/machines/stall_and_release.toml"), "--duration", "0.02 s")
+    text = say(*ran, "--out", str(tmp_path / "r.nc"), "--json")
+    found = json.loads(text, parse_constant=pytest.fail)
+    assert None in np.atleast_1d(found["measures"]["settling_time"]), "nothing has settled within 0.02 s"
+
+
+def test_a_file_is_what_its_name_says(tmp_path: Path) -> None:
+    over = ("borders", DISCOIDAL, "--only", "release speed", "--over", "viscosity=10:40 mm^2/s:4:log")
+    files = [tmp_path / "new" / f"b{suffix}" for suffix in (".nc", ".csv", ".json")]
+    told = say(*over, *(word for path in files for word in ("--out", str(path))), columns=300)
+    assert f"new folder: {tmp_path / 'new'}" in told
+    kept = ab.load_run(files[0])
+    rows = list(csv.reader(io.StringIO(files[1].read_text())))
+    assert rows[0][:2] == ["viscosity [m^2/s]", "release_speed [rad/s]"]
+    table = np.array([[float(row[0]), float(row[1])] for row in rows[1:]])
+    assert table[:, 1].tolist() == kept["release_speed"].values.tolist()
+    whole = json.loads(files[2].read_text())
+    assert whole["variables"]["release_speed"]["values"] == kept["release_speed"].values.tolist()
+    assert whole["variables"]["release_speed"]["units"] == "rad/s"
+    told = " ".join(say(*over, "--out", str(tmp_path / "b.dat"), code=2).split())
+    assert "end it with .nc, .csv or .json" in told
+    assert not (tmp_path / "b.dat").exists()
+    with pytest.raises(ResultError, match=r"written as \.nc, \.csv or \.json"):
+        ab.save_run(kept, tmp_path / "b.dat")
+
+
+def test_a_table_of_two_parameters_has_a_row_for_each_pair(tmp_path: Path) -> None:
+    grid = ("--x", "speed=50:130 rad/s:3", "--y", "viscosity=1:20 mm^2/s:2")
+    rows = list(csv.DictReader(io.StringIO(say("map", DISCOIDAL, *grid, "--csv"))))
+    assert len(rows) == 6
+    answer = json.loads(say("map", DISCOIDAL, *grid, "--json"))
+    rates = np.array(answer["growth_rate"])
+    found = {(float(row["speed [rad/s]"]), float(row["viscosity [m^2/s]"])): row for row in rows}
+    assert len(found) == 6
+    assert float(found[(130.0, 2e-5)]["growth_rate [1/s]"]) in rates
+
+
+def test_csv_prints_the_units_that_were_asked_for() -> None:
+    stability = ("stability", DISCOIDAL, "--speeds", "60:70 rad/s:5", "--csv")
+    rows = list(csv.DictReader(io.StringIO(say(*stability, "--speed-unit", "rad/s"))))
+    assert float(rows[0]["from [rad/s]"]) == 60.0
+    hertz = list(csv.DictReader(io.StringIO(say(*stability, "--speed-unit", "hz"))))
+    assert float(hertz[0]["from [Hz]"]) == pytest.approx(60.0 / (2.0 * np.pi))
+    assert "choose one of them" in " ".join(say(*stability, "--json", code=2).split())
+
+
+def test_the_change_of_the_verdict_is_located_between_the_speeds() -> None:
+    machine = ab.load_machine(DISCOIDAL)
+    coarse = eigenvalues(machine, [50.0, 62.0, 71.0, 100.0])
+    ranges = stability_ranges(machine, coarse)
+    assert ranges["verdict"].values.tolist() == ["unstable", "stable"]
+    border = {entry.name: entry.speed for entry in ab.border_speeds(machine)}["exact border"]
+    assert float(ranges["to_speed"][0]) == float(ranges["from_speed"][1]) == pytest.approx(border, rel=3e-7)
+
+
+def test_only_undamped_speeds_are_called_critical() -> None:
+    shapes, diagram = (say("modes", RIGID, *words) for words in ((), ("--speeds", "0:6000 rpm:31")))
+    found = [re.findall(r"critical speed ([\d.]+) rpm", text) for text in (shapes, diagram)]
+    assert found[0] == found[1]
+    assert "speed meets damped frequency" in diagram
+
+
+def test_the_planar_stand_in_is_the_one_that_holds() -> None:
+    assert ab.equivalent_planar(RIGID).data.attrs["chosen"] == "modal"
+    assert "does not hold anywhere" in say("equivalent", RIGID, "--method", "static")
+
+
+def test_a_result_given_for_a_machine_is_recognized(tmp_path: Path) -> None:
+    xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "cf.nc")
+    told = " ".join(say("check", str(tmp_path / "cf.nc"), code=2).split())
+    assert "is a result, not a machine file" in told
+    (tmp_path / "meas.csv").write_text("speed [rpm], amplitude [mm]\n1, 2\n")
+    told = " ".join(say("identify", DISCOIDAL, "--measurements", str(tmp_path / "meas.csv"), code=2).split())
+    assert "[[responses]]" in told
+
+
+def test_a_run_with_random_starts_says_its_seed(tmp_path: Path) -> None:
+    text = (ROOT / "examples/machines/stall_and_release.toml").read_text()
+    (tmp_path / "m.toml").write_text(re.sub(r"start_angles = \[[^]]*\],? ?", "", text).replace(", }", " }"))
+    told = say("run", str(tmp_path / "m.toml"), "--duration", "0.02 s", "--seed", "7", "--out", str(tmp_path / "r.nc"))
+    assert "seed 7" in told
+
+
+def test_a_pipe_gets_no_stray_lines_and_the_version_is_known(tmp_path: Path) -> None:
+    words = ("stability", DISCOIDAL, "--speeds", "60:70 rad/s:5")
+    ran = subprocess.run([sys.executable, "-m", "autobalancer", *words], capture_output=True, text=True, check=True)
+    assert ran.stderr == ""
+    assert re.fullmatch(r"autobalancer \d+\.\d+.*\n", say("--version"))
+    assert "--install-completion" in say("--help")
