@@ -59,6 +59,20 @@ def test_weight_across_the_axis_takes_from_the_whirl_that_is_held() -> None:
         held_whirl(0.0, mu)
 
 
+@pytest.mark.parametrize(("mu", "holds"), [(0.0062, True), (0.0056, False)])
+def test_on_a_horizontal_axis_balls_move_just_where_weight_and_whirl_together_exceed_adherence(
+    mu: float, holds: bool
+) -> None:
+    """g/w^2 is 397 um and the unbalance makes 57 um, together 0.0059 of the orbit radius; balls start opposite."""
+    lying = with_parameter(machine(mu, mu), "axis", "horizontal")
+    lying = with_parameter(lying, "drive.profile", {"kind": "constant", "speed": "1500 rpm"})
+    lying = with_parameter(lying, "balancers[1].races[1].balls[1].start_angles", ["107 deg", "-73 deg"])
+    assert ab.held_by_friction(lying).planes[0].holds is holds
+    angle = ab.simulate(lying, duration=6.0)["ball_angle_in_rotor"].values
+    late = np.abs(angle[-1] - angle[angle.shape[0] // 2]).max()
+    assert bool(late > 1e-6) is not holds
+
+
 # the residual -----------------------------------------------------------------------------------------------------------
 
 

@@ -159,7 +159,7 @@ def held_by_friction(
         return HeldByFriction(at, 0, (), NONE_GIVEN)
     races = _races(st, at, balls, holding, rolling)
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
-    planes = _planes(st, at, races, stopped(races, angles)[0], _weight(machine, at))
+    planes = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
 
 
@@ -232,6 +232,14 @@ def _races(st: Stations, speed: float, balls: tuple[Ball, ...], holding: Floats,
     )
 
 
+def _shaken(races: Races, weight: float) -> Races:
+    """Races whose balls the weight pulls to and fro once a turn: it takes from what friction holds, on either side."""
+    taken = weight / races.orbit
+    return races._replace(
+        adherence=np.maximum(races.adherence - taken, 0.0), rolling=np.maximum(races.rolling - taken, 0.0)
+    )
+
+
 def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: float) -> tuple[HeldPlane, ...]:
     count = range(len(st.names))
     held = np.array([_held(races, place, weight) for place in count])
@@ -268,7 +276,7 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 trapped_share=float((residual[:, place] > worst[place] * (1.0 + 1e-9)).mean()),
                 median_whirl=float(np.median(deflection)),
                 whirl_95=float(np.quantile(deflection, 0.95)),
-                rest_interval=_interval(races, here, complex(races.host[place, place])),
+                rest_interval=_interval(_shaken(races, weight), here, complex(races.host[place, place])),
                 heavy_interval=math.asin(min(loads / total, 1.0)) if loads < total else math.pi,
             )
         )
