@@ -253,3 +253,14 @@ def test_the_command_line_writes_one_picture_or_all(run: xr.Dataset, tmp_path: P
     assert (tmp_path / "race.svg").read_bytes().startswith(b"<?xml")
     for wrong in (["--kind", "pie"], ["--format", "bmp"], ["--time", "7 kg"], ["--out", "all.png"]):
         assert runner.invoke(app, ["plot", str(result), *wrong]).exit_code == 2
+
+
+def test_a_measured_run_without_rotor_angle_has_an_orbit(run: xr.Dataset) -> None:
+    first, last = float(run.turn_time[0]), float(run.turn_time[-1])
+    time = np.linspace(first, last, 200)
+    around = 1e-4 * np.exp(1j * 500.0 * time)
+    measured = xr.Dataset(
+        {"speed": ("time", np.full(200, 500.0)), "x": ("time", around.real), "y": ("time", around.imag)}, {"time": time}
+    )
+    x, y = lines(ab.plot_orbit(measured, start=first, deflection_unit="um"), 0)["rotor center"]
+    assert np.hypot(x, y) == pytest.approx(100.0, rel=1e-3)

@@ -92,7 +92,7 @@ def history_of(run: xr.Dataset, start: float, end: float) -> History | None:
     else:
         return None
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
-    unbalance = np.unwrap(unbalance, axis=0)[inside]
+    unbalance = np.unwrap(np.nan_to_num(unbalance), axis=0)[inside]  # nan at a critical speed without damping
     return History(time[inside], speed[inside], angle[inside], ball_speed[inside], unbalance)
 
 

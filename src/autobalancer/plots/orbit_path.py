@@ -43,7 +43,7 @@ def orbit_paths(run: xr.Dataset, start: float | None, end: float | None) -> list
         If the run has neither in the interval.
     """
     for prefix, dimension in (("turn_", "turn"), ("", "time")):
-        needed = [f"{prefix}{name}" for name in ("time", "rotor_angle", "speed", "x", "y")]
+        needed = [f"{prefix}{name}" for name in ("time", "speed", "x", "y")]
         if not all(name in run for name in needed) or run[needed[0]].size < 2:
             continue
         time = np.asarray(run[needed[0]].values, np.float64)
@@ -62,9 +62,11 @@ def orbit_paths(run: xr.Dataset, start: float | None, end: float | None) -> list
 
 
 def _paths(part: xr.Dataset, prefix: str) -> list[OrbitPath]:
-    time, angle, speed = (
-        np.asarray(part[f"{prefix}{name}"].values, np.float64) for name in ("time", "rotor_angle", "speed")
-    )
+    time, speed = (np.asarray(part[f"{prefix}{name}"].values, np.float64) for name in ("time", "speed"))
+    if f"{prefix}rotor_angle" in part:
+        angle = np.asarray(part[f"{prefix}rotor_angle"].values, np.float64)
+    else:  # measured: from the speed, counted from the first sample
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
     found = []
     for place in places(part, prefix):
         static = static_part(part, time, angle, place.deflection, float(time[-1]), samples=time.size)
