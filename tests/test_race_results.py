@@ -7,9 +7,14 @@ import math
 import numpy as np
 import pytest
 from tests.references.races import races
+from tests.references.resolved import states_at
 from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, standing
 
 import autobalancer as ab
+from autobalancer.assembly.places import places_of
+from autobalancer.assembly.system import assemble
+from autobalancer.machine import Unbalance
+from autobalancer.simulation.race_forces import wall_forces
 from autobalancer.simulation.sampling import Samples
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3
@@ -49,6 +54,29 @@ def test_a_ball_thrown_over_the_top_too_slowly_would_have_left_its_race() -> Non
     assert run.attrs["left_race_ball"] == 1
     assert run.attrs["left_race_time"] == pytest.approx(when, abs=1.01 * 0.4 / 8000)
     assert "would have left" in run.attrs["left_race_text"]
+
+
+def test_plain_and_real_races_press_alike_and_both_say_when_a_ball_would_have_fallen_off() -> None:
+    fast = {"kind": "speed", "profile": {"kind": "ramp", "start": 3.0, "end": 40.0, "duration": 2.0}}
+    drum = standing(angles=[2.5], beta=2e-3).model_copy(update={"unbalances": (Unbalance(moment=2e-4),)})
+    light = {"kind": "planar", "mass": 0.05, "stiffness": 75.0, "damping": 0.5}
+    drum = ab.with_parameter(ab.with_parameter(drum, "drive", fast), "rotor", light)
+    times = np.linspace(0.0, 2.0, 401)
+    rough = ab.with_parameter(drum, "balancers[1].races[1].friction", {"rolling_resistance": 0.0, "adherence": 0.0})
+    kept = ab.SampleTimes(times.tolist())
+    run = ab.simulate(rough, duration=2.0, save=kept, tolerance=1e-11)
+    plain = ab.simulate(drum, duration=2.0, save=kept, tolerance=1e-11)
+    assembly = assemble(drum)
+    force = wall_forces(states_at(assembly, times, 1e-11), times, assembly, places_of(drum, assembly))
+    np.testing.assert_allclose(force, run["ball_normal_force"], rtol=1e-5, atol=1e-5 * MASS * GRAVITY)
+    assert force.min() < -0.1 * MASS * GRAVITY
+    assert plain.attrs["left_race_time"] == run.attrs["left_race_time"]
+    upright = drum.model_copy(update={"axis": "vertical"})  # in axes that turn with the rotor
+    run = ab.simulate(rough.model_copy(update={"axis": "vertical"}), duration=2.0, save=kept, tolerance=1e-11)
+    assembly = assemble(upright)
+    assert assembly.system.rotating
+    force = wall_forces(states_at(assembly, times, 1e-11), times, assembly, places_of(upright, assembly))
+    np.testing.assert_allclose(force, run["ball_normal_force"], rtol=1e-5, atol=1e-5 * MASS * GRAVITY)
 
 
 def test_plain_races_say_nothing_of_friction() -> None:

@@ -14,7 +14,7 @@ from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.reduction import circular
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.race_capability import capability_of
-from autobalancer.kernels.system import BALLS, THETA, VX, VY, X, Y
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, MultibodyRotor
 
 
@@ -96,12 +96,19 @@ def turning_mass(places: Places) -> float:
 
 def coordinates(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Coordinates of the rotor in space and their velocities, (T, R) each."""
-    rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2] if assembly.general else 2
-    q = np.column_stack([states[:, [X, Y]], states[:, rest : rest + size - 2]])
-    v = np.column_stack([states[:, [VX, VY]], states[:, rest + size - 2 : rest + 2 * size - 4]])
+    q, v = _in_frame(states, assembly)
     if assembly.system.rotating:
         q, v = _turned(q, states[:, THETA]), _turned(v, states[:, THETA])
     return q, v
+
+
+def accelerations(states: Matrix, rates: Matrix, assembly: Assembly) -> Matrix:
+    """Accelerations of the coordinates in space, (T, R); ``rates`` are the time derivatives of the states."""
+    v, change = _in_frame(states, assembly)[1], _in_frame(rates, assembly)[1]
+    if not assembly.system.rotating:
+        return change
+    quarter = np.stack([-v[:, 1::2], v[:, 0::2]], axis=2).reshape(v.shape)  # the axes turn with the rotor
+    return _turned(change + states[:, SPEED, None] * quarter, states[:, THETA])
 
 
 def deflections(places: Places, q: Matrix) -> Complexes:
@@ -119,6 +126,12 @@ def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix) -> Compl
             total += share[:, None, None] * now
     total += places.weight
     return np.asarray(total[..., 0] + 1j * total[..., 1])
+
+
+def _in_frame(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+    rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2] if assembly.general else 2
+    q = np.column_stack([states[:, [X, Y]], states[:, rest : rest + size - 2]])
+    return q, np.column_stack([states[:, [VX, VY]], states[:, rest + size - 2 : rest + 2 * size - 4]])
 
 
 def _turned(pairs: Matrix, angle: Floats) -> Matrix:

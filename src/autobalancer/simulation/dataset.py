@@ -96,7 +96,7 @@ def run_dataset(
         **provenance(),
         **attributes,
         **mass_attributes(places),
-        **left_race(dataset, assembly),
+        **left_race(record.sample_times[:count], record.samples[:count], data, assembly, places),
     }
     return dataset
 

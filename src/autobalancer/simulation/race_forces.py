@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
+from autobalancer.assembly.places import Places, accelerations, deflections
 from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.derivatives import derivatives
 from autobalancer.kernels.race_forces import normal_forces
 from autobalancer.kernels.race_layout import ADHERENCE, RACE_COLUMNS
 from autobalancer.kernels.rotor_layout import BALL_ROWS
-from autobalancer.kernels.system import BALLS, Floats, Matrix
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
 from autobalancer.simulation.equations import equations
 
 STANDARD_GRAVITY = 9.80665
@@ -36,22 +37,50 @@ def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any
     return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
 
 
-def left_race(run: xr.Dataset, assembly: Assembly) -> dict[str, Any]:
+def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Places) -> Matrix:
+    """Normal force of a plain race on each guided ball, N, (times, balls): what its motion and its weight ask for."""
+    balls, n, system = assembly.balls, len(assembly.balls), assembly.system
+    rates = np.zeros_like(states)
+    derivatives(equations(assembly), system, np.ascontiguousarray(times), np.ascontiguousarray(states), rates)
+    host = deflections(places, accelerations(states, rates, assembly))[:, list(places.plane_of_ball)]
+    speed, change = states[:, SPEED, None], rates[:, SPEED, None]
+    angle, slip = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
+    outward = np.exp(-1j * (states[:, THETA, None] + angle))
+    orbit = np.array([ball.orbit_radius for ball in balls])
+    center = np.array([ball.eccentricity for ball in balls]) * (1j * change - speed**2) * np.exp(-1j * angle)
+    felt = ((host + 1j * _gravity(places)) * outward + center).real - orbit * (speed + slip) ** 2
+    return np.asarray(-np.array([ball.effective_mass for ball in balls]) * felt, np.float64)
+
+
+def _gravity(places: Places) -> float:
+    """Along -y, m/s^2."""
+    return float(places.machine.gravity) if places.machine.axis == "horizontal" else 0.0
+
+
+def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Assembly, places: Places) -> dict[str, Any]:
     """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, and a sentence.
 
-    A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill.
+    A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill. Plain
+    races are asked on a horizontal axis only, where the weight can take balls off.
     """
-    if "ball_at_rest" not in run:
+    if "ball_normal_force" in run and "ball_at_rest" in run:
+        force = run["ball_normal_force"][1]
+    elif (
+        assembly.resolved
+        or not (assembly.balls and times.size and _gravity(places))
+        or places.machine.tilting_races == "full"
+    ):
         return {}
+    else:
+        force = wall_forces(states, times, assembly, places)
     weight = STANDARD_GRAVITY * np.array([ball.effective_mass for ball in assembly.balls])
-    force = run["ball_normal_force"].values
     pulled = force < -0.01 * weight
     if not pulled.any():
         return {}
     when = int(np.argmax(pulled.any(axis=1)))
     ball = int(np.argmax(pulled[when])) + 1
     pressed = np.flatnonzero(force[:when, ball - 1] >= 0.0)
-    time = float(run["time"][pressed[-1] + 1 if pressed.size else 0])
+    time = float(times[pressed[-1] + 1 if pressed.size else 0])
     text = (
         f"at {time:.6g} s ball {ball} would have left its race, since the normal force is negative; guided balls stay on "
         "their path and do not rub there. Balls with 'resolved' contact can leave it"

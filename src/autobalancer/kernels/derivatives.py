@@ -1,0 +1,34 @@
+"""Time derivatives of states that were saved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit, void
+
+from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.pointers import address, data
+from autobalancer.kernels.system import (
+    START,
+    Floats,
+    Matrix,
+    System,
+    matrix_type,
+    rhs_type,
+    system_type,
+    vector_type,
+)
+
+
+@njit(void(rhs_type, system_type, vector_type, matrix_type, matrix_type), **COMPILED)
+def derivatives(
+    rhs: Callable[[float, Any, Any, Any], None], p: System, times: Floats, states: Matrix, out: Matrix
+) -> None:
+    """Write the time derivative of each state into ``out`` (times, n)."""
+    parameters, segments = address(p), p.segments.shape[0]
+    p.now[0] = 0
+    for i in range(times.size):
+        while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= times[i]:
+            p.now[0] += 1
+        rhs(times[i], data(states[i]), data(out[i]), parameters)
