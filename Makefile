@@ -63,7 +63,7 @@ $(BIN)/python:
 
 .venv/.core: pyproject.toml | $(BIN)/python
 	@echo "installing the package in .venv ..."
-	@$(PIP) --editable .
+	@$(PIP) --editable '.[film]'
 	@touch $@
 
 .venv/.dev: pyproject.toml | $(BIN)/python

@@ -10,10 +10,11 @@ The names below are the public interface; each is imported when it is first used
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
-from autobalancer.public_names import HOME
+from autobalancer.public_names import HOME as _HOME
 
 __version__ = "0.1.0"
 
@@ -74,6 +75,9 @@ __all__ = [
     "equivalent_planar",
     "errors",
     "evaluate_angles",
+    "example",
+    "example_text",
+    "examples",
     "fit_receptance",
     "fit_rolling_resistance",
     "fluid",
@@ -179,11 +183,11 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name in HOME:
-        value = getattr(import_module(f"{__name__}.{HOME[name]}"), name)
+def __getattr__(name: str) -> _Any:
+    if name in _HOME:
+        value = getattr(_import_module(f"{__name__}.{_HOME[name]}"), name)
     elif name in _MODULES:
-        value = import_module(f"{__name__}.{name}")
+        value = _import_module(f"{__name__}.{name}")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
@@ -191,16 +195,17 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted([*__all__, *_MODULES, "__version__"])
 
 
-if TYPE_CHECKING:
+if _TYPE_CHECKING:
     from autobalancer import errors, machine, units
     from autobalancer.assembly.parameters import with_parameter
     from autobalancer.catalog.bearings import bearings, suitable_bearings
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.friction import friction_coefficients
     from autobalancer.catalog.materials import materials
+    from autobalancer.files.examples import example, example_text, examples
     from autobalancer.files.machine_file import load_chamber_machine, load_machine, machine_text, save_machine
     from autobalancer.files.rigs import rig, rig_text, rigs
     from autobalancer.flow.annulus import Annulus, Walls, annulus_of

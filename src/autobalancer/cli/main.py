@@ -44,6 +44,7 @@ from autobalancer.cli import (  # noqa: E402
     catalog,
     check,
     equivalent,
+    example,
     flow,
     identify,
     modes,
@@ -59,6 +60,7 @@ from autobalancer.cli import (  # noqa: E402
 
 app.command()(check.check)
 app.command()(run.run)
+app.command()(example.example)
 app.command()(plot.plot)
 app.command()(animate.animate)
 app.command()(stability.stability)

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.plots.axis_units import significant, speed_axis
+from autobalancer.plots.film import Film
 from autobalancer.plots.film_canvas import frames_of
 from autobalancer.plots.film_files import film_format, write_film
 from autobalancer.plots.film_question import frame_count, frame_times, magnification, pace
@@ -35,7 +36,7 @@ def animate(
     speed_unit: str = "rpm",
     width: int = 960,
     progress: Callable[[int, int], None] | None = None,
-) -> Path:
+) -> Film:
     """Make a film of a run: rotor, races, balls and unbalance beside speeds and deflection over time.
 
     Balancers in different planes have a disc each, with the unbalance of their plane; below them the axis is seen from
@@ -78,8 +79,8 @@ def animate(
 
     Returns
     -------
-    pathlib.Path
-        The file that was written.
+    Film
+        The path of the file that was written; a notebook shows the film.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def animate(
             width=width,
         )
         write_film(path, frames_of(scene.frame, times.size, progress), fps)
-    return path
+    return Film(path)
 
 
 def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:

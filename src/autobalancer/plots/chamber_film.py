@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.chamber_view import COLORS, Camera, ChamberView, Poses, poses_of
+from autobalancer.plots.film import Film
 from autobalancer.plots.film_canvas import FilmCanvas, frames_of
 from autobalancer.plots.film_files import film_format, write_film
 from autobalancer.plots.film_question import frame_count, frame_times, magnification, pace
@@ -37,7 +38,7 @@ def animate_chamber(
     speed_unit: str = "rpm",
     width: int = 960,
     progress: Callable[[int, int], None] | None = None,
-) -> Path:
+) -> Film:
     """Make a film of the balls in their chamber, colored by their speed, beside rotor speed and deflection over time.
 
     Parameters
@@ -66,8 +67,8 @@ def animate_chamber(
 
     Returns
     -------
-    pathlib.Path
-        The file that was written.
+    Film
+        The path of the file that was written; a notebook shows the film.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def animate_chamber(
         caption = f"{view}, {pace(duration, times)}, displacement drawn {scale:g} times larger"
         scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), unit, caption, width)
         write_film(path, frames_of(scene.frame, count, progress), fps)
-    return path
+    return Film(path)
 
 
 class _Scene(FilmCanvas):

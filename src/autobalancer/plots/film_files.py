@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,16 @@ def film_format(path: Path) -> str:
     Raises
     ------
     QuestionError
-        If the extension is neither.
+        If the extension is neither, or MP4 is asked for and its encoder is not installed.
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in ("mp4", "gif"):
         raise QuestionError(f"{path}: films are saved as .mp4 or .gif; end the name with one of these")
+    if kind == "mp4" and find_spec("imageio_ffmpeg") is None:
+        raise QuestionError(
+            f'{path}: MP4 films need the encoder imageio-ffmpeg: install it by pip install "autobalancer[film]", '
+            "or end the name with .gif, which needs nothing more"
+        )
     return kind
 
 

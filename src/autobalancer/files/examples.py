@@ -1,0 +1,42 @@
+"""Sample machines that come with the package, as machine files to run and to change."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from autobalancer.errors import CatalogError
+from autobalancer.files.machine_file import parse_any
+from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+
+_FOLDER = files("autobalancer") / "catalog" / "data" / "machines"
+
+
+def examples() -> tuple[str, ...]:
+    """Names of the sample machines, ascending."""
+    return tuple(sorted(Path(entry.name).stem for entry in _FOLDER.iterdir() if entry.name.endswith(".toml")))
+
+
+def example_text(name: str) -> str:
+    """The machine file of a sample machine, to save and change.
+
+    Raises
+    ------
+    CatalogError
+        If there is no sample machine of this name.
+    """
+    if name not in examples():
+        raise CatalogError(f"no sample machine is called {name!r}; there are {', '.join(examples())}")
+    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def example(name: str) -> Machine | ChamberMachine:
+    """A sample machine; with a deep chamber a :class:`ChamberMachine`.
+
+    Raises
+    ------
+    CatalogError
+        If there is no sample machine of this name.
+    """
+    return parse_any(example_text(name), f"sample machine {name!r}")
