@@ -82,8 +82,7 @@ def angle(
 
 
 def _curve(machine: Path, speeds: str, simulate: bool, duration: str) -> xr.Dataset:
-    from rich.console import Console
-
+    from autobalancer.cli.console import Console
     from autobalancer.cli.quantities import quantity, speed_range
     from autobalancer.cli.run import _say_if_first
     from autobalancer.measurement.angle_curve import angle_against_speed

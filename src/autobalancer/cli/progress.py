@@ -12,9 +12,9 @@ Update = Callable[..., None]
 @contextmanager
 def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
     """Yield what is called with (done, total) and fields of the columns, such as ``description`` or ``now``."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from autobalancer.cli.console import Console
     from autobalancer.cli.printable import plain
 
     console = Console(stderr=True)

@@ -52,9 +52,8 @@ def run(
     Example: autobalancer run examples/machines/stall_and_release.toml \\
       --out stall.nc
     """
-    from rich.console import Console
-
     from autobalancer import verdict
+    from autobalancer.cli.console import Console
     from autobalancer.cli.exit_codes import leave_with
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.patience import Patience

@@ -21,8 +21,7 @@ SCALE = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
 
 def run_chamber(context: typer.Context, described: ChamberMachine, files: Files) -> None:
     """Run it with the options of ``autobalancer run`` and write a result file. Ctrl-C keeps what was computed."""
-    from rich.console import Console
-
+    from autobalancer.cli.console import Console
     from autobalancer.cli.exit_codes import leave_with
     from autobalancer.cli.progress import of_time, progress_bar
     from autobalancer.cli.sheet import Column, print_facts

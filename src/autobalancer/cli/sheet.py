@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from autobalancer.cli.printable import printable
+
 LEAST = 18  # letters of a text that may be broken between words
 EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
 
@@ -45,12 +47,13 @@ def sheet_csv(columns: Sequence[Column]) -> str:
 
 def print_sheet(columns: Sequence[Column], title: str = "") -> None:
     """Print it; columns that do not fit beside the first ones follow below, with the first column again."""
-    from rich.console import Console
     from rich.text import Text
+
+    from autobalancer.cli.console import Console
 
     console = Console(highlight=False)
     if title:
-        console.print(Text(title, style="bold"))
+        console.print(Text(printable(title), style="bold"))
     for block in _blocks(columns, console.width):
         console.print(_table(block))
 
@@ -73,18 +76,19 @@ class Facts:
     def print(self) -> None:
         """Print it; texts are broken between words where the screen ends."""
         from rich import box
-        from rich.console import Console
         from rich.table import Table
         from rich.text import Text
+
+        from autobalancer.cli.console import Console
 
         table = Table(show_header=False, box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0))
         table.add_column(style="bold", no_wrap=True)
         table.add_column()
         for name, text in self.rows:
-            table.add_row(Text(name), Text(text))
+            table.add_row(Text(printable(name)), Text(printable(text)))
         console = Console(highlight=False)
         if self.title:
-            console.print(Text(self.title, style="bold"))
+            console.print(Text(printable(self.title), style="bold"))
         console.print(table)
 
 
@@ -149,7 +153,7 @@ def _shown(value: Any, form: str) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool) or not hasattr(value, "__float__"):
-        return str(value)
+        return printable(value)
     number = float(value)
     if math.isnan(number):
         return "-"

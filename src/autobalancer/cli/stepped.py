@@ -54,8 +54,7 @@ def stepped(
     Example: autobalancer stepped examples/machines/discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
-    from rich.console import Console
-
+    from autobalancer.cli.console import Console
     from autobalancer.cli.exit_codes import stop_code
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.progress import progress_bar

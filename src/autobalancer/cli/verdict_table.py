@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from autobalancer.cli.console import Console
     from autobalancer.results.verdict import Verdict
 
 COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow"}
@@ -14,18 +13,17 @@ COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yello
 
 def print_verdict(found: Verdict, console: Console) -> None:
     """The headline, a table that fits the terminal, and notes."""
-    from rich.markup import escape
     from rich.table import Table
 
     from autobalancer.results.verdict_text import verdict_lines
 
     head, rows, notes = verdict_lines(found)
-    console.print(f"[bold {COLORS.get(found.word, 'red')}]{escape(head)}[/]", highlight=False)
+    console.print(head, style=f"bold {COLORS.get(found.word, 'red')}", highlight=False)
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     for label, text in rows:
-        table.add_row(escape(label), escape(text))
+        table.add_row(label, text)
     console.print(table, highlight=False)
     for note in notes:
-        console.print(f"[yellow]note:[/yellow] {escape(note)}", highlight=False)
+        console.note(note)

@@ -40,8 +40,8 @@ def say(text: str, indent: str = "", first: str = "") -> None:
     import textwrap
 
     import typer
-    from rich.console import Console
 
+    from autobalancer.cli.console import Console
     from autobalancer.cli.printable import printable
 
     for line in printable(text).splitlines() or [""]:

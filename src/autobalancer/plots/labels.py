@@ -17,7 +17,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox, IdentityTransform
 from numpy.typing import NDArray
 
-from autobalancer.plots.style import INK
+from autobalancer.plots.style import INK, as_written
 
 Floats = NDArray[np.float64]
 BEHIND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8}
@@ -52,6 +52,7 @@ class Labels(Artist):
     def add(self, text: str, x: float, y: float, *, edge: bool, color: str, size: float) -> None:
         """One more label."""
         drawn = Text(0.0, 0.0, text, color=color, fontsize=size, bbox=dict(BEHIND), va="bottom", ha="left")
+        as_written(drawn)
         drawn.set_figure(self.panel.figure)
         drawn.set_transform(IdentityTransform())
         self.entries.append(_Label(drawn, x, y, edge))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 # Okabe and Ito (2008): told apart with every kind of color vision. Vermilion is kept for the unbalance.
 INK = "#222222"
@@ -54,8 +57,26 @@ LOOK: Any = {
 }
 
 
+# the formulas of this package and the powers of ten of an axis; any other dollar sign belongs to a name
+OWN_FORMULA = re.compile(r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|c_d\\,\\mathrm\{Re\})\$)*")
+
+
+def as_written(text: Text) -> None:
+    """Show a text as it is written unless it is a formula of this package: names are data."""
+    if "$" in text.get_text() and not OWN_FORMULA.fullmatch(text.get_text()):
+        text.set_parse_math(False)
+
+
 class Picture(Figure):
     """A figure without pyplot that a notebook shows as an image."""
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw it, with names as they are written."""
+        for axes in self.axes:
+            axes.get_xticklabels(), axes.get_yticklabels()  # brings their texts up to date
+        for text in self.findobj(Text):
+            as_written(text)
+        super().draw(renderer)
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
