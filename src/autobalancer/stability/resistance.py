@@ -28,6 +28,7 @@ from autobalancer.stability.planes import Described, highest_searched, lower_cri
 from autobalancer.stability.release import UNDAMPED, release_border
 from autobalancer.stability.stall_branch import followed
 from autobalancer.stability.stall_capture import STEADY, captured
+from autobalancer.stability.stall_freed import freed
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
 from autobalancer.stability.stall_states import Balance
 from autobalancer.stability.stalled_groups import Loads, StalledGroup, stalled_groups
@@ -41,6 +42,10 @@ PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "never: a ball without drag is not dragged along"
 EXACTLY = "balls that lie exactly on each other hold to {0:.4g} rad/s"
 NO_CAPTURE = "not known where balls are never released"
+BESIDE = (
+    0.85  # of the highest release speed, from where on that of some planes is worked out with the free balls of others
+)
+FREE = "parting, others free"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
 CARRIED = "balls between partitions are carried along and never stall"
@@ -144,6 +149,7 @@ def _joint(
     if not met:
         release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
         return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
+    met = _with_free_balls(rotor, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
         first = f"never: at {top:.4g} rad/s balls still hang at the resonance near {last.whirl:.4g} rad/s"
@@ -155,6 +161,20 @@ def _joint(
     if capture:
         found.append(_captured(rotor, loads, last.end, top, limit))
     return tuple(found)
+
+
+def _with_free_balls(rotor: Whirling, loads: Loads, met: list[HangingRange]) -> list[HangingRange]:
+    """Where balls of some planes part, with those of the others that run freely; of the ends near the highest one."""
+    highest = max(one.end for one in met)
+    places = {group.station for group in loads.groups}
+    found = []
+    for one in met:
+        some = len({loads.groups[g].station for g in one.groups}) < len(places)
+        end = None
+        if some and one.cause == "parting" and one.end > BESIDE * highest:
+            end = freed(Balance(rotor, loads), one.groups, one.state)
+        found.append(one if end is None else replace(one, end=end.speed, whirl=end.whirl, cause=FREE))
+    return found
 
 
 def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
@@ -191,7 +211,10 @@ def _which(st: Stations, loads: Loads, one: HangingRange) -> str:
     held = {loads.groups[g].station for g in one.groups}
     if len(held) < len(places):
         names = ", ".join(st.names[place] for place in sorted(held))
-        return f", balls of {names} alone; balls of other planes, released before, may shift it by some percent"
+        shift = (
+            "" if one.cause == FREE or math.isinf(one.end) else "; those of other planes may shift it by some percent"
+        )
+        return f", balls of {names} alone, those of other planes are free already{shift}"
     return ", the strongest balls alone"
 
 
