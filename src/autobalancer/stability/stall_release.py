@@ -44,6 +44,11 @@ class HangingRange:
     cause: str
     state: States  # the last
 
+    def same(self, other: HangingRange) -> bool:
+        """Whether both end in one place, where one was begun twice."""
+        ends = abs(self.end - other.end) <= ALIKE * self.end if np.isfinite(self.end) else self.end == other.end
+        return bool(ends and abs(self.whirl - other.whirl) <= ALIKE * self.whirl)
+
     def holds(self, speed: float) -> bool:
         """Whether a rotor speed is in the range."""
         return self.begin <= speed <= self.end
@@ -135,7 +140,7 @@ def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: fl
                 one.begin = float(speeds[i])
     for one in going:
         found += _range(balance, chosen, one, Leaving(one.last, ""))
-    return found
+    return [one for i, one in enumerate(found) if not any(one.same(other) for other in found[:i])]
 
 
 def stable(balance: Balance, found: list[States]) -> list[States]:
