@@ -110,18 +110,18 @@ def _shade(
     drawn = axes.pcolormesh(x, y, left.T, cmap=HELD, vmin=0.0, vmax=100.0, shading=shading, rasterized=True)
     extend = "max" if np.nanmax(left) > 100.0 else "neither"
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, extend=extend)
-    bar.set_label("residual unbalance [%]" if found["state"].ndim == 2 else "residual\nunbalance [%]")
+    bar.set_label("residual unbalance (%)" if found["state"].ndim == 2 else "residual\nunbalance (%)")
     bar.outline.set_visible(False)
 
 
 def _axis(values: xr.DataArray, speed_unit: str) -> tuple[np.ndarray, str]:
     label, unit = str(values.attrs["long_name"]), str(values.attrs["units"])
     if unit == "rad":
-        return values.values * 180.0 / math.pi, f"{label} [deg]"
+        return values.values * 180.0 / math.pi, f"{label} (°)"
     if unit == "rad/s":
         shown = speed_axis(speed_unit)
-        return values.values * shown.factor, f"{label} [{shown.sign}]"
-    return values.values, f"{label} [{unit.replace('^2', '²')}]"
+        return values.values * shown.factor, f"{label} ({shown.sign})"
+    return values.values, f"{label} ({unit.replace('^2', '²')})"
 
 
 def _bars(found: xr.Dataset, share: dict[str, float], title: str) -> Figure:
@@ -141,7 +141,7 @@ def _bars(found: xr.Dataset, share: dict[str, float], title: str) -> Figure:
         axes.text(100 * high + 1.0, place, f"{100 * share[name]:.3g} %", va="center")
     axes.set_yticks(range(len(names)), names)
     axes.set_xlim(0.0, 112.0)
-    axes.set_xlabel("share of the starts, with its 95 % interval [%]")
+    axes.set_xlabel("share of the starts, with its 95 % interval (%)")
     axes.set_ylim(max(len(names), 2) - 0.5, -0.5)
     return figure
 
@@ -176,5 +176,5 @@ def _distribution(axes: Axes, found: xr.Dataset) -> None:
         )
     axes.set_xlim(0.0, 1.05 * farthest)
     axes.set_ylim(0.0, 118.0)
-    axes.set_xlabel("residual unbalance of the balls at rest [g mm]")
-    axes.set_ylabel("share of the starts [%]")
+    axes.set_xlabel("residual unbalance of the balls at rest (g mm)")
+    axes.set_ylabel("share of the starts (%)")
