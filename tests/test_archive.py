@@ -273,3 +273,23 @@ def test_numbers_that_json_cannot_say_do_not_break_the_note(tmp_path: Path) -> N
     assert note["outcome"] == {"outcome": "finished", "steps": 5}
     assert run.samples().attrs["outcome"] == "finished"
     assert not (run.path / "checkpoint.npz").exists()
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        *("friction + 'a' > 1", "-state == 1", "'a' * 1000000000000 == 1", "'a' * 3 == 'aaa'"),
+        *("not " * 5000 + "balls", "-" * 100_000 + "balls", "-" * 450 + "balls > 1", "(" * 400 + "balls"),
+    ],
+)
+def test_a_condition_that_is_none_is_refused_in_words(where: str, tmp_path: Path) -> None:
+    filled(Archive(tmp_path))
+    with pytest.raises(QuestionError, match=r"where: given .*; write conditions such as") as reason:
+        Archive(tmp_path).runs(where if "balls >" not in where else where * 2)
+    assert len(str(reason.value)) < 400
+
+
+@pytest.mark.parametrize("where", ["friction / 0 > 1", "balls / (balls - 3) > 1"])
+def test_what_is_divided_by_zero_is_no_match(where: str, tmp_path: Path) -> None:
+    filled(Archive(tmp_path))
+    assert Archive(tmp_path).runs(where).sizes["run"] == 0

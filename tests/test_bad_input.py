@@ -9,7 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tomli_w
+from typer.testing import CliRunner
 
+from autobalancer.cli import app
 from autobalancer.errors import MachineError, UnitError
 from autobalancer.files.machine_file import parse_any, read_machine
 from autobalancer.files.rigs import rig_text
@@ -154,3 +157,13 @@ def test_what_no_machine_can_be_is_refused(file: str, entry: str, value: str) ->
     told = refused(with_value(file, entry, value))
     assert entry in told
     assert "\x1b" not in told
+
+
+def test_an_error_that_is_found_after_reading_names_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    data = tomllib.loads(DISCOIDAL)
+    del data["balancers"][0]["races"][0]["width"]
+    path.write_text(tomli_w.dumps(data))
+    answer = CliRunner().invoke(app, ["flow", str(path)])
+    assert answer.exit_code == 2, answer.output
+    assert str(path) in answer.stderr

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -142,3 +143,34 @@ def test_pictures_of_runs_whose_names_hold_a_point_do_not_replace_each_other(
         answer = CliRunner().invoke(app, ["plot", f"runs/{name}", "--out", "p", "--kind", "energy"])
         assert answer.exit_code == 0, answer.output
     assert sorted(entry.name for entry in Path("p").iterdir()) == ["n3-mu0.3-s0_energy.png", "n3-mu0.5-s0_energy.png"]
+
+
+def test_a_small_result_that_claims_a_huge_array_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    with netCDF4.Dataset(tmp_path / "r.nc", "w") as file:
+        file.source = "autobalancer 1"
+        file.createDimension("n", 40_000_000_000)
+        file.createVariable("deep", "f8", ("n",), chunksizes=(1000,))
+    assert (tmp_path / "r.nc").stat().st_size < 100_000
+    with pytest.raises(ResultError, match=r"r\.nc: not a readable result file: it claims 320 GB"):
+        ab.load_run(tmp_path / "r.nc")
+
+
+def test_a_result_whose_times_are_texts_is_damaged(tmp_path: Path) -> None:
+    odd = xr.Dataset({"time": ("time", np.array(["a", "b"], dtype=object))}, attrs={"source": "autobalancer 1"})
+    save_run(odd, tmp_path / "r.nc")
+    with pytest.raises(ResultError, match="'time' does not hold numbers"):
+        ab.load_run(tmp_path / "r.nc")
+
+
+def test_an_option_that_cannot_be_met_is_no_success(tmp_path: Path) -> None:
+    run = ab.simulate(MACHINES / "discoidal.toml", duration=0.1)
+    save_run(run, tmp_path / "r.nc")
+    for option in (["--deflection-unit", "parsec"], ["--frame", "x"], ["--start", "1e30 s"]):
+        answer = CliRunner().invoke(app, ["plot", str(tmp_path / "r.nc"), "--out", str(tmp_path / "p"), *option])
+        assert answer.exit_code == 2, answer.output
+
+
+def test_a_folder_without_runs_is_no_archive(tmp_path: Path) -> None:
+    answer = CliRunner().invoke(app, ["archive", str(tmp_path)])
+    assert answer.exit_code == 2
+    assert "holds no runs" in answer.stderr

@@ -65,8 +65,14 @@ def animate(
     make_film = animate_chamber if is_chamber_run(run) else film_of_races
     if make_film is film_of_races and given.keys() - {"frame"}:
         raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("frames"), TimeRemainingColumn())
-    with progress_bar("film", *columns) as update:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("frames"),
+        TimeRemainingColumn(),
+    )
+    with progress_bar(path.name, *columns) as update:
         made = make_film(
             run,
             path,

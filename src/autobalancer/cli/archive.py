@@ -54,6 +54,8 @@ def archive(
     if (folder / "run.json").exists():
         raise QuestionError(f"{folder}: is one run; its archive is {folder.parent}, and autobalancer plot draws it")
     held = Archive(folder)
+    if not held.names():
+        raise QuestionError(f"{folder}: holds no runs; archives are made by autobalancer study with --archive")
     if export:
         typer.echo(f"written: {held.export(export, out if out is not None else Path(f'{export}.nc'))}")
         return

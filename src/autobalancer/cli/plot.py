@@ -33,14 +33,19 @@ def plot(
 
     Example: autobalancer plot stall.nc --out pictures --format svg
     """
+    from autobalancer.cli.exit_codes import MEND
     from autobalancer.cli.output import PICTURE, check_suffix, print_json
     from autobalancer.cli.pictures import Wishes, pictures_of
     from autobalancer.cli.quantities import optional
-    from autobalancer.errors import QuestionError
+    from autobalancer.errors import QuestionError, ResultError
     from autobalancer.plots.save import FORMATS, save_picture
     from autobalancer.results.open_run import open_run
     from autobalancer.safe_file import ready_to_write
 
+    if frame not in ("", "space", "rotor"):
+        raise QuestionError(f"--frame: given {frame!r}; must be space or rotor")
+    if deflection_unit not in ("", None, "m", "mm", "um", "nm"):
+        raise QuestionError(f"--deflection-unit: given {deflection_unit!r}; must be one of m, mm, um, nm")
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
@@ -66,6 +71,8 @@ def plot(
         path = out if single else out / f"{title}_{name.replace('-', '_')}.{format}"
         try:
             picture = draw[name]()
+        except (OverflowError, TypeError) as reason:
+            raise ResultError(f"{result}: cannot be drawn; is it damaged? {type(reason).__name__}: {reason}") from None
         except QuestionError as reason:
             if len(chosen) == 1 or len(skipped) == len(chosen) - 1:
                 raise
@@ -79,6 +86,8 @@ def plot(
         print_json({"result": str(result), "pictures": [str(path) for path in made]})
     elif new:
         typer.echo(f"new folder: {out.parent if single else out}")
+    if skipped and (start or end or time):  # what was asked for is not all there
+        raise typer.Exit(MEND)
 
 
 def _meant(kind: str) -> str:

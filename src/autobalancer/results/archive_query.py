@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import shortened
 
 COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
@@ -31,6 +32,7 @@ NODES: tuple[type[Any], ...] = (
     *tuple(COMPARE),
     *tuple(COMBINE),
 )
+LONGEST = 500  # characters of a condition
 FORM = 'write conditions such as "friction >= 0.5 and balls == 8", with and, or, not, in, numbers and quoted texts'
 
 
@@ -46,22 +48,35 @@ def condition(text: str, known: Collection[str]) -> Callable[[Mapping[str, Any]]
         If the text is no condition, or names a value that none of ``known`` is.
     """
     try:
+        if len(text) > LONGEST:
+            raise ValueError
         tree = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError):
-        raise QuestionError(f"where: given {text!r}; {FORM}") from None
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise _no_condition(text) from None
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id not in known:
             raise QuestionError(
                 f"where: given {node.id!r}; the runs have {', '.join(sorted(known)) or 'no values yet'}"
             )
     _check(tree, text)
-    return lambda row: bool(_value(tree, row))
+    return lambda row: _holds(tree, row, text)
 
 
 def _check(node: ast.AST, text: str) -> None:
     for part in ast.walk(node):
         if not isinstance(part, NODES):
-            raise QuestionError(f"where: given {text!r}; {FORM}")
+            raise _no_condition(text)
+
+
+def _no_condition(text: str) -> QuestionError:
+    return QuestionError(f"where: given {shortened(text)}; {FORM}")
+
+
+def _holds(tree: ast.expr, row: Mapping[str, Any], text: str) -> bool:
+    try:
+        return bool(_value(tree, row))
+    except (TypeError, RecursionError):
+        raise _no_condition(text) from None
 
 
 def _value(node: ast.AST, row: Mapping[str, Any]) -> Any:
@@ -79,10 +94,22 @@ def _value(node: ast.AST, row: Mapping[str, Any]) -> Any:
             return _unary(node, _value(node.operand, row))
         case ast.BinOp():
             left, right = _value(node.left, row), _value(node.right, row)
-            return None if left is None or right is None else COMBINE[type(node.op)](left, right)
+            return _combined(node.op, left, right)
         case ast.Compare():
             return _compared(node, row)
     return None
+
+
+def _combined(sign: ast.operator, left: Any, right: Any) -> Any:
+    """Arithmetic with numbers; nothing where a value is missing, or divided by zero."""
+    if left is None or right is None:
+        return None
+    if not all(isinstance(value, (int, float)) for value in (left, right)):
+        raise TypeError
+    try:
+        return COMBINE[type(sign)](left, right)
+    except ArithmeticError:
+        return None
 
 
 def _unary(node: ast.UnaryOp, value: Any) -> Any:
@@ -90,6 +117,8 @@ def _unary(node: ast.UnaryOp, value: Any) -> Any:
         return not value
     if value is None:
         return None
+    if not isinstance(value, (int, float)):
+        raise TypeError
     return -value if isinstance(node.op, ast.USub) else value
 
 

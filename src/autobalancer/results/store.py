@@ -14,7 +14,20 @@ from autobalancer.results.provenance import MAKER
 from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely
 
 # netCDF turns a list of one into a scalar; these come back as lists
+NUMBERS = {
+    "time",
+    "speed",
+    "deflection",
+    "x",
+    "y",
+    "ball_angle_in_rotor",
+    "envelope_time",
+    "envelope_high",
+    "turn_time",
+}
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
+
+LEAST_REFUSED = 100_000_000  # bytes; a smaller array that a damaged file claims does no harm
 
 
 def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path:
@@ -77,11 +90,17 @@ def load_run(path: str | Path) -> xr.Dataset:
         raise ResultError(f"{path}: no such file")
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
+            claimed = stored.nbytes
+            if claimed > LEAST_REFUSED and claimed > 100 * path.stat().st_size:
+                raise ValueError(f"it claims {1e-9 * claimed:.3g} GB and has {1e-9 * path.stat().st_size:.3g} GB")
             run = stored.load()
-    except (OSError, ValueError, RuntimeError) as reason:
+    except (OSError, ValueError, RuntimeError, MemoryError, OverflowError, KeyError) as reason:
         raise ResultError(f"{path}: not a readable result file: {reason}") from None
     if not str(run.attrs.get("source", "")).startswith(MAKER):
         raise ResultError(f"{path}: was not written by autobalancer; its attribute 'source' says nothing of the kind")
+    odd = [str(name) for name in NUMBERS & set(run.variables) if run[name].dtype.kind not in "fiu"]
+    if odd:
+        raise ResultError(f"{path}: damaged; {odd[0]!r} does not hold numbers")
     for key in LISTS & set(run.attrs):
         run.attrs[key] = np.atleast_1d(run.attrs[key]).tolist()
     return run
