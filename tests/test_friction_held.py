@@ -156,6 +156,23 @@ def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adheren
         assert place.median_residual == pytest.approx(middle, rel=0.35)  # sixty runs
 
 
+def test_balls_that_settled_above_the_border_keep_their_places_in_a_slow_rise_and_lose_them_in_a_quick_one() -> None:
+    """A resting ball needs the adherence w'/w^2 to be taken along."""
+    rough, low, high = machine(3e-4), 75.0, 125.0
+    said = ab.held_by_friction(rough, low).planes[0]
+    assert said.greatest_acceleration == pytest.approx(3e-4 * low**2, rel=1e-6)
+    moved = []
+    for share in (0.5, 3.0):
+        end = 40.0 + (high - low) / (share * said.greatest_acceleration)
+        profile = {"kind": "table", "time": [0.0, 40.0, end, end + 5.0], "speed": [low, low, high, high]}
+        run = ab.simulate(with_parameter(rough, "drive.profile", profile), duration=end + 5.0)
+        angle, settled = run["ball_angle_in_rotor"].values, int(np.searchsorted(run["time"].values, 39.9))
+        assert (run["ball_speed_in_rotor"].values[settled] == 0.0).all()
+        moved.append(float(np.abs(angle[-1] - angle[settled]).max()))
+    assert moved[0] < 1e-9
+    assert moved[1] > 0.01
+
+
 # what is said -----------------------------------------------------------------------------------------------------------
 
 
@@ -202,6 +219,7 @@ def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> 
         found = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"], catch_exceptions=False).output)
         assert bool(found["friction"]["planes"]) == (path == rough)
     assert found["friction"]["planes"][0]["holds"]
+    assert found["friction_settled"]["speed"] < found["friction"]["speed"]
 
 
 def test_every_border_names_in_its_own_line_what_its_theory_leaves_out() -> None:

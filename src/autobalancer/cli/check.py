@@ -24,7 +24,7 @@ def check(
     Example: autobalancer check examples/machines/discoidal.toml
     """
     from autobalancer import summary
-    from autobalancer.cli.friction import friction_rows
+    from autobalancer.cli.friction import friction_rows, settled_rows
     from autobalancer.cli.output import one_form, print_csv, print_json
     from autobalancer.cli.service import service_rows
     from autobalancer.cli.sheet import Facts
@@ -78,6 +78,9 @@ def check(
         )
     if found.friction is not None:
         for row in friction_rows(found.friction):
+            table.add_row(*row)
+    if found.friction_settled is not None:
+        for row in settled_rows(found.friction_settled):
             table.add_row(*row)
     if found.borders:
         if not math.isnan(found.sommerfeld_number):

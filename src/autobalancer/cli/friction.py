@@ -14,3 +14,10 @@ def friction_rows(held: HeldByFriction) -> list[tuple[str, str]]:
     at = f"at {speed_text(held.speed)} "
     rows = [(f"friction, {plane.name}" if several else "friction", at + plane.sentence) for plane in held.planes]
     return [*rows, ("friction", held.note)] if held.note else rows
+
+
+def settled_rows(held: HeldByFriction) -> list[tuple[str, str]]:
+    """The same of balls that settle at a lower speed."""
+    several = len(held.planes) > 1
+    at = f"at {speed_text(held.speed)} "
+    return [(f"  settled, {p.name}" if several else "  settled", at + p.settled_sentence) for p in held.planes]

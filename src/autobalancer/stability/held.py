@@ -44,6 +44,7 @@ class HeldPlane:
     end below; ``trapped_share`` of them end above the worst one, with balls in line that balance next to nothing.
     ``rest_interval``: to each side of its balanced place a ball stays within it while the others stand right.
     ``heavy_interval``: balls that stand within it about the heavy place all stay there, and add to the unbalance. Angles in rad.
+    ``greatest_acceleration``: of the rotor, rad/s^2, up to which adherence alone takes a ball along that rests.
     """
 
     name: str
@@ -63,6 +64,7 @@ class HeldPlane:
     whirl_95: float
     rest_interval: float
     heavy_interval: float
+    greatest_acceleration: float
 
     @property
     def holds(self) -> bool:
@@ -84,14 +86,23 @@ class HeldPlane:
         )
         if self.holds:
             before = (
-                f"; only the whirl of {length_text(self.largest_whirl)} at the critical speed can move them before"
+                f"; on the way up the whirl of {length_text(self.largest_whirl)} at a critical speed may have moved them"
                 if self.largest_whirl > self.held_whirl
-                else "; nor does any whirl up to this speed"
+                else "; nor does any whirl on the way up"
             )
             return f"{first}: THE BALLS WILL NOT MOVE at this speed{before}; {residual}, unbalance and balls together; {often}"
         return (
             f"{first}; {residual}; {often}; each ball rests within {_deg(self.rest_interval)} of its balanced place, and "
             f"balls within {_deg(self.heavy_interval)} of the heavy place stay there"
+        )
+
+    @property
+    def settled_sentence(self) -> str:
+        """What is left if the balls settle at this speed, and the speed then rises without moving them."""
+        return (
+            f"balls that settle there: residual up to {moment_text(self.worst_residual)}; over random starts median "
+            f"{moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}; they stay while the speed "
+            f"then rises by less than {self.greatest_acceleration:.2g} rad/s^2"
         )
 
 
@@ -277,6 +288,7 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 median_whirl=float(np.median(deflection)),
                 whirl_95=float(np.quantile(deflection, 0.95)),
                 rest_interval=_interval(_shaken(races, weight), here, complex(races.host[place, place])),
+                greatest_acceleration=max(float(held[place]), 0.0) * speed**2 / float(races.orbit[here].max()),
                 heavy_interval=math.asin(min(loads / total, 1.0)) if loads < total else math.pi,
             )
         )

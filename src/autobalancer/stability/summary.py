@@ -21,6 +21,8 @@ from autobalancer.stability.held import HeldByFriction, held_by_friction
 from autobalancer.stability.lateral import largest_unbalance
 from autobalancer.stability.service import Service, service_of
 
+ABOVE = 1.05  # of the highest border speed: where balls that settle are held least
+
 
 @dataclass(frozen=True)
 class RaceSummary:
@@ -60,10 +62,12 @@ class Summary:
     stations: tuple[StationSummary, ...] = ()
     service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
+    friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
-        return {**asdict(self), "friction": self.friction.as_dict() if self.friction is not None else None}
+        held = {name: getattr(self, name) for name in ("friction", "friction_settled")}
+        return {**asdict(self), **{name: one.as_dict() if one is not None else None for name, one in held.items()}}
 
 
 def summary(machine: Machine | str | Path) -> Summary:
@@ -94,6 +98,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         borders = border_speeds(machine)
     except QuestionError as error:
         reason = str(error)
+    friction = _held(machine) if balls else None
     return Summary(
         name=machine.name,
         axis=machine.axis,
@@ -117,8 +122,24 @@ def summary(machine: Machine | str | Path) -> Summary:
         rotor=machine.rotor.kind,
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
-        friction=_held(machine) if balls else None,
+        friction=friction,
+        friction_settled=_settled(machine, friction, borders, critical),
     )
+
+
+def _settled(
+    machine: Machine, held: HeldByFriction | None, borders: tuple[Border, ...], critical: tuple[float, ...]
+) -> HeldByFriction | None:
+    """What friction holds a little above the exact border and the release speed; None where the machine is not faster."""
+    if held is None or not held.planes:
+        return None
+    decisive = {border.name: border.speed for border in borders if border.name in ("exact border", "release speed")}
+    known = [speed for speed in decisive.values() if not math.isnan(speed)]
+    if not known or not all(math.isfinite(speed) for speed in known):
+        return None
+    reached = [speed for speed in critical if speed < held.speed]
+    at = ABOVE * max(*known, *reached)
+    return held_by_friction(machine, at) if at < held.speed else None
 
 
 def _held(machine: Machine) -> HeldByFriction | None:
