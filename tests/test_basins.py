@@ -63,7 +63,7 @@ def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> Non
     figure = ab.plot_basin(found)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any(label.startswith("balanced") for label in labels)
-    assert "deg" in figure.axes[0].get_xlabel()
+    assert "(°)" in figure.axes[0].get_xlabel()
     ab.save_run(found, tmp_path / "basin.nc")
     assert ab.load_run(tmp_path / "basin.nc")["state"].equals(found["state"])
 
