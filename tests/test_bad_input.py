@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 import time
 import tomllib
@@ -12,11 +13,12 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
+from autobalancer import summary
 from autobalancer.cli import app
 from autobalancer.errors import MachineError, UnitError
 from autobalancer.files.machine_file import parse_any, read_machine
 from autobalancer.files.rigs import rig_text
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.units import to_si
 
@@ -167,3 +169,49 @@ def test_an_error_that_is_found_after_reading_names_the_file(tmp_path: Path) -> 
     answer = CliRunner().invoke(app, ["flow", str(path)])
     assert answer.exit_code == 2, answer.output
     assert str(path) in answer.stderr
+
+
+def test_a_chamber_of_a_kilometre_is_odd_and_a_large_tilt_of_the_principal_axis_refused() -> None:
+    machine = parse_any(with_value(DISCOIDAL, "height", '"1 km"'), "m.toml")
+    assert isinstance(machine, Machine)
+    assert any("races[1].height is 1e+06 mm beside balls of 12.3 mm" in note for note in summary(machine).warnings)
+    usual = parse_any(DISCOIDAL, "m.toml")
+    assert isinstance(usual, Machine)
+    assert not any("unit right" in note for note in summary(usual).warnings)
+    with pytest.raises(MachineError, match="misalignment: given 3 rad; must be at most"):
+        Unbalance(misalignment=3.0)
+
+
+HOSTILE = (
+    "0",
+    "-1",
+    "1e300",
+    "1e-300",
+    '""',
+    '"x"',
+    "[]",
+    "[1, 2, 3]",
+    "{}",
+    "true",
+    "nan",
+    "inf",
+    '"1 m"',
+    '"1e9 kg"',
+    "1e12",
+)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_file_with_any_value_replaced_is_read_or_refused(seed: int) -> None:
+    drawn = random.Random(seed)
+    files = sorted((ROOT / "examples/machines").glob("*.toml")) + sorted((ROOT / "docs/machines").glob("*.toml"))
+    for _ in range(60):
+        path = drawn.choice(files)
+        lines = path.read_text(encoding="utf-8").splitlines()
+        place = drawn.choice([i for i, line in enumerate(lines) if re.match(r"\w+ = ", line)])
+        lines[place] = f"{lines[place].split('=')[0]}= {drawn.choice(HOSTILE)}"
+        try:
+            parse_any("\n".join(lines), path.name, folder=path.parent)
+        except MachineError as reason:
+            assert path.name in str(reason)  # noqa: PT017
+            assert len(str(reason)) < 4000  # noqa: PT017

@@ -34,6 +34,9 @@ class Schedule(Part):
         return self
 
 
+LARGEST_TILT = 0.5  # rad; the equations are those of small tilts
+
+
 class Unbalance(Part):
     """A point unbalance (its moment, or mass and radius) or a couple unbalance, at an angle in the rotor.
 
@@ -58,6 +61,10 @@ class Unbalance(Part):
         given = [self.moment, self.mass if self.mass is not None else self.radius, self.couple, self.misalignment]
         if sum(entry is not None for entry in given) != 1 or (self.mass is None) != (self.radius is None):
             raise ValueError("give either 'moment', or 'mass' and 'radius', or 'couple', or 'misalignment'")
+        if self.misalignment is not None and abs(self.misalignment) > LARGEST_TILT:
+            raise ValueError(
+                f"misalignment: given {self.misalignment:g} rad; must be at most {LARGEST_TILT} rad, a small angle"
+            )
         return self
 
     @property

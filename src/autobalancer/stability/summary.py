@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.system import assemble
+from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
@@ -118,7 +119,8 @@ def summary(machine: Machine | str | Path) -> Summary:
         warnings=_warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
-        + _short(frame.stations),
+        + _short(frame.stations)
+        + odd_sizes(machine, balls),
         rotor=machine.rotor.kind,
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
