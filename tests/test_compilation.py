@@ -90,9 +90,7 @@ def test_kernels_compiled_before_the_newest_change_in_any_kernel_are_forgotten(
     foreign = [index(folder, "someone.else-3.py311"), index(tmp_path / "other_abc", "memory.f-1.py311")]
     for path in (old, *foreign):
         os.utime(path, (1e9, 1e9))
-    assert cache.compiled_before()
     cache.forget_outdated()
-    assert not cache.compiled_before()
     assert [path.exists() for path in (old, new, *foreign)] == [False, True, True, True]
 
 
@@ -148,3 +146,20 @@ def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:
     values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:4]] for said in (compiled, interpreted)]
     np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-16)
     assert compiled.split()[-1] == interpreted.split()[-1]
+
+
+def test_the_first_compilation_is_announced_in_one_line_and_a_second_process_says_nothing(tmp_path: Path) -> None:
+    code = "import autobalancer.kernels.derivatives"
+    said = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout == ""
+        said.append(done.stderr)
+    assert said[0].count("compiling its equations; this happens once") == 1
+    assert said[1] == ""

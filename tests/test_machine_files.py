@@ -237,7 +237,7 @@ def test_parts_built_in_python_are_refused_in_the_same_words() -> None:
 
 def test_a_machine_cannot_be_changed_by_accident() -> None:
     machine = parse_machine(tomli_w.dumps(DISCOIDAL))
-    with pytest.raises(Exception, match="frozen"):
+    with pytest.raises(MachineError, match="with_parameter"):
         machine.rotor.mass = 3.0  # type: ignore[misc]
 
 

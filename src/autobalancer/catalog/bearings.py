@@ -14,6 +14,7 @@ from functools import cache
 from autobalancer.catalog.tables import rows, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.laws.capability import ball_mass, capability, largest_useful_count, needed_count
+from autobalancer.shown import Table
 from autobalancer.units import argument
 
 TABLE_DENSITY = 7860.0
@@ -66,6 +67,19 @@ class SuitableBearing:
     ball_mass: float
 
 
+class SuitableBearings(Table[SuitableBearing]):
+    """Bearings that suit, a tuple."""
+
+    head = ("bearing", "bore mm", "outer mm", "width mm", "balls", "g mm", "most balls", "most g mm")
+
+    def row(self, entry: SuitableBearing) -> tuple[str, ...]:
+        """Designation, size, fewest balls that do and what they can balance, most balls and what those can."""
+        ring = entry.bearing
+        sizes = tuple(f"{1e3 * value:g}" for value in (ring.bore, ring.outer, ring.width))
+        able = f"{1e6 * entry.capability:.4g}", f"{1e6 * entry.largest_capability:.4g}"
+        return (ring.designation, *sizes, str(entry.count), able[0], str(entry.largest_useful_count), able[1])
+
+
 _ORDER: dict[str, Callable[[SuitableBearing], float]] = {
     "outer": lambda choice: choice.bearing.outer,
     "mass": lambda choice: choice.ball_mass,
@@ -101,7 +115,7 @@ def suitable_bearings(
     ball_density: float = TABLE_DENSITY,
     fluid_density: float = 0.0,
     sort: str = "outer",
-) -> tuple[SuitableBearing, ...]:
+) -> SuitableBearings:
     """Bearings whose outer ring and balls can compensate an unbalance in a given space.
 
     Parameters
@@ -167,7 +181,9 @@ def suitable_bearings(
                 ball_mass=count * ball_mass(entry.ball_diameter, ball_density),
             )
         )
-    return tuple(sorted(found, key=lambda choice: (_ORDER[sort](choice), choice.bearing.outer, choice.ball_mass)))
+    return SuitableBearings(
+        sorted(found, key=lambda choice: (_ORDER[sort](choice), choice.bearing.outer, choice.ball_mass))
+    )
 
 
 def _bearing(row: dict[str, str]) -> Bearing:

@@ -82,15 +82,11 @@ def angle(
 
 
 def _curve(machine: Path, speeds: str, simulate: bool, duration: str) -> xr.Dataset:
-    from autobalancer.cli.console import Console
     from autobalancer.cli.quantities import quantity, speed_range
-    from autobalancer.cli.run import _say_if_first
     from autobalancer.measurement.angle_curve import angle_against_speed
 
     chosen = speed_range("--speeds", speeds) if speeds else None
     length = quantity("--duration", duration, "s")
-    if simulate:
-        _say_if_first(Console(stderr=True))
     return angle_against_speed(machine, chosen, simulation=simulate, duration=length)
 
 

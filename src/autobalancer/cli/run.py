@@ -85,7 +85,6 @@ def run(
         wishes.append(Envelope(envelope))
     if last_revolutions:
         wishes.append(LastRevolutions(last_revolutions))
-    _say_if_first(console)
     from autobalancer import simulate
 
     patience = Patience(console)
@@ -145,14 +144,6 @@ def _measured(result: Any) -> Any:
         return measures(result)
     except QuestionError:
         return {}
-
-
-def _say_if_first(console: Any) -> None:
-    """Compiling takes half a minute once; say so before it starts."""
-    from autobalancer.kernels.cache import compiled_before
-
-    if not compiled_before():
-        console.print("compiling the equations; this happens once and takes less than a minute ...")
 
 
 SHOWN = {

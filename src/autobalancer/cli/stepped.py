@@ -54,12 +54,10 @@ def stepped(
     Example: autobalancer stepped examples/machines/discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
-    from autobalancer.cli.console import Console
     from autobalancer.cli.exit_codes import stop_code
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.progress import progress_bar
     from autobalancer.cli.quantities import optional, quantity, speed_range
-    from autobalancer.cli.run import _say_if_first
     from autobalancer.cli.starts import say_seed
     from autobalancer.files.machine_file import load_machine
 
@@ -70,7 +68,6 @@ def stepped(
     chosen = speed_range("--speeds", speeds)
     held, measured = quantity("--dwell", dwell, "s"), quantity("--window", window, "s")
     rate, most = optional("--acceleration", acceleration, "rad/s^2"), optional("--longest", longest, "s")
-    _say_if_first(Console(stderr=True))
     from autobalancer.plots.frequency_response import plot_frequency_response
     from autobalancer.plots.save import save_picture
     from autobalancer.studies.frequency_response import frequency_response

@@ -52,11 +52,6 @@ def cache_place() -> Path | None:
     return _private_place() if _is_private(_private_place()) else None
 
 
-def compiled_before() -> bool:
-    """True if the stepper lies compiled where Numba keeps it. A guess made in a millisecond, for a message only."""
-    return any(path.name.startswith("runge_kutta.advance-") for path in _indexes())
-
-
 def forget_outdated() -> None:
     """Remove what was compiled before the newest change in any kernel, and what is damaged.
 

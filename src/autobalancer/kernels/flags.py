@@ -10,11 +10,13 @@ import warnings
 from typing import Any
 
 from autobalancer.errors import CacheWarning
+from autobalancer.kernels.announce import announce_compiling
 from autobalancer.kernels.cache import prepare_cache
 
 KEPT, NOTE = prepare_cache()
 if NOTE:
     warnings.warn(NOTE, CacheWarning, stacklevel=1)
+announce_compiling()
 
 INLINE: dict[str, Any] = {"inline": "always", "error_model": "numpy", "_nrt": False}
 COMPILED: dict[str, Any] = {

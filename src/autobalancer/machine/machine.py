@@ -27,6 +27,7 @@ from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Unbalance
+from autobalancer.shown import html_table
 
 
 class Start(Part):
@@ -67,6 +68,27 @@ class Machine(Part):
     drive: Drive
     start: Start = Field(default_factory=Start)
     run: RunPlan | None = None
+
+    def __repr__(self) -> str:
+        return f"<Machine {self.name!r}: " + ", ".join(f"{what}: {value}" for what, value in self._rows()) + ">"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), [*self._rows(), ("description", self.description or "none")], self.name)
+
+    def _rows(self) -> list[tuple[str, str]]:
+        """What is worth a line when it is shown."""
+        races = [race for balancer in self.balancers for race in balancer.races]
+        balls = sum(race.ball_count for race in races)
+        drive = "prescribed speed" if isinstance(self.drive, PrescribedSpeed) else "torque"
+        return [
+            ("rotor", f"{self.rotor.kind}, {self.axis} axis"),
+            ("balls", f"{balls} in {len(races)} race{'s' * (len(races) != 1)}"),
+            ("unbalances", str(len(self.unbalances))),
+            ("drive", drive),
+            ("run", "no duration" if self.run is None else f"{float(self.run.duration):g} s"),
+        ]
 
     @model_validator(mode="after")
     def _drivable(self) -> Machine:

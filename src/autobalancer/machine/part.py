@@ -45,6 +45,15 @@ class Part(BaseModel):
         except ValidationError as error:
             raise ImpossiblePart(type(self).__name__, _problems(error, type(self))) from None
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in type(self).model_fields:
+            raise MachineError(
+                f"{type(self).__name__}.{name}: given {shortened(value)}; a machine is not changed in place. Take "
+                "ab.with_parameter(machine, path, value), which gives a changed copy, such as "
+                "ab.with_parameter(machine, 'rotor.mass', '12 kg')"
+            )
+        super().__setattr__(name, value)
+
 
 _TAGGED = {"rotor", "drive", "profile", "drag"}  # fields whose kind or law pydantic puts into the path
 _TAGGED_LISTS = {"joints", "excitations"}  # ... and those in which it follows the number of an entry

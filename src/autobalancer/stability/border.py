@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from autobalancer.shown import Table, speed_cells
+
 
 @dataclass(frozen=True)
 class Border:
@@ -12,3 +14,13 @@ class Border:
     name: str
     speed: float
     note: str
+
+
+class Borders(Table[Border]):
+    """Border speeds of a machine, a tuple."""
+
+    head = ("border", "rad/s", "rpm", "note")
+
+    def row(self, entry: Border) -> tuple[str, ...]:
+        """Name, speed and note."""
+        return (entry.name, *speed_cells(entry.speed), entry.note)

@@ -18,7 +18,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.balanced import Balanced, EqualBalls, balanced_states, equal_balls, planar_balancer_of
-from autobalancer.stability.border import Border
+from autobalancer.stability.border import Border, Borders
 from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
 from autobalancer.stability.lateral import Floats, Plane
@@ -51,7 +51,7 @@ def border_speeds(
     *,
     only: Sequence[str] = (),
     up_to: float | str | None = None,
-) -> tuple[Border, ...]:
+) -> Borders:
     """All border speeds of a machine.
 
     Parameters
@@ -86,7 +86,7 @@ def border_speeds(
     unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    return borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to))
+    return Borders(borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to)))
 
 
 def speed_or_none(speed: float | str | None) -> float | None:

@@ -15,6 +15,7 @@ from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.shown import html_table, speed_cells, text_table
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.borders import Border, border_speeds
 from autobalancer.stability.frames import StationSummary, frame_of
@@ -39,7 +40,7 @@ class RaceSummary:
     drag: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """Masses, critical speeds, capability, drag, S, border speeds, and what looks wrong. SI."""
 
@@ -64,6 +65,21 @@ class Summary:
     service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
     friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
+
+    def __repr__(self) -> str:
+        return f"Summary of {self.name}\n{text_table(('', ''), self._rows()).strip()}"
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), self._rows(), f"Summary of {self.name}")
+
+    def _rows(self) -> list[tuple[str, str]]:
+        speeds = [("critical speed", speed) for speed in self.critical_speeds]
+        speeds += [(border.name, border.speed) for border in self.borders]
+        masses = f"rotor {self.rotor_mass:.4g} kg, balls {self.ball_mass:.4g} kg"
+        rows = [("rotor", f"{self.rotor}, {self.axis} axis"), ("masses", masses)]
+        rows += [(name, "{} rad/s, {} rpm".format(*speed_cells(speed))) for name, speed in speeds]
+        rows += [("unbalance", f"{1e6 * self.unbalance:.4g} g mm"), ("capability", f"{1e6 * self.capability:.4g} g mm")]
+        return rows + [("warning", text) for text in self.warnings]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""

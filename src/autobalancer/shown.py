@@ -1,0 +1,50 @@
+"""Results that show themselves: as lines of text, and as a table in a notebook."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def text_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns of text, two blanks apart."""
+    whole = [list(head), *map(list, rows)]
+    widths = [max(len(row[k]) for row in whole) for k in range(len(head))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in whole
+    )
+
+
+def html_table(head: Sequence[str], rows: Sequence[Sequence[str]], title: str = "") -> str:
+    """The same for a notebook."""
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    above = f"<b>{escape(title)}</b>" if title else ""
+    return f"{above}<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def speed_cells(speed: float) -> tuple[str, str]:
+    """A speed in rad/s and rpm."""
+    if not math.isfinite(speed):
+        return ("never", "never") if speed > 0.0 else ("-", "-")
+    return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"
+
+
+class Table(tuple[T, ...]):
+    """A tuple that shows itself as a table; ``head`` and ``row`` say how."""
+
+    head: tuple[str, ...] = ()
+
+    def row(self, entry: T) -> tuple[str, ...]:
+        """The cells of an entry."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return text_table(self.head, [self.row(entry) for entry in self]) if self else "()"
+
+    def _repr_html_(self) -> str:
+        return html_table(self.head, [self.row(entry) for entry in self])
