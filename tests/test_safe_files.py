@@ -174,3 +174,12 @@ def test_a_folder_without_runs_is_no_archive(tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, ["archive", str(tmp_path)])
     assert answer.exit_code == 2
     assert "holds no runs" in answer.stderr
+
+
+def test_a_result_that_cannot_be_drawn_is_said_to_be_damaged(tmp_path: Path) -> None:
+    run = ab.simulate(MACHINES / "discoidal.toml", duration=0.1)
+    run["ball_angle_in_rotor"][:] = np.nan
+    save_run(run, tmp_path / "r.nc")
+    answer = CliRunner().invoke(app, ["plot", str(tmp_path / "r.nc"), "--out", str(tmp_path / "p"), "--kind", "run-up"])
+    assert answer.exit_code == 2, answer.output
+    assert "cannot be drawn; is it damaged?" in answer.stderr

@@ -71,14 +71,14 @@ def plot(
         path = out if single else out / f"{title}_{name.replace('-', '_')}.{format}"
         try:
             picture = draw[name]()
-        except (OverflowError, TypeError) as reason:
-            raise ResultError(f"{result}: cannot be drawn; is it damaged? {type(reason).__name__}: {reason}") from None
         except QuestionError as reason:
             if len(chosen) == 1 or len(skipped) == len(chosen) - 1:
                 raise
             skipped.append(name)
             typer.echo(f"no {name}: {reason}", err=True)
             continue
+        except (ValueError, OverflowError, TypeError) as reason:
+            raise ResultError(f"{result}: cannot be drawn; is it damaged? {type(reason).__name__}: {reason}") from None
         made.append(save_picture(picture, path))
         if not as_json:
             typer.echo(f"written: {made[-1]}")
