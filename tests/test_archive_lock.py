@@ -57,7 +57,7 @@ def note(folder: Path, process: int, host: str) -> None:
 
 
 def test_a_second_process_is_told_who_writes_the_run(folder: Path, other: subprocess.Popen[str]) -> None:
-    told = rf"process {other.pid} on {socket.gethostname()}, since .* writes this run; wait for it"
+    told = rf"process {other.pid} on {socket.gethostname()}, since .* is writing this run; wait for it"
     with pytest.raises(ResultError, match=told):
         archived_run(Archive(folder.parent), "one", small_machine(), duration=0.02)
     assert not list(folder.glob("part-*"))

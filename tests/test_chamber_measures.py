@@ -186,7 +186,7 @@ def test_what_cannot_be_measured_is_refused() -> None:
         steady_vibration(RUN, last=1e-5)
     with pytest.raises(QuestionError, match="has 1 samples"):
         chamber_measures(RUN.isel(time=slice(0, 1)))
-    with pytest.raises(QuestionError, match="fewer than four in a turn"):
+    with pytest.raises(QuestionError, match="fewer than four per revolution"):
         balls_carried(RUN.isel(time=slice(None, None, 15)))
     with pytest.raises(QuestionError, match="tolerance: given 0 ball radii"):
         ball_settling_time(RUN, tolerance=0.0)

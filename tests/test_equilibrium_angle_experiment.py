@@ -156,8 +156,8 @@ def test_tables_that_cannot_be_read_are_refused_in_words(tmp_path: Path, text: s
     [
         ("axis", "vertical", "axis = 'horizontal'"),
         (RACE + "balls", [{"count": 2, "diameter": 0.0123, "density": 7800.0}], "has 2 balls"),
-        (RACE + "eccentricity", 1e-5, "not round about the axis"),
-        (RACE + "drag", {"law": "beta", "beta": 0.0}, "nothing drags the ball"),
+        (RACE + "eccentricity", 1e-5, "not circular and centered on the axis"),
+        (RACE + "drag", {"law": "beta", "beta": 0.0}, "the ball has no drag"),
     ],
 )
 def test_machines_that_do_not_fit_the_experiment_are_refused(path: str, value: object, says: str) -> None:
@@ -170,7 +170,7 @@ def test_questions_that_make_no_sense_are_refused() -> None:
     for question, says in (
         (lambda: ab.angle_against_speed(MACHINE, [2.0, 1.0]), "must ascend"),
         (lambda: ab.angle_against_speed(MACHINE, [1.0], simulation=True), "two speeds or more"),
-        (lambda: ab.angle_against_speed(MACHINE, [50.0, 60.0], simulation=True), "nothing holds the ball"),
+        (lambda: ab.angle_against_speed(MACHINE, [50.0, 60.0], simulation=True), "the ball has no equilibrium"),
         (lambda: ab.evaluate_angles(MACHINE, []), "no series"),
         (lambda: ab.evaluate_angles(MACHINE, [steep]), "given angles up to 97.4 deg"),
         (lambda: ab.evaluate_angles(MACHINE, [steep], rolling=-0.1), "given -0.1"),
@@ -212,10 +212,10 @@ def test_the_command_line_shows_the_angle_over_the_speed(tmp_path: Path) -> None
 
 def test_pictures_of_other_results_are_refused() -> None:
     found = ab.angle_against_speed(MACHINE, [1.0, 2.0])
-    with pytest.raises(QuestionError, match="no evaluated angles"):
+    with pytest.raises(QuestionError, match="not evaluated angles"):
         ab.plot_measured_drag(found)
     evaluated = ab.evaluate_angles(MACHINE, ab.load_angle_series(TABLE), rolling=0.05)
-    with pytest.raises(QuestionError, match="no angle over the speed"):
+    with pytest.raises(QuestionError, match="not an angle over the speed"):
         ab.plot_equilibrium_angles(evaluated)
     with pytest.raises(QuestionError, match="'left out' or 'included'"):
         ab.plot_measured_drag(evaluated, pressure_force="both")

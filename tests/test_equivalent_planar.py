@@ -187,7 +187,7 @@ def test_the_picture_shows_rotor_and_both_oscillators() -> None:
     figure = plot_equivalent_planar(equivalent_planar(FAR).data)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["rotor", "oscillator, static", "oscillator, modal"]
-    with pytest.raises(QuestionError, match="no oscillator"):
+    with pytest.raises(QuestionError, match="not an oscillator"):
         plot_equivalent_planar(eigenfrequencies(FAR))
 
 

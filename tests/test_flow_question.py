@@ -249,7 +249,7 @@ def test_too_few_points_are_replaced_by_more_unless_they_were_asked_for(monkeypa
     monkeypatch.setattr(choice, "EDDIES", 0.0)
     flow = annulus_flow(thin, ramp, duration=0.4, samples=51)
     assert flow.attrs["points"][0] > 30
-    with pytest.raises(QuestionError, match="cannot pass"):
+    with pytest.raises(QuestionError, match="cannot continue past"):
         annulus_flow(thin, ramp, duration=0.4, points=(30, 36))
 
 

@@ -221,7 +221,7 @@ def test_names_do_not_mind_case_and_spacing() -> None:
         ("silicone oil 0.65", 313.15, "known at 25 degC only, not at 40 degC"),
         ("silicone oil 23 (measured)", 293.15, "known at 25 degC only"),
         ("water", 25.0, "in K in Python|temperature is in K"),
-        ("silicone oil 20", 400.0, "offered from 0 degC to 100 degC"),
+        ("silicone oil 20", 400.0, "available from 0 degC to 100 degC"),
         ("air", math.nan, "not at nan degC"),
     ],
 )

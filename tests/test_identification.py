@@ -158,7 +158,7 @@ def test_a_known_mass_makes_the_stiffness_known() -> None:
     spread = 1.2e5 * math.hypot(0.02, 2.0 * 0.001)
     np.testing.assert_allclose(found.data["uncertainty"], [0.24, spread], rtol=1e-5)
     assert found.data["correlation"].values[0, 1] == pytest.approx(0.02 / math.hypot(0.02, 0.002), rel=1e-5)
-    assert any("hardly told apart" in note for note in found.data.attrs["notes"])
+    assert any("can hardly be distinguished" in note for note in found.data.attrs["notes"])
 
 
 def test_a_parameter_without_effect_is_named() -> None:
@@ -261,7 +261,7 @@ SPEED = [MeasuredCriticalSpeed(100.0, 0.1, whirl="forward")]
         ({"drive": (0.0, 1.0)}, SPEED, "not a number"),
         ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredCriticalSpeed(100.0, 0.0)], "standard deviation greater than zero"),
         ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredCriticalSpeed(100.0, 1.0, order=0)], "whole number from 1"),
-        ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredCriticalSpeed(100.0, 1.0, order=3)], "not everything that was measured"),
+        ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredCriticalSpeed(100.0, 1.0, order=3)], "lacks something that was measured"),
         ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredMode(1.0, 1.0, "shape")], "quantity: given 'shape'"),
         ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredResponse([1.0, 2.0], [1.0], 0.1)], "as many of both"),
         ({"rotor.stiffness": (1e4, 1e6)}, [MeasuredResponse([1.0], [1.0], 0.1, "top")], "no station is named 'top'"),

@@ -235,7 +235,7 @@ AXES = {"speed": [50.0, 130.0], "viscosity": [1e-6, 60e-6]}
     ("axes", "options", "message"),
     [
         ({"speed": [1.0]}, {}, "given 1 parameters; give two"),
-        ({"speed": [1.0], "sped": [1.0]}, {}, "'sped' is no parameter; there are speed, viscosity"),
+        ({"speed": [1.0], "sped": [1.0]}, {}, "'sped' is not a parameter; available are speed, viscosity"),
         ({"speed": [], "drag": [1.0]}, {}, "given no values"),
         ({"speed": [0.0, 1.0], "drag": [1.0]}, {}, "must be greater than zero"),
         (AXES, {"speed": 3.0}, "given twice"),
@@ -324,12 +324,12 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
 
 def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
     for call, message in (
-        (lambda: plot_map(xr.Dataset()), "no result of stability_map"),
+        (lambda: plot_map(xr.Dataset()), "not a result of stability_map"),
         (lambda: plot_map(thin_map, x="drag"), "must be one of speed, viscosity"),
         (lambda: plot_map(thin_map, speed_unit="mph"), "must be one of rpm"),
         (lambda: plot_map(thin_map.isel(speed=[0])), "one value along an axis"),
-        (lambda: plot_border_curve(thin_map), "no result of border_curve"),
-        (lambda: plot_stability(thin_map), "no result of eigenvalues"),
+        (lambda: plot_border_curve(thin_map), "not a result of border_curve"),
+        (lambda: plot_stability(thin_map), "not a result of eigenvalues"),
         (lambda: plot_stability(ab.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
     ):
         with pytest.raises(QuestionError, match=message):

@@ -74,7 +74,7 @@ def test_a_recorded_motion_comes_from_a_file_with_units(tmp_path: Path) -> None:
         (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n1, x\n"}, "line 3: .* not a number"),
         (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n1\n"}, "line 3: 1 cells for 2 columns"),
         (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n90, 1\n200, 0\n300, 1\n"}, "equal steps of 90 deg"),
-        (ROUND.replace("harmonics = 5", "deviations = [0]"), {"roundness": oval()}, "comes from 'file'; leave one of them out"),
+        (ROUND.replace("harmonics = 5", "deviations = [0]"), {"roundness": oval()}, "is read from 'file'; leave one of them out"),
         (SHAKEN.replace("recorded_base_motion", "force"), {}, "only the kinds 'recorded_base_motion', 'recorded_force'"),
         (SHAKEN, {"floor": "time [s], force [N]\n0, 1\n1, 0\n"}, "no column 'acceleration'"),
     ],

@@ -198,7 +198,7 @@ def test_a_slipstream_of_unknown_fluid_or_size_is_refused() -> None:
     with pytest.raises(MachineError, match="needs the size of the balls"):
         assemble(race(True, [], balls=points))
     unequal = [{"diameter": d, "density": DENSITY} for d in (0.01, 0.012)]
-    with pytest.raises(MachineError, match="balls of one size only"):
+    with pytest.raises(MachineError, match="balls of equal size only"):
         assemble(race(True, [], orbit_radius=None, race_radius=0.1, balls=unequal))
     full = race(True, [0.0, 1.0]).model_copy(update={"tilting_races": "full"})
     with pytest.raises(MachineError, match="slipstream"):

@@ -150,7 +150,10 @@ RIGID = {
         ({"stations": [{"name": "disk", "position": 0}] * 2}, r"'disk' is given twice"),
         ({"unbalances": [{"couple": 1e-5, "moment": 1e-4}]}, r"either 'moment'.*or 'couple'"),
         ({"rotor": RIGID | {"polar_inertia": 0.13}}, r"polar_inertia: given 0\.13.*twice.*0\.12"),
-        ({"rotor": RIGID | {"supports": RIGID["supports"][:1]}}, r"not held against tilting.*two positions"),
+        (
+            {"rotor": RIGID | {"supports": RIGID["supports"][:1]}},
+            r"nothing supports the rotor against tilting.*two positions",
+        ),
         ({"rotor": RIGID | {"supports": [{"position": 0.1}]}}, r"stiffness: missing"),
         (
             {"rotor": {"mass": 5.0, "stiffness": 1e5, "damping": 1.0}, "unbalances": [{"couple": 1e-5}]},

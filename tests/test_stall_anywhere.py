@@ -174,7 +174,7 @@ def _whirling(model: Any, speed: float) -> np.ndarray:
 
 def test_a_slender_rotor_has_a_resonance_that_rises_with_the_speed_and_a_disk_like_one_has_not() -> None:
     slender, disk = (found(machine(rotor(polar), (-0.1, 0.15), beta=2e-4)) for polar in (0.02, 0.08))
-    assert "balls can hang again" in slender["release speed"].note
+    assert "balls can stall again" in slender["release speed"].note
     assert "again" not in disk["release speed"].note
     assert slender["release speed"].speed > 138.0 > disk["release speed"].speed
 

@@ -101,7 +101,7 @@ def test_balls_of_two_planes_are_released_where_those_of_one_plane_part() -> Non
     numbers = drawn(3)
     release = border(equal(numbers), "release speed")
     assert release.speed == pytest.approx(215.4, abs=0.1)
-    assert "balls that lie exactly on each other hold to 224.3 rad/s" in release.note
+    assert "balls at exactly the same place stay stalled up to 224.3 rad/s" in release.note
     m, wanted = machine(numbers, (1.0 + 1e-4, 1.0 - 1e-4)), release.speed
     for share, stays in ((0.99, True), (1.01, False)):
         speeds = [(0.0, 0.95 * wanted), (8.0, share * wanted), (30.0, share * wanted)]
@@ -133,7 +133,7 @@ def test_before_the_fold_balls_in_line_may_begin_to_swing() -> None:
 def test_where_nothing_catches_balls_the_capture_speed_says_why() -> None:
     found = border(equal(drawn(2)), "capture speed")
     assert math.isnan(found.speed)
-    assert "the planes lose step at 200.8 rad/s" in found.note
+    assert "the planes lose synchronism at 200.8 rad/s" in found.note
 
 
 def test_two_planes_answer_within_a_second_or_two() -> None:

@@ -1,4 +1,4 @@
-"""Figures 13 and 14 and section 4.3: reactions that hold the body in planar motion, and the body let go under them.
+"""Figures 13 and 14 and section 4.3: reactions that hold the body in planar motion, and the body released under them.
 
 The source takes five balls and a friction of 0.5, which on our reference machine stay at the bottom; twelve are carried, and
 settle after as long a time as its five do. Orders of magnitude are compared, in decades. Equation (52) is taken with the
@@ -64,5 +64,5 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def _order(what: str, unit: str, target: float, obtained: float) -> Found:
     """A row of decades, for a motion of the body that is let go."""
-    quantity = f"order of the greatest {what}, body let go"
+    quantity = f"order of the greatest {what}, body released"
     return Found("printed", quantity, f"decades over 1 {unit}", math.log10(target), math.log10(obtained), ORDER, OTHER)

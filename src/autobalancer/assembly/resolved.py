@@ -51,7 +51,7 @@ def is_resolved(machine: Machine) -> bool:
     if problems:
         raise ImpossiblePart("Machine", problems)
     if machine.tilting_races == "full":
-        raise MachineError("tilting_races: balls with 'resolved' contact feel deflections only; take 'deflection'")
+        raise MachineError("tilting_races: resolved balls do not follow the tilt of their race; use 'deflection'")
     return True
 
 

@@ -64,9 +64,9 @@ def refuse_soft_wall(machine: Machine, ball: Ball, stiffness: float, hertz: bool
     if depth > most:
         key = "reduced_modulus" if hertz else "stiffness"
         raise MachineError(
-            f"{_name(ball)}.resolved.{key}: at {highest:.4g} rad/s the wall gives way by "
-            f"{1e3 * depth:.3g} mm under a ball of {2e3 * ball.radius:.3g} mm, and would let it through; take at least "
-            f"{force / most**power / stiffness:.2g} times as much"
+            f"{_name(ball)}.resolved.{key}: at {highest:.4g} rad/s the wall is compressed by "
+            f"{1e3 * depth:.3g} mm under a ball of {2e3 * ball.radius:.3g} mm, which would pass through it; use at least "
+            f"{force / most**power / stiffness:.2g} times this value"
         )
 
 
@@ -87,8 +87,8 @@ def refuse_sharp_waves(race: Race, ball: Ball, gap: float) -> None:
         bend = sign * (level**2 + 2.0 * first**2 - level * second) / np.hypot(level, first) ** 3
         if bend.max() * ball.radius >= 1.0:
             raise MachineError(
-                f"{_name(ball)}.{key}: no {wall} wall leads a ball of {1e3 * ball.radius:.4g} mm radius on an orbit that is bent "
-                f"around that wall with {1e3 / bend.max():.4g} mm; take smaller or fewer waves"
+                f"{_name(ball)}.{key}: a ball of {1e3 * ball.radius:.4g} mm radius cannot follow the {wall} wall: "
+                f"its orbit is curved around it with a radius of {1e3 / bend.max():.4g} mm; use smaller or fewer waves"
             )
 
 

@@ -165,7 +165,7 @@ def assemble_general(
     real = not resolved and is_real(machine, balls, lags)
     if real and machine.tilting_races == "full":
         raise MachineError(
-            "tilting_races: the full motion on a tilting race knows linear drag on smooth circular races only; "
+            "tilting_races: the full motion on a tilting race supports only linear drag on smooth circular races; "
             "take 'deflection', or leave out friction, drag over the whole range, slipstream, waves of the race and excitations"
         )
     calm = pull == 0.0 and not machine.excitations

@@ -75,11 +75,11 @@ def fluid(name: str, temperature: float = ROOM) -> FluidState:
         if low == high:
             raise CatalogError(
                 f"{entry.name!r} is known at {_celsius(low)} only, not at {_celsius(temperature)}: "
-                f"{entry.source} gives no law for other temperatures; ask for that one or take "
+                f"{entry.source} gives no law for other temperatures; use that one or "
                 "another fluid"
             )
         raise CatalogError(
-            f"{entry.name!r} is offered from {_celsius(low)} to {_celsius(high)}, not at "
+            f"{entry.name!r} is available from {_celsius(low)} to {_celsius(high)}, not at "
             f"{_celsius(temperature)} ({temperature!r} K); in Python a temperature is in K, elsewhere it "
             "has a unit"
         )
@@ -130,7 +130,9 @@ def blend(
     one, two = (_state(part, temperature) for part in (first, second))
     w = blend_fraction(viscosity, (one.viscosity, one.density), (two.viscosity, two.density))
     if not 0.0 <= w <= 1.0 + 1e-12:
-        raise QuestionError(f"a viscosity of {viscosity!r} m^2/s asks for the fraction {w:.4g}, which is no share")
+        raise QuestionError(
+            f"a viscosity of {viscosity!r} m^2/s requires the fraction {w:.4g}, which is not between 0 and 1"
+        )
     density = w * one.density + (1.0 - w) * two.density
     if basis == "mass":
         density = 1.0 / (w / one.density + (1.0 - w) / two.density)

@@ -164,7 +164,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
     if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
         problems.append((("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead"))
     elif race.slipstream and len({ball.diameter for ball in balls}) > 1:
-        problems.append((("slipstream",), "known for balls of one size only; take equal ones, or leave it out"))
+        problems.append((("slipstream",), "supported for balls of equal size only; use equal balls, or leave it out"))
     elif not problems:
         occupied = occupied_angle(balls)
         if occupied > 2.0 * math.pi * (1.0 + 1e-12):

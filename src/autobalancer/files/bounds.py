@@ -34,11 +34,11 @@ def refuse_out_of_bounds(data: dict[str, Any], source: str) -> None:
 
 def _lists_and_texts(value: Any, place: str, depth: int = 0) -> Iterator[tuple[str, str]]:
     if depth > DEPTH:
-        yield place[:100], f"tables and lists within each other more than {DEPTH} deep; a machine needs fewer"
+        yield place[:100], f"tables and lists are nested more than {DEPTH} deep; a machine needs fewer levels"
     elif isinstance(value, dict):
         for key, entry in value.items():
             if len(key) > NAME:
-                yield place or "the file", f"a key of {len(key)} characters: {shortened(key)}; none has so many"
+                yield place or "the file", f"a key of {len(key)} characters: {shortened(key)}; no key is that long"
             yield from _lists_and_texts(entry, f"{place}.{key}" if place else key, depth + 1)
     elif isinstance(value, list):
         races = place == "balancers" or place.endswith(".races")

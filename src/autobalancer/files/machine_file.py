@@ -108,8 +108,8 @@ def parse_any(text: str, source: str = "machine text", *, folder: str | Path = "
 def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
     if isinstance(found, ChamberMachine):
         raise MachineFileError(
-            f"{source}: its balls move freely in chambers, and this question is one about balls in races. For chambers there "
-            "are 'autobalancer check', 'run', 'plot', 'animate', 'study' and 'archive'; in Python load_chamber_machine, "
+            f"{source}: its balls move freely in chambers, and this function is for balls in races. For chambers use "
+            "'autobalancer check', 'run', 'plot', 'animate', 'study' and 'archive'; in Python load_chamber_machine, "
             "chamber_summary, simulate_chamber and chamber_amplitudes"
         )
     return found

@@ -42,7 +42,9 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
         if "file" in entry:
             place = f"{source}: excitations[{i + 1}]"
             if entry.get("kind") not in RECORDS:
-                raise MachineFileError(f"{place}.file: only the kinds {', '.join(map(repr, RECORDS))} come from a file")
+                raise MachineFileError(
+                    f"{place}.file: only the kinds {', '.join(map(repr, RECORDS))} can be read from a file"
+                )
             name, unit = RECORDS[entry["kind"]]
             _alone(entry, ("time", name), place)
             path = folder / str(entry.pop("file"))
@@ -60,7 +62,7 @@ def _tables(value: Any) -> list[dict[str, Any]]:
 def _alone(entry: dict[str, Any], others: Sequence[str], place: str) -> None:
     both = [key for key in others if key in entry]
     if both:
-        raise MachineFileError(f"{place}.{both[0]}: comes from 'file'; leave one of them out")
+        raise MachineFileError(f"{place}.{both[0]}: is read from 'file'; leave one of them out")
 
 
 def _columns(path: Path, wanted: Sequence[tuple[str, str]], place: str) -> list[NDArray[np.float64]]:
@@ -78,7 +80,7 @@ def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str
     miss = float(np.abs(np.diff(angle) - step).max(initial=0.0))
     if miss > EVEN * step:
         raise MachineFileError(
-            f"{place}: {angle.size} angles must stand at equal steps of {math.degrees(step):.6g} deg over one turn, "
-            f"ascending; a step misses that by {math.degrees(miss):.3g} deg"
+            f"{place}: {angle.size} angles must have equal steps of {math.degrees(step):.6g} deg over one turn, "
+            f"ascending; one step differs by {math.degrees(miss):.3g} deg"
         )
     return {"deviations": deviation.tolist(), "angle": float(angle[0])}

@@ -39,5 +39,5 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
     except (OSError, ValueError) as reason:  # ValueError: no text, or no name of a file
         raise error(f"{place}: cannot be read: {reason}") from None
     if len(content) > largest:
-        raise error(f"{place}: is larger than {largest // 1_000_000} MB; no file of this kind is")
+        raise error(f"{place}: is larger than {largest // 1_000_000} MB; files of this kind are smaller")
     return text

@@ -36,8 +36,8 @@ class DifferenceFlow:
     ) -> None:
         if not 0.0 <= stretching < 0.5 / math.pi:
             raise QuestionError(
-                f"stretching: given {stretching:g}; must be at least 0 and below 1/(2 pi) = 0.159, where points would fall "
-                "onto one another"
+                f"stretching: given {stretching:g}; must be at least 0 and below 1/(2 pi) = 0.159, where points would "
+                "coincide"
             )
         self.annulus = annulus
         self.radius = annulus.inner + annulus.width * _stretched(radial, stretching)
@@ -126,7 +126,7 @@ class DifferenceFlow:
                 done = march_steps(self._cross, f, clock, piece.start, float(piece.kind), numbers, mark, fixed, record)
                 if done < 0:
                     raise QuestionError(
-                        f"the flow solver by differences blew up at {clock[0]:.4g} s: the flow is not resolved; take more "
+                        f"the finite-difference flow solver diverged at {clock[0]:.4g} s: the flow is not resolved; take more "
                         "'points'"
                     )
                 for time, w, lag in record[:done].tolist():

@@ -140,7 +140,7 @@ def _chamber(
         annulus, name = annulus_of(machine, balancer, race), machine.name
     if speed is None:
         if machine is None:
-            raise QuestionError("speed: missing; an annulus alone does not know how its walls turn")
+            raise QuestionError("speed: missing; an annulus alone has no wall speed")
         speed = machine_speed(machine)
     if duration is None and machine is not None and machine.run is not None:
         duration = float(machine.run.duration)

@@ -138,7 +138,7 @@ def _affordable(annulus: Annulus, seen: Expected, points: tuple[int, int]) -> No
             f"flow: fluid of {1e6 * annulus.viscosity:.3g} mm^2/s would lag by about {seen.lag * seen.fastest:.3g} rad/s, a "
             f"turbulent flow that takes {points[0]}x{points[1]} points and about {time / 60.0:.0f} minutes; speed up more "
             "slowly, shorten the duration, or take the model 'modes' (fluid.lag = 'modes'), which overestimates the lag; "
-            f"'points' (--points {points[0]}x{points[1]}) starts it all the same"
+            f"'points' (--points {points[0]}x{points[1]}) starts it anyway"
         )
 
 
@@ -152,7 +152,7 @@ def _differences_affordable(time: float, seen: Expected, points: tuple[int, int]
         cure = f"take the model 'auto' or 'modes': here diffusion alone is wrong by at most {seen.error:.1g}"
     text = f"flow: the model 'differences' takes {points[0]}x{points[1]} points and about {time / 60.0:.2g} minutes; {cure}"
     if ours and time > LONGEST:
-        raise QuestionError(f"{text}. 'points' (--points {points[0]}x{points[1]}) starts it all the same")
+        raise QuestionError(f"{text}. 'points' (--points {points[0]}x{points[1]}) starts it anyway")
     warnings.warn(text, DurationWarning, stacklevel=4)
 
 

@@ -130,8 +130,8 @@ class SpectralFlow:
                     track.note(time, w, lag)
                 if clock[kernel.LOST]:
                     raise QuestionError(
-                        f"the flow solver cannot pass {clock[kernel.TIME]:.4g} s with steps of {clock[kernel.LENGTH]:.2g} s: "
-                        "the flow is not resolved; take more 'points'"
+                        f"the flow solver cannot continue past {clock[kernel.TIME]:.4g} s with steps of "
+                        f"{clock[kernel.LENGTH]:.2g} s: the flow is not resolved; take more 'points'"
                     )
                 if progress is not None:
                     progress(float(clock[kernel.TIME]), end)

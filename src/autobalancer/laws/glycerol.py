@@ -64,7 +64,7 @@ def _pure_densities(celsius: Any) -> tuple[Any, Any]:
 def _checked(fraction: npt.ArrayLike, temperature: npt.ArrayLike) -> tuple[Any, Any]:
     w, t = np.asarray(fraction, float), np.asarray(temperature, float)
     if not bool(np.all((w >= 0.0) & (w <= 1.0))):
-        raise QuestionError(f"given the glycerol fraction {fraction!r}; it is a share from 0 to 1")
+        raise QuestionError(f"given the glycerol fraction {fraction!r}; it must be from 0 to 1")
     if not bool(np.all((t >= LOWEST) & (t <= HIGHEST))):
         raise QuestionError(f"given {temperature!r} K; the law holds from {LOWEST:g} to {HIGHEST:g} K (0 to 100 degC)")
     return w, t - 273.15

@@ -79,7 +79,7 @@ def iso_vg_viscosity(grade: int, temperature: npt.ArrayLike) -> Any:
         raise QuestionError(f"given the grade {grade!r}; ISO VG grades here are {', '.join(map(str, ISO_VG))}")
     t = np.asarray(temperature, float)
     if not bool(np.all((t >= LOWEST) & (t <= HIGHEST))):
-        raise QuestionError(f"given {temperature!r} K; the oils are offered from {LOWEST:g} to {HIGHEST:g} K")
+        raise QuestionError(f"given {temperature!r} K; the oils are available from {LOWEST:g} to {HIGHEST:g} K")
     at_40 = ISO_VG[grade]
     line = double_log_through((313.15, at_40), (373.15, viscosity_at_100_degc(at_40)), shift=SHIFT_D341)
     return viscosity_from_double_log(t, *line, shift=SHIFT_D341)

@@ -104,7 +104,7 @@ def range_record(reynolds: float) -> dict[str, Any]:
     if reynolds > REYNOLDS[1]:
         text = (
             f"slipstream: the Reynolds number reached {reynolds:.3g}; the factor is a fit up to {REYNOLDS[1]:g} "
-            "(Spannan 2021, section 5.2.4), beyond it keeps its value of there"
+            "(Spannan 2021, section 5.2.4), beyond this range its value at the limit is used"
         )
         warnings.warn(text, RangeWarning, stacklevel=2)
     return {"slipstream_reynolds": reynolds, "slipstream_reynolds_limit": REYNOLDS[1], "slipstream_warning": text}

@@ -113,7 +113,7 @@ def blend_viscosity(
     (nu1, rho1), (nu2, rho2) = first, second
     w = np.asarray(fraction, float)
     if not bool(np.all((w >= 0.0) & (w <= 1.0))):
-        raise QuestionError(f"given the fraction {fraction!r}; it is a share from 0 to 1")
+        raise QuestionError(f"given the fraction {fraction!r}; it must be from 0 to 1")
     mean = 0.5 * (rho1 + rho2) if density is None else density
     return (np.exp(w * math.log(nu1 * rho1) + (1.0 - w) * math.log(nu2 * rho2)) / mean)[()]
 

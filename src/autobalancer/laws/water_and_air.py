@@ -60,5 +60,5 @@ def air_density(temperature: npt.ArrayLike, *, pressure: float = ATMOSPHERE) -> 
 def _within(temperature: npt.ArrayLike, limits: tuple[float, float], name: str) -> Any:
     t = np.asarray(temperature, float)
     if not bool(np.all((t >= limits[0]) & (t <= limits[1]))):
-        raise QuestionError(f"given {temperature!r} K; {name} is offered from {limits[0]:g} to {limits[1]:g} K")
+        raise QuestionError(f"given {temperature!r} K; {name} is available from {limits[0]:g} to {limits[1]:g} K")
     return t

@@ -48,7 +48,7 @@ class TorqueTable(Part):
             raise ValueError("speed: the table is empty; give at least one speed and one torque")
         if len(self.speed) != len(self.torque):
             raise ValueError(
-                f"given {len(self.speed)} speeds and {len(self.torque)} torques; give as many of one as of the other"
+                f"given {len(self.speed)} speeds and {len(self.torque)} torques; give the same number of both"
             )
         if any(b <= a for a, b in zip(self.speed, self.speed[1:], strict=False)):
             raise ValueError("speed: must increase from entry to entry")

@@ -22,7 +22,9 @@ def _one_pace(frequency: float | None, order: float | None) -> None:
 
 def _recorded(time: tuple[float, ...], values: tuple[float, ...], name: str) -> None:
     if len(time) < 2 or len(time) != len(values):
-        raise ValueError(f"{name}: given {len(values)} values at {len(time)} times; give as many, and at least two")
+        raise ValueError(
+            f"{name}: given {len(values)} values at {len(time)} times; give the same number of both, at least two"
+        )
     if any(b <= a for a, b in pairwise(time)):
         raise ValueError("time: must increase")
 

@@ -38,9 +38,7 @@ class Table(Part):
         if not self.time:
             raise ValueError("time: the profile is empty; give at least one time and one speed")
         if len(self.time) != len(self.speed):
-            raise ValueError(
-                f"given {len(self.time)} times and {len(self.speed)} speeds; give as many of one as of the other"
-            )
+            raise ValueError(f"given {len(self.time)} times and {len(self.speed)} speeds; give the same number of both")
         if any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time: must increase from entry to entry")
         return self
@@ -68,7 +66,7 @@ class Hill(Part):
     def _finite_jerk(self) -> Hill:
         if self.exponent < 1.0:
             raise ValueError(
-                f"exponent: given {self.exponent:g}; must be at least 1, or the acceleration starts infinite"
+                f"exponent: given {self.exponent:g}; must be at least 1, otherwise the initial acceleration is infinite"
             )
         return self
 

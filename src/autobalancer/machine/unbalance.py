@@ -25,7 +25,7 @@ class Schedule(Part):
             raise ValueError("time: given an empty list; give at least one time")
         if len(self.time) != len(self.factor):
             raise ValueError(
-                f"given {len(self.time)} times and {len(self.factor)} factors; give as many of one as of the other"
+                f"given {len(self.time)} times and {len(self.factor)} factors; give the same number of both"
             )
         if any(b < a for a, b in zip(self.time, self.time[1:], strict=False)):
             raise ValueError("time: must not decrease")

@@ -64,20 +64,20 @@ def angle_machine(machine: Machine | str | Path) -> AngleMachine:
     balls = resolve(machine)
     if machine.axis != "horizontal":
         raise QuestionError(
-            f"equilibrium angle: the axis is {machine.axis}; a ball is carried up on a horizontal one only: axis = 'horizontal'"
+            f"equilibrium angle: the axis is {machine.axis}; the experiment needs a horizontal one: axis = 'horizontal'"
         )
     if len(balls) != 1:
-        raise QuestionError(f"equilibrium angle: the machine has {len(balls)} balls; the experiment is made with one")
+        raise QuestionError(f"equilibrium angle: the machine has {len(balls)} balls; the experiment needs exactly one")
     ball = balls[0]
     race = machine.balancers[ball.balancer].races[ball.race]
     where = f"balancers[{ball.balancer + 1}].races[{ball.race + 1}]"
     if ball.fluid_viscosity <= 0.0 or ball.diameter <= 0.0:
         raise QuestionError(f"equilibrium angle: {where} needs a fluid, and its ball a size")
     if ball.drag <= 0.0:
-        raise QuestionError(f"equilibrium angle: {where}.drag: nothing drags the ball; take a law of drag")
+        raise QuestionError(f"equilibrium angle: {where}.drag: the ball has no drag; give a drag law")
     if ball.eccentricity or race.harmonics or race.roundness is not None:
         raise QuestionError(
-            f"equilibrium angle: {where} is not round about the axis; the balance of forces is for one that is"
+            f"equilibrium angle: {where} is not circular and centered on the axis, which the balance of forces requires"
         )
     turned = TurnedRace(
         ball.diameter,
@@ -176,7 +176,7 @@ def _simulated(given: AngleMachine, w: Floats, duration: float, first: float) ->
         raise QuestionError("equilibrium angle: a simulation needs two speeds or more, and a duration above zero")
     if not math.isfinite(first):
         raise QuestionError(
-            f"equilibrium angle: at {w[0]:.4g} rad/s nothing holds the ball; simulate from a lower speed on"
+            f"equilibrium angle: at {w[0]:.4g} rad/s the ball has no equilibrium; start the simulation at a lower speed"
         )
     machine = given.machine
     for path, value in (

@@ -94,7 +94,7 @@ def positions(balls: RaceBalls, unbalance: float | None, angles: Floats | None) 
     if found is None:
         raise QuestionError(
             f"unbalance: the balls cannot balance {abs(unbalance) * 1e6:.4g} g mm; "
-            f"they reach up to {balls.moment.sum() * 1e6:.4g} g mm"
+            f"they can balance up to {balls.moment.sum() * 1e6:.4g} g mm"
         )
     return [found]
 

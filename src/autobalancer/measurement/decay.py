@@ -54,7 +54,7 @@ def decay_rate(
     least = 8 * modes + 8
     if t.ndim != 1 or t.shape != y.shape or t.size < least:
         raise QuestionError(
-            f"decay_rate: given {t.size} times and {y.size} values; give as many of both, at least {least}"
+            f"decay_rate: given {t.size} times and {y.size} values; give the same number of both, at least {least}"
         )
     if not (np.isfinite(t).all() and np.isfinite(y).all()):
         raise QuestionError(

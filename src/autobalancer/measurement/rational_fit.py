@@ -64,7 +64,7 @@ def fit_receptance(
     weights = _weights(measured, values, noise)
     if float((weights**2 * np.abs(values) * values.imag).sum()) > 0.0:
         raise QuestionError(
-            "receptance: its imaginary part is positive, so force and deflection would feed the rotor; "
+            "receptance: its imaginary part is positive, so the force would draw energy from the rotor; "
             "turn the sign of the force, or take the complex conjugate if the file uses e^(-i w t)"
         )
     unit = math.sqrt(frequency[0] * frequency[-1])

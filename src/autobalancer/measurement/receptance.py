@@ -72,7 +72,7 @@ def receptance_dataset(
     if (np.diff(frequency) == 0.0).any():
         raise ResultError(f"{title}: a frequency comes twice; give one value for each")
     if not (np.abs(values) > 0.0).all():
-        raise ResultError(f"{title}: a value is zero, which no measurement is; leave that line out")
+        raise ResultError(f"{title}: a value is exactly zero, which cannot be a measurement; delete that line")
     values = values / (1j * frequency) ** POWERS[kind]
     found = xr.Dataset(
         {

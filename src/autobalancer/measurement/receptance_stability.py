@@ -82,11 +82,11 @@ def receptance_stability(
     rows = [_row(model, balls, states, _valid(speed), band) for speed in speeds]
     meanings = {
         "growth_rate": ("growth rate", "1/s"),
-        "whirl_frequency": ("frequency of the leading motion, in the rotor", "rad/s"),
+        "whirl_frequency": ("frequency of the leading mode, in the rotor", "rad/s"),
         "drag_factor": ("least factor on the drag for stability", ""),
         "gain_margin": ("gain margin", ""),
         "phase_margin": ("phase margin", "rad"),
-        "spread": ("how the balls stand: 0 evenly spread, 1 in line", ""),
+        "spread": ("arrangement of the balls:  0 evenly spread, 1 in line", ""),
         "frequency_low": ("lowest frequency needed", "rad/s"),
         "frequency_high": ("highest frequency needed", "rad/s"),
     }

@@ -48,7 +48,7 @@ def fit_rolling_resistance(series: Series) -> float:
 
     overlap = _Overlap(series)
     if not overlap.pairs:
-        raise QuestionError("no two series overlap in their Reynolds numbers; measure closer fluids")
+        raise QuestionError("no two series have overlapping Reynolds numbers; measure fluids of more similar viscosity")
     weights = [np.ones(POINTS)] * len(overlap.pairs)
     trial = np.linspace(0.0, LARGEST, 61)
     best = int(np.argmin([overlap.mismatch(mu, weights) for mu in trial]))

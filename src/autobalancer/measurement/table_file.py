@@ -76,7 +76,7 @@ def _row(line: str, separator: str, name: str, number: int, count: int) -> list[
     try:
         values = [float(cell.replace(",", ".") if separator == ";" else cell) for cell in cells if cell.strip()]
     except ValueError:
-        raise ResultError(f"{name}, line {number}: {line.strip()!r} holds something that is not a number") from None
+        raise ResultError(f"{name}, line {number}: {line.strip()!r} contains something that is not a number") from None
     if len(values) != count:
         raise ResultError(f"{name}, line {number}: {len(values)} numbers for {count} columns")
     return values
@@ -102,6 +102,6 @@ def _kind(unit: str, name: str) -> tuple[str, float]:
         except UnitError:
             continue
     raise ResultError(
-        f"{name}: {unit!r} is no unit of a frequency response; give deflection, velocity or acceleration over force, "
+        f"{name}: {unit!r} is not a unit of a frequency response; give deflection, velocity or acceleration over force, "
         "such as m/N, mm/s/N, m/s^2/N or g_0/N"
     )

@@ -51,7 +51,7 @@ def plot_basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         If ``found`` holds no basin.
     """
     if "state" not in found or "states" not in found.attrs:
-        raise QuestionError("plot_basin: this is no result of basin()")
+        raise QuestionError("plot_basin: this is not a result of basin()")
     unit = speed_axis(speed_unit)
     names = list(found.attrs["states"])
     share = {name: float(found["share"].sel(end=name)) for name in names}

@@ -51,7 +51,7 @@ def plot_border_curve(
         If ``found`` is no result of ``border_curve``, or the unit is unknown.
     """
     if not any(name in found and found[name].ndim == 1 for name in BORDERS) or "parameter" not in found.attrs:
-        raise QuestionError("plot_border_curve: this is no result of border_curve()")
+        raise QuestionError("plot_border_curve: this is not a result of border_curve()")
     unit = speed_axis(speed_unit)
     dim = str(found["critical_speed"].dims[0])
     found = found.sortby(dim)

@@ -37,7 +37,7 @@ def plot_campbell(found: xr.Dataset, *, speed_unit: str = "rpm", frequency_unit:
         If ``found`` is no Campbell diagram, or a unit is unknown.
     """
     if "intersection_speed" not in found or "branch" not in found.dims:
-        raise QuestionError("plot_campbell: this is no result of campbell()")
+        raise QuestionError("plot_campbell: this is not a result of campbell()")
     across, up = speed_axis(speed_unit), speed_axis(frequency_unit)
     speed = found["speed"].values * across.factor
     with look():

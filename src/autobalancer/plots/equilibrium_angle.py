@@ -30,7 +30,7 @@ def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Fi
         If ``found`` is no such result or the unit is not known.
     """
     if "angle_with_pressure" not in found:
-        raise QuestionError("plot_equilibrium_angles: this is no angle over the speed; see angle_against_speed")
+        raise QuestionError("plot_equilibrium_angles: this is not an angle over the speed; see angle_against_speed")
     unit = speed_axis(speed_unit)
     speed = unit.factor * found["speed"].values
     with look():
@@ -65,7 +65,7 @@ def plot_measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", s
         If ``found`` is no such result, or a choice or unit is not known.
     """
     if "measured_angle" not in found:
-        raise QuestionError("plot_measured_drag: these are no evaluated angles; see evaluate_angles")
+        raise QuestionError("plot_measured_drag: these are not evaluated angles; see evaluate_angles")
     if pressure_force not in found["pressure_force"].values:
         raise QuestionError(f"pressure_force: given {pressure_force!r}; must be 'left out' or 'included'")
     unit, one = speed_axis(speed_unit), found.sel(pressure_force=pressure_force).sortby("reynolds")

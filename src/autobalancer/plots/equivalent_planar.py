@@ -29,7 +29,7 @@ def plot_equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit
         If ``data`` is no such result, or there is no such direction.
     """
     if "other_modes_share" not in data:
-        raise QuestionError("plot_equivalent_planar: this is no oscillator of a rotor; see equivalent_planar")
+        raise QuestionError("plot_equivalent_planar: this is not an oscillator of a rotor; see equivalent_planar")
     if direction not in ("x", "y"):
         raise QuestionError(f"plot_equivalent_planar: direction: given {direction!r}; must be x or y")
     unit, one = speed_axis(speed_unit), data.sel(direction=direction)

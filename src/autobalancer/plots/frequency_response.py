@@ -63,7 +63,7 @@ def plot_frequency_response(
         If ``found`` is no stepped response, or nothing was reached.
     """
     if "amplitude_change" not in found or quantity not in found:
-        raise QuestionError("plot_frequency_response: this is no result of frequency_response()")
+        raise QuestionError("plot_frequency_response: this is not a result of frequency_response()")
     if not np.isfinite(found[quantity].values).any():
         raise QuestionError("plot_frequency_response: no speed was measured")
     legs = list(_legs(found))

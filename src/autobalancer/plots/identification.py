@@ -37,7 +37,7 @@ def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool =
     """
     if "deviation" not in fit or "correlation" not in fit:
         raise QuestionError(
-            "plot_identification: this is no fit of parameters; give the 'data' of what 'identify' returns"
+            "plot_identification: this is not a fit of parameters; give the 'data' of what 'identify' returns"
         )
     unit = speed_axis(speed_unit)
     curves = np.unique(fit["row_label"].values[fit["row_kind"].values == "response"])

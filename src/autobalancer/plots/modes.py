@@ -33,7 +33,7 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
         If ``found`` is no result of ``eigenfrequencies``, or the unit is unknown.
     """
     if "x_real" not in found or "mode" not in found.dims:
-        raise QuestionError("plot_modes: this is no result of eigenfrequencies()")
+        raise QuestionError("plot_modes: this is not a result of eigenfrequencies()")
     if modes < 1:
         raise QuestionError(f"plot_modes: modes: given {modes}; must be at least 1")
     unit = speed_axis(frequency_unit)

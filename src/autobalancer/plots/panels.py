@@ -20,7 +20,7 @@ PLACES = (BALLS[0], BALLS[1], BALLS[2], BALLS[3], BALLS[4], BALLS[5])  # colors 
 def speed_panel(
     axes: Axes, history: History, critical: Sequence[float], unit: AxisUnit, looks: Sequence[BallLook]
 ) -> None:
-    """Rotor speed, absolute ball speeds and critical speeds: where balls hang, they leave the rotor's line."""
+    """Rotor speed, absolute ball speeds and critical speeds: where balls stall, they leave the rotor's line."""
     drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
     drawn = drawn[np.isfinite(drawn)]
     least, most = float(drawn.min(initial=np.inf)), float(drawn.max(initial=-np.inf))

@@ -31,7 +31,7 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
         If ``fit`` is no fit.
     """
     if "fitted_real" not in fit:
-        raise QuestionError("plot_receptance: this is no fit of a receptance; see fit_receptance")
+        raise QuestionError("plot_receptance: this is not a fit of a receptance; see fit_receptance")
     unit = speed_axis(frequency_unit)
     frequency = fit["frequency"].values * unit.factor
     measured = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
@@ -71,7 +71,7 @@ def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.
         If ``loop`` is no loop.
     """
     if "loop_real" not in loop:
-        raise QuestionError("plot_nyquist: this is no loop; see receptance_loop")
+        raise QuestionError("plot_nyquist: this is not a loop; see receptance_loop")
     unit = speed_axis(speed_unit)
     attrs = loop.attrs
     with look():

@@ -36,7 +36,7 @@ def plot_run_up(
 ) -> Figure:
     """Draw a run over time: who turns how fast, how far the rotor deflects, where the balls are.
 
-    The upper panel has the rotor speed and the absolute speed of each ball, so that balls that hang at the critical
+    The upper panel has the rotor speed and the absolute speed of each ball, so that balls stalled at the critical
     speed leave the line of the rotor. The middle one shades the deflection between the least and the greatest value of
     each bin of the envelope. On a rotor that tilts or bends it also has the deflection of the other planes of balancers
     and stations, from samples; under gravity the vibration about the static deflection. The lower ones, one for each

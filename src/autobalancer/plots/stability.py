@@ -38,7 +38,7 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         If ``found`` is no result of ``eigenvalues``, has fewer than two speeds, or the unit is unknown.
     """
     if "eigenvalue_real" not in found or "speed" not in found.dims:
-        raise QuestionError("plot_stability: this is no result of eigenvalues()")
+        raise QuestionError("plot_stability: this is not a result of eigenvalues()")
     if found["speed"].size < 2:
         raise QuestionError("plot_stability: the result has one speed only; ask for several")
     unit = speed_axis(speed_unit)

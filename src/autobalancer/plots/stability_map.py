@@ -65,7 +65,7 @@ def plot_map(
         If ``found`` is no map, has fewer than two values along an axis, or ``x`` is no parameter of it.
     """
     if "growth_rate" not in found or found["growth_rate"].ndim != 2:
-        raise QuestionError("plot_map: this is no result of stability_map()")
+        raise QuestionError("plot_map: this is not a result of stability_map()")
     speed_axis(speed_unit)
     dims = [str(dim) for dim in found["growth_rate"].dims]
     if x is not None and x not in dims:

@@ -143,7 +143,7 @@ def plot_polar_response(
 
 def _checked(found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None) -> tuple[AxisUnit, AxisUnit]:
     if "mean_of_greatest" not in found or "quantity" not in found.attrs:
-        raise QuestionError(f"{owner}: this is no result of unbalance_response()")
+        raise QuestionError(f"{owner}: this is not a result of unbalance_response()")
     if found["speed"].size < 2:
         raise QuestionError(f"{owner}: the result has one speed only; ask for several")
     plain = length_axis(deflection_unit, float(found["semi_major"].max()))

@@ -127,7 +127,7 @@ def plot_whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = No
 
 def _check(found: xr.Dataset, owner: str) -> None:
     if "axis_x" not in found or "rotor_angle" not in found.dims:
-        raise QuestionError(f"{owner}: this is no result of whirl_orbits()")
+        raise QuestionError(f"{owner}: this is not a result of whirl_orbits()")
 
 
 def _title(found: xr.Dataset, speed_unit: str) -> str:

@@ -184,6 +184,6 @@ def _compare(run: RunFolder, machine: str, question: Mapping[str, Any]) -> None:
         told.insert(0, "machine")
     if told:
         raise QuestionError(
-            f"archive: the run {run.name!r} in {run.path.parent} asks something else; different: {', '.join(told)}. "
+            f"archive: the run {run.name!r} in {run.path.parent} was started with other settings; different: {', '.join(told)}. "
             "Give another name, or delete that run"
         )

@@ -79,13 +79,13 @@ class RunLock:
         locked = _lock(file)
         owner = _read(file)
         if locked is False:
-            raise ResultError(f"{self.folder}: {_told(owner)} writes this run; wait for it, or give another name")
+            raise ResultError(f"{self.folder}: {_told(owner)} is writing this run; wait for it, or give another name")
         if not _same(file, self.path):
             return  # the writer before took the file away while it ended: try the new one
         here = socket.gethostname()
         if locked is None and owner and (owner.get("host") != here or _lives(owner)):
             raise ResultError(
-                f"{self.folder}: {_told(owner)} writes this run, or ended without a word; from here that cannot be told. "
+                f"{self.folder}: {_told(owner)} may still be writing this run; this cannot be checked from here. "
                 f"If it is gone, delete {self.path} and start again"
             )
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")

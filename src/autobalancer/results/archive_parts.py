@@ -65,7 +65,7 @@ def _ascending(files: Sequence[Path], times: Sequence[NDArray[Any]]) -> None:
     for file, time in zip(files, times, strict=True):
         if time.dtype.kind not in "fiu" or time.ndim != 1 or not np.all(np.diff(time, prepend=last) > 0.0):
             raise ResultError(
-                f"{file}: its times do not follow those of the part before; was it exchanged with another?"
+                f"{file}: its times do not follow those of the part before; was it replaced by another file?"
             )
         last = time[-1] if time.size else last
 

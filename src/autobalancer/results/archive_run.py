@@ -28,8 +28,8 @@ Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
 PARTS = "archive_parts"  # entry of a checkpoint: how many parts go before it
 PART = re.compile(r"part-(\d{5,})\.nc")
-BEGIN_ANEW = "to begin the run anew, delete its folder"
-ANEW = "delete it, and the run begins anew"
+BEGIN_ANEW = "to start the run again, delete its folder"
+ANEW = "delete it, and the run starts again from the beginning"
 
 
 def write_part(chunk: xr.Dataset, path: Path) -> None:
@@ -195,7 +195,7 @@ class RunFolder:
         except ResultError as reason:
             raise ResultError(
                 f"{reason}; the {len(self.parts())} parts written before are kept and can be read. "
-                "Make room, then start the run again: it goes on from its last checkpoint"
+                "Make room, then start the run again: it continues from its last checkpoint"
             ) from None
 
 

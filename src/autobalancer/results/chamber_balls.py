@@ -23,7 +23,7 @@ def window(run: xr.Dataset, last: float | None = None) -> slice:
     """
     time = run["time"].values
     if time.size < 2:
-        raise QuestionError(f"the run has {time.size} samples; two are the least that can be measured")
+        raise QuestionError(f"the run has {time.size} samples; at least two are needed")
     length = 0.1 * float(time[-1] - time[0]) if last is None else float(last)
     if not 0.0 < length <= (time[-1] - time[0]) * (1.0 + 1e-9):
         raise QuestionError(
@@ -45,7 +45,7 @@ def ball_places_in_rotor(run: xr.Dataset) -> xr.DataArray:
     wound = (place[:, :, 1] + 1j * place[:, :, 2]) * np.exp(-1j * turned)[:, None]
     inside = np.stack([place[:, :, 0], wound.real, wound.imag], axis=2)
     coords = {name: run[name] for name in ("time", "ball", "axis") if name in run.coords}
-    attrs = {"long_name": "place of a ball from the center of its chamber", "units": "m", "frame": "rotor"}
+    attrs = {"long_name": "position of a ball from the center of its chamber", "units": "m", "frame": "rotor"}
     return xr.DataArray(inside, coords, ("time", "ball", "axis"), attrs=attrs)
 
 
@@ -58,7 +58,7 @@ def balls_carried(run: xr.Dataset, last: float | None = None) -> xr.DataArray:
     own = part["rotor_angle"].values
     if np.abs(np.diff(own)).max(initial=0.0) > 0.5 * np.pi:
         raise QuestionError(
-            "samples: fewer than four in a turn of the rotor; save more, to tell how the balls go around"
+            "samples: fewer than four per revolution of the rotor; save more, to see how the balls circulate"
         )
     share = turn / (own[-1] - own[0]) if own[-1] != own[0] else np.zeros_like(turn)
     return xr.DataArray(

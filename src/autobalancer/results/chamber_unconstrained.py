@@ -1,4 +1,4 @@
-"""How a body that is held in planar motion would move if it were let go: Pakuła (2021), section 4.3."""
+"""How a body that is held in planar motion would move if it were released: Pakuła (2021), section 4.3."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def pakula_body(height: float) -> LooseBody:
 
 
 def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | None = None) -> xr.Dataset:
-    """Motion of a body let go under the reactions that held it, from rest; the balls do not feel it.
+    """Motion of a body released from rest under the reactions that held it. It has no effect on the balls.
 
-    A sample holds the mean of a reaction since the sample before; it acts over that time, so that every blow keeps its impulse
+    A sample holds the mean of a reaction since the sample before; it acts over that time, so that every impact keeps its impulse
     however short it is. The oscillators are solved exactly for that.
 
     Parameters
@@ -104,7 +104,7 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | None =
         motion = _oscillator(load, float(steps.mean()), inertia, damping, stiffness)
         unit, force = ("m", "N") if name == "x" else ("rad", "N m")
         spoken = name.replace("_", " about ")
-        found[name] = ("time", motion, {"units": unit, "long_name": f"{spoken} of the body if let go"})
+        found[name] = ("time", motion, {"units": unit, "long_name": f"{spoken} of the body if released"})
         found[f"{name}_load"] = ("time", load, {"units": force, "long_name": f"reaction against {spoken}"})
     return found
 

@@ -99,7 +99,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     found = _measured(
         ("plane", run["plane"].values),
         unbalance=(size, "kg m", "unbalance that the balls of the plane have to balance"),
-        balls=(np.abs(balls).mean(axis=0), "kg m", "what the balls of the plane add up to"),
+        balls=(np.abs(balls).mean(axis=0), "kg m", "resultant of the balls of the plane"),
         residual=(left, "kg m", "residual unbalance of the plane"),
         share=(share, "1", "residual unbalance over unbalance"),
     )

@@ -161,7 +161,9 @@ def equivalent_planar(
         tolerance, [float(away[chosen, i, np.argmin(np.abs(grid - one.mode.speed))]) for i, one in enumerate(found)],
     )  # fmt: skip
     if min(one.share for one in both) < 0.5:
-        notes.append("no mode carries half of the static deflection at the place; one oscillator says little here")
+        notes.append(
+            "no mode carries half of the static deflection at the place; a single oscillator is a poor model here"
+        )
     data.attrs = attributes(machine, f"Planar oscillators of {machine.name} at {place}", balls=False) | {
         "place": place,
         "chosen": method,

@@ -111,7 +111,7 @@ def _segment(element: Any, number: int) -> ShaftSegment:
 
 def _place(element: Any, places: Floats) -> float:
     if not 0 <= element.n < len(places):
-        _refuse(element, f"it sits on no node of the shaft, which are 0 to {len(places) - 1}")
+        _refuse(element, f"it is at none of the nodes of the shaft, which are 0 to {len(places) - 1}")
     return float(places[element.n])
 
 
@@ -128,7 +128,7 @@ def _disk(element: Any, places: Floats) -> Disk:
 
 def _support(element: Any, places: Floats) -> Support:
     if getattr(element, "n_link", None) is not None:
-        _refuse(element, f"it stands on node {element.n_link}, not on the ground, which cannot be read")
+        _refuse(element, f"it is connected to node {element.n_link}, not on the ground, which cannot be read")
     for name in ("mxx", "myy", "mxy", "myx", "cxy", "cyx"):
         if np.any(np.asarray(getattr(element, name, 0.0), np.float64)):
             _refuse(element, f"{name} is not 0, which cannot be read")

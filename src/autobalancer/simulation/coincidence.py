@@ -17,7 +17,7 @@ TOGETHER = 1e-6  # rad; balls this near lie in one place
 LATE = 0.05  # share of a run, at its end, that is looked at
 
 CURE = (
-    "Equal balls in one place never part, real ones do: set mass_spread above 0, give the balls a size (diameter), "
+    "Identical balls at one place never separate, real ones do: set mass_spread above 0, give the balls a size (diameter), "
     "or start them at different angles"
 )
 

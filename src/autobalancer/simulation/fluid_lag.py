@@ -64,8 +64,8 @@ def fluid_lags(machine: Machine, end: float | None, *, seed: int = 0, max_steps:
     if end is None and "full" in asked.values():
         b, r = next(place for place, model in asked.items() if model == "full")
         raise MachineError(
-            f"balancers[{b + 1}].races[{r + 1}].fluid.lag: given 'full', but this question has speeds of its own, not known "
-            "beforehand; take 'auto' or 'modes'"
+            f"balancers[{b + 1}].races[{r + 1}].fluid.lag: given 'full', but this analysis has its own speeds, not known "
+            "in advance; use 'auto' or 'modes'"
         )
     if end is None or not asked:
         return KnownLags(diffusing, {"flow_model": "modes"})
@@ -110,9 +110,7 @@ def flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, An
     """Attributes of a result: models that were taken, and how far the speed of an unsteady flow is certain."""
     found: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
     if uncertainty != 0.0:
-        share = (
-            f"by up to {uncertainty:.1%}" if math.isfinite(uncertainty) else "by a share that could not be found out"
-        )
+        share = f"by up to {uncertainty:.1%}" if math.isfinite(uncertainty) else "by an unknown share"
         found["flow_uncertainty"] = uncertainty
         found["flow_text"] = (
             f"the flow in the race is unsteady: on two grids the fluid's speed at the orbit differs {share} of the greatest speed"

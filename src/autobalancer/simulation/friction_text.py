@@ -31,7 +31,7 @@ def friction_text(machine: Machine, orbits: dict[tuple[int, int], float], run: x
         return "the weight of the balls moves them in each turn at the last speed; friction does not hold them at rest"
     low, high = max(min(held), 0.0), max(held)
     span = length_text(high) if math.isclose(low, high) else f"{length_text(low)} to {length_text(high)}"
-    return f"friction holds balls at rest while their race runs less than {span} beside the axis of rotation"
+    return f"friction holds balls at rest while their race is less than {span} off the axis of rotation"
 
 
 def _last_speed(run: xr.Dataset) -> float:

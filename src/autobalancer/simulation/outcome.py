@@ -27,10 +27,10 @@ def outcome(status: int, time: float, duration: float, *, interrupted: bool, ste
         return Outcome(
             "step too small",
             f"at {time:.6g} s the step size fell below rounding; "
-            "the tolerance may be too tight or a value absurdly large",
+            "the tolerance may be too tight or a value far too large",
         )
     if status == NOT_FINITE:
-        return Outcome("not finite", f"at {time:.6g} s the motion left all bounds; check masses, drag and drive")
+        return Outcome("not finite", f"at {time:.6g} s the motion grew without limit; check masses, drag and drive")
     return Outcome(
         "budget spent",
         f"{steps} steps were taken up to {time:.6g} s; "

@@ -67,7 +67,7 @@ def _net(moment: Floats) -> list[Floats]:
     kinds, place = np.unique(moment, return_inverse=True)
     counts = np.bincount(place)
     if int(np.prod(counts + 1)) > PATTERNS:
-        raise QuestionError("steady states: too many different balls to go through all ways of placing them")
+        raise QuestionError("steady states: too many different balls to try all arrangements")
     found: dict[float, Floats] = {}
     for outward in product(*(range(int(count) + 1) for count in counts)):
         signs = np.empty(moment.size)
@@ -137,9 +137,7 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
     balls = np.concatenate(a.balls)
     place = np.repeat(np.arange(len(a.balls)), [len(own) for own in a.balls])
     if 2 ** len(balls) > PATTERNS:
-        raise QuestionError(
-            f"steady states: {len(balls)} balls at such stations are too many to go through all of them"
-        )
+        raise QuestionError(f"steady states: {len(balls)} balls at such stations have too many arrangements to try all")
     moment, offset = a.moment[balls], a.offset[balls]
     scale = np.abs(a.free).max() + float((np.abs(a.host).max() * moment).sum()) + float(np.abs(offset).max())
     random = np.random.default_rng(0)

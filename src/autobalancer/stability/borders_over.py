@@ -27,7 +27,7 @@ Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
 MISSING = {  # why a border that others have is not there
     "exact border, best case": "positions of the balls make no difference",
-    "capture speed": "balls in line are not caught",
+    "capture speed": "balls in line are not captured",
 }
 
 

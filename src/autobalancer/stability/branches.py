@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: all steady states and periodic motions that hang together, along one parameter."""
+"""Bifurcation diagrams: all connected steady states and periodic motions along one parameter."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ def branches(
     speed
         Rotor speed in rad/s where it is not the parameter; by default that of a machine with a constant prescribed speed.
     from_state
-        Steady states at ``start`` from which to go; *stalled* for the balls that hang at the critical speed, wherever
-        in the range they do; *all* for all of these.
+        Steady states at ``start`` from which to begin; *stalled* for balls stalled at the critical speed, wherever
+        in the range they stall; *all* for all of these.
     switch
-        Go on along everything that branches off.
+        Also follow all branches that start from the ones found.
     orbits
         Follow the periodic motions born at Hopf points.
     largest_step
@@ -173,6 +173,6 @@ def _stalled(explorer: Explorer, span: Range, kind: list[tuple[float, ...]], int
         field = span.field(0.0, groups)
         critical = math.sqrt(field.plane.stiffness[0] / field.plane.mass)
         raise QuestionError(
-            f"from_state: balls that start at the critical speed ({critical:.5g} rad/s) hang there at none of {STARTS} values "
-            "in the range; they catch up with the rotor or settle otherwise. Widen the range, or look for them with simulate()"
+            f"from_state: balls that start at the critical speed ({critical:.5g} rad/s) stall there at none of {STARTS} values "
+            "in the range; they catch up with the rotor or settle elsewhere. Widen the range, or look for them with simulate()"
         )

@@ -80,7 +80,7 @@ def states_about(p: Plane, speed: float, stiffness: complex, center: complex) ->
     free = np.isclose(p.offset, center, rtol=0.0, atol=1e-15)
     others = np.flatnonzero(~free)
     if 2 ** len(others) > PATTERNS:
-        raise QuestionError(f"steady states: {len(others)} balls in other races are too many to go through all of them")
+        raise QuestionError(f"steady states: {len(others)} balls in other races have too many arrangements to try all")
     found = []
     for signs in product((1.0, -1.0), repeat=len(others)):
         angles = np.zeros(p.moment.size)
@@ -127,7 +127,7 @@ def net_moments(p: Plane) -> dict[float, Floats]:
     kinds, place = np.unique(p.moment, return_inverse=True)
     counts = np.bincount(place)
     if int(np.prod(counts + 1)) > PATTERNS:
-        raise QuestionError("steady states: too many different balls to go through all ways of placing them")
+        raise QuestionError("steady states: too many different balls to try all arrangements")
     found: dict[float, Floats] = {}
     for outward in product(*(range(int(count) + 1) for count in counts)):
         signs = np.empty(p.moment.size)
@@ -166,7 +166,7 @@ def _aligned(p: Plane, speed: float, stiffness: complex) -> list[Equilibrium]:
     n = p.moment.size
     if 2**n > PATTERNS:
         raise QuestionError(
-            f"steady states: {n} balls in races of different centers are too many to go through all of them"
+            f"steady states: {n} balls in races of different centers have too many arrangements to try all"
         )
     scale = (abs(p.fixed_load) + p.moment.sum()) * speed**2 / abs(stiffness) + np.abs(p.offset).max()
     found: list[Equilibrium] = []

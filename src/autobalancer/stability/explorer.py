@@ -1,4 +1,4 @@
-"""All curves that hang together: steady states, what branches off them, and the orbits born at their Hopf points."""
+"""All connected curves: steady states, what branches off them, and the orbits born at their Hopf points."""
 
 from __future__ import annotations
 

@@ -75,7 +75,9 @@ class Turn:
         run.state[THETA] = 0.0
         self.system.now[0] = 0
         if advance(planar, self.system, self.pair, self.record, run, 10_000_000) != FINISHED:
-            raise QuestionError("steady state: the motion leaves all bounds within a turn; the start is too far off")
+            raise QuestionError(
+                "steady state: the motion grows without limit within one revolution; the start is too far off"
+            )
         return np.concatenate([run.state[[X, Y, VX, VY]], run.state[BALLS:]])
 
     def derivative(self, state: Floats) -> Matrix:

@@ -61,7 +61,7 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
     record = record_for([SampleTimes(times.tolist())], (), assembly, end)
     run = memory_for(assembly, end, tolerance, pair)
     if advance(planar, assembly.system, pair, record, run, 100_000_000) != FINISHED:
-        raise QuestionError("branches: a motion from which an orbit was to start leaves all bounds")
+        raise QuestionError("branches: a motion from which an orbit was to start grows without limit")
     found = np.concatenate([record.samples[:, KEPT], record.samples[:, BALLS:]], -1)
     if times[0] == 0.0:
         found[0] = state

@@ -20,7 +20,7 @@ Matrix = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 STAND_IN = (
-    "or ask it of a planar machine that answers alike near one critical speed: equivalent_planar(machine), or "
+    "or use the equivalent planar machine near one critical speed: equivalent_planar(machine), or "
     "'autobalancer equivalent FILE --out planar.toml'"
 )
 
@@ -83,7 +83,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     rotor = machine.rotor
     if not isinstance(rotor, PlanarRotor):
         raise QuestionError(
-            f"rotor: given one of kind {rotor.kind!r}; this question is answered for planar rotors only. For any rotor ask "
+            f"rotor: given one of kind {rotor.kind!r}; this analysis supports planar rotors only. For any rotor use "
             f"equilibria, eigenvalues, border_speeds, stable_windows or border_curve; {STAND_IN}"
         )
     if machine.axis == "horizontal" and machine.gravity > 0.0:

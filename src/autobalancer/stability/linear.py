@@ -86,7 +86,7 @@ def motion_name(vector: Complexes, p: Plane, value: complex, speed: float) -> st
         return f"rotor, {'forward' if frequency >= 0.0 else 'backward'} whirl"
     moving = "balls" if way > BALLS_ALONE * rotor else "balls and rotor"
     if balls.size < 2:
-        return f"{moving}, to and fro"
+        return f"{moving}, oscillating"
     together = abs(balls.sum()) / np.abs(balls).sum()
     how = "together" if together > 0.8 else "against each other" if together < 0.2 else "unequally"
     return f"{moving}, {how}"

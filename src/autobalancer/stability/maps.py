@@ -115,7 +115,9 @@ def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
     if not points:
         raise QuestionError(f"{name}: given no values; give at least one")
     if name not in ("speed", *QUANTITIES) and "." not in name:
-        raise QuestionError(f"{name!r} is no parameter; there are speed, {', '.join(QUANTITIES)}, and paths with dots")
+        raise QuestionError(
+            f"{name!r} is not a parameter; available are speed, {', '.join(QUANTITIES)}, and paths with dots"
+        )
     if name != "speed":
         with_quantity(machine, name, points[0])  # says what is wrong before the work begins
         return np.array([si_value(machine, name, value) for value in points], np.float64)

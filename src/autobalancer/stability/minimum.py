@@ -51,7 +51,7 @@ def minimum_viscosity(
     Returns
     -------
     float
-        m^2/s. With any thicker fluid the border is not above ``speed`` either; thinner ones may do as well, in windows.
+        m^2/s. With any thicker fluid the border is not above ``speed`` either; thinner fluids may also be enough, in windows.
         Zero if every fluid does; infinite if none does, as below the critical speed.
 
     Raises

@@ -40,7 +40,7 @@ RELEASE, CAPTURE = "release speed", "capture speed"
 HOW = "torque balance of stalled balls in line"
 PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "never: a ball without drag is not dragged along"
-EXACTLY = "balls that lie exactly on each other hold to {0:.4g} rad/s"
+EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not known where balls are never released"
 BESIDE = (
     0.85  # of the highest release speed, from where on that of some planes is worked out with the free balls of others
@@ -54,7 +54,7 @@ CARRIED = "balls between partitions are carried along and never stall"
 def release_of(
     machine: Machine, p: Described, *, capture: bool = True, up_to: float | None = None
 ) -> tuple[Border, ...]:
-    """*release speed* and, if wanted and where balls stall and are let go, *capture speed*.
+    """*release speed* and, if wanted and where balls stall and are released, *capture speed*.
 
     On rotors that tilt or bend, of the resonances that a run-up to ``up_to`` (rad/s) meets; by default to the highest
     speed that the drive prescribes, else all.
@@ -152,7 +152,7 @@ def _joint(
     met = _with_free_balls(rotor, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
-        first = f"never: at {top:.4g} rad/s balls still hang at the resonance near {last.whirl:.4g} rad/s"
+        first = f"never: at {top:.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
     else:
         first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
@@ -195,7 +195,7 @@ def _captured(rotor: Whirling, loads: Loads, released: float, top: float, limit:
         return Border(CAPTURE, math.nan, found.reason)
     how = "" if found.cause == "fold" else "; there they begin to swing against each other"
     if found.lost > found.speed:
-        how += f"; the planes lose step at {found.lost:.4g} rad/s already"
+        how += f"; the planes lose synchronism already at {found.lost:.4g} rad/s"
     return _capture(found.speed, f" of {found.whirl:.4g} rad/s{how}")
 
 
@@ -245,7 +245,7 @@ def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> l
 
 def _again(one: HangingRange) -> str:
     to = "" if math.isinf(one.end) else f" to {one.end:.4g}"
-    return f"from {one.begin:.4g}{to} rad/s on balls can hang again, at a resonance that rises with the speed and no run-up meets"
+    return f"from {one.begin:.4g}{to} rad/s on balls can stall again, at a resonance that rises with the speed, never passed"
 
 
 def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> list[str]:

@@ -26,9 +26,9 @@ BESIDE = 1e-3  # of the speed below the end of a branch, where one looks for whe
 LIKE, LITTLE = 2.0, 0.25  # slips that count as about the same; share of the speed that counts as turning with the rotor
 TINY = 1e-9  # slip over speed where balls just begin to slip
 TURNS = 4  # states in line through which they may go on
-LOST = "the planes lose step at {0:.4g} rad/s, and each follows its drag down steadily; no speed at which they fall back at once"
+LOST = "the planes lose synchronism at {0:.4g} rad/s and then fall back gradually; there is no single speed of capture"
 AGAIN = "; they stall together from {0:.4g} rad/s down"
-STEADY = "balls in line follow their drag down through the resonance steadily; no speed at which they fall back at once"
+STEADY = "balls in line fall back gradually through the resonance; there is no single speed of capture"
 HELD = "rolling resistance holds balls in line at all speeds that were tried, or not all of them slip at one"
 NEVER = "balls of the planes do not stay in line with each other at any speed that was tried"
 

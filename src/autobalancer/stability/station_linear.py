@@ -66,7 +66,7 @@ def station_motion(vector: Complexes, st: Stations, value: complex, speed: float
         return f"rotor, {'forward' if frequency >= 0.0 else 'backward'} whirl"
     moving = "balls" if way > BALLS_ALONE * rotor else "balls and rotor"
     if balls.size < 2:
-        return f"{moving}, to and fro"
+        return f"{moving}, oscillating"
     strength = [float(np.linalg.norm(balls[st.station == p])) for p in range(len(st.names))]
     total = float(np.linalg.norm(strength))
     for p, name in enumerate(st.names):
@@ -76,7 +76,7 @@ def station_motion(vector: Complexes, st: Stations, value: complex, speed: float
             break
     together = abs(balls.sum()) / np.abs(balls).sum()
     how = "together" if together > 0.8 else "against each other" if together < 0.2 else "unequally"
-    return f"{moving}, {how}" if balls.size > 1 else f"{moving}, to and fro"
+    return f"{moving}, {how}" if balls.size > 1 else f"{moving}, oscillating"
 
 
 def _real(matrix: Complexes) -> Matrix:

@@ -147,7 +147,7 @@ def _others(st: Stations, true: tuple[int, ...], chosen: tuple[complex, ...]) ->
         along[apart] = np.angle(st.offset[apart] - center)
     balls = np.flatnonzero(fixed)
     if 2 ** len(balls) > PATTERNS:
-        raise QuestionError(f"steady states: {len(balls)} balls in other races are too many to go through all of them")
+        raise QuestionError(f"steady states: {len(balls)} balls in other races have too many arrangements to try all")
     for turns in product((0.0, math.pi), repeat=len(balls)):
         angles = along.copy()
         angles[balls] += turns

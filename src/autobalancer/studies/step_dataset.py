@@ -28,7 +28,7 @@ LABELS = {
     "mean_ball_speed_in_rotor": ("mean ball speed in the rotor", "rad/s"),
     "time_at_speed": ("time at the speed, window included", "s"),
 }
-PARTING = ("rate at which balls that stay in one place would part; nan where none do", "1/s")
+PARTING = ("rate at which balls that stay at one place would separate; nan where none do", "1/s")
 SOURCES = {
     "amplitude": "amplitude", "greatest_mean_deflection": "mean", "amplitude_change": "change", "time_at_speed": "hold",
     "greatest_deflection": "greatest", "least_ball_angle_in_rotor": "low", "greatest_ball_angle_in_rotor": "high",
@@ -86,7 +86,7 @@ def step_dataset(
     result = result.assign_coords(
         speed=("speed", np.asarray(speeds, np.float64), {"long_name": "rotor speed", "units": "rad/s"}),
         station=("station", np.array(list(names), dtype=object), {"long_name": "station"}),
-        direction=("direction", np.array(list(legs), dtype=object), {"long_name": "way through the speeds"}),
+        direction=("direction", np.array(list(legs), dtype=object), {"long_name": "direction through the speeds"}),
     )
     if any("parting" in row for row in rows.values()):
         text, unit = PARTING
@@ -98,7 +98,11 @@ def step_dataset(
         attrs = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": list(MOTIONS)}
         result["ball_motion"] = (("direction", "speed", "ball"), motion, {"long_name": "what a ball does", **attrs})
         whole = motion.max(axis=2)
-        result["motion"] = (("direction", "speed"), whole, {"long_name": "the liveliest motion of any ball", **attrs})
+        result["motion"] = (
+            ("direction", "speed"),
+            whole,
+            {"long_name": "the most severe motion class of all balls", **attrs},
+        )
         result = result.assign_coords(
             ball=np.arange(1, n + 1), balancer=("ball", [ball.balancer + 1 for ball in assembly.balls])
         )

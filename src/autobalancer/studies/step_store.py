@@ -79,7 +79,7 @@ class StepStore:
             self.rows = {(row.pop("leg"), row.pop("number")): row for row in rows}
         except (ValueError, KeyError, TypeError, AttributeError):
             raise ResultError(
-                f"{self.journal}: is damaged, or no journal of a stepped response; delete it to begin anew"
+                f"{self.journal}: is damaged, or not a journal of a stepped response; delete it to start again"
             ) from None
         self._compare(self.journal, json.dumps(asked))
         if whole < len(data):
@@ -89,7 +89,7 @@ class StepStore:
     def _compare(self, path: Path, stored: str) -> None:
         asked = json.loads(stored)
         if not isinstance(asked, dict):
-            raise QuestionError(f"store: {path} is no stepped response; give another file")
+            raise QuestionError(f"store: {path} is not a stepped response; give another file")
         # through the same text, so that numbers and lists compare alike
         now = json.loads(json.dumps(self.question))
         differ = [key for key in now if now[key] != asked.get(key)]
@@ -101,5 +101,5 @@ class StepStore:
                 for key in differ
             )
             raise QuestionError(
-                f"store: {path} holds the answer to another question; different: {told}. Give another file, or delete this one"
+                f"store: {path} holds the result of another study; different: {told}. Give another file, or delete this one"
             )

@@ -66,7 +66,7 @@ class LateralModel:
     def __post_init__(self) -> None:
         n = self.mass.shape[0]
         if self.gyroscopic.shape != (n, n) or self.stiffness.shape != (self.speeds.size, n, n):
-            raise MachineError("rotor: its matrices do not fit together")
+            raise MachineError("rotor: the sizes of its matrices do not match")
         lowest = np.linalg.eigvalsh(self.mass)[0]
         if not lowest > 1e-14 * np.abs(self.mass).max() * 1e-6:
             where = self.coordinates[int(np.argmax(np.abs(np.linalg.eigh(self.mass)[1][:, 0])))]

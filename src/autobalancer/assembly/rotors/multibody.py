@@ -29,7 +29,7 @@ class RigAxis:
             turning = [m for m in self.rig.merged if any(part.rotating for part in m.bodies)]
             if len(turning) > 1:
                 names = ", ".join(repr(part.name) for m in turning for part in m.bodies if part.rotating)
-                raise ValueError(f"several bodies turn, {names}; say on which by a station with 'body'")
+                raise ValueError(f"several bodies rotate, {names}; choose one by a station with 'body'")
             merged = turning[0]
         elif body not in known:
             raise ValueError(f"no body is named {body!r}; there is {', '.join(map(repr, known))}")
@@ -70,7 +70,7 @@ def multibody(rotor: MultibodyRotor, gravity: float) -> LateralModel:
     damping, stiffness = assembled(parts, rig.size, speeds.size)
     if rotor.up is not None:
         if gravity == 0.0:
-            text = "weight acts across a horizontal axis and does not tilt; leave it out"
+            text = "on a horizontal axis the weight does not change the stiffness; leave it out"
             raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
         stiffness = stiffness + weight_stiffness(rotor, rig, parts, kept, -gravity if rotor.up == "+z" else gravity)
     part = np.ix_(kept, kept)

@@ -53,7 +53,7 @@ def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
     worst = int(np.argmax(np.round(share, 9)))
     kind = next(m.columns.index(worst) for m in rig.merged if worst in m.columns)
     bodies = [m.label for m in rig.merged if _along(m.columns[kind], share) > 1e-6]
-    text = f"nothing holds {' and '.join(map(repr, bodies))}, free to {MOTIONS[kind]}; join them to what is held"
+    text = f"{' and '.join(map(repr, bodies))} can {MOTIONS[kind]} freely; connect them to a supported body"
     raise ImpossiblePart("Machine", [(("rotor", "joints"), text)])
 
 

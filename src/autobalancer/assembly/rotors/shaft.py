@@ -103,5 +103,5 @@ def _both(plane: Matrix) -> Matrix:
 def _refuse_falling(stiffness: Matrix) -> None:
     scale = np.sqrt(np.abs(np.diag(stiffness)))
     if np.diag(stiffness).min() <= 0.0 or eigvalsh(stiffness / np.outer(scale, scale))[0] <= 0.0:
-        text = "the rotor falls over or buckles under its weight; support it better, or hang it, or leave 'up' out"
+        text = "the rotor falls over or buckles under its weight; use stiffer supports, suspend it from above, or leave 'up' out"
         raise ImpossiblePart("Machine", [(("rotor", "up"), text)])

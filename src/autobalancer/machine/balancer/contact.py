@@ -54,7 +54,7 @@ class Friction(Part):
     def _possible(self) -> Friction:
         if self.rolling_resistance >= 1.0:
             raise ValueError(
-                f"rolling_resistance: given {self.rolling_resistance:g}; it is an arm over the ball radius, far below 1"
+                f"rolling_resistance: given {self.rolling_resistance:g}; it is a lever arm over the ball radius, far below 1"
             )
         if self.adherence is not None and self.adherence < self.rolling_resistance:
             raise ValueError(

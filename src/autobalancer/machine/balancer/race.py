@@ -67,9 +67,11 @@ class Race(Part):
         if self.contact is None or self.contact.friction == 0.0:
             return self
         if self.resolved is not None:
-            raise ValueError("contact.friction: is for guided balls; 'resolved' balls rub with resolved.ball_friction")
+            raise ValueError(
+                "contact.friction: applies to guided balls; for 'resolved' balls use resolved.ball_friction"
+            )
         if any(group.motion == "point" for group in self.balls):
-            raise ValueError("contact.friction: balls rub as they roll, point balls do not; set motion = 'rolling'")
+            raise ValueError("contact.friction: only rolling balls rub on each other; set motion = 'rolling'")
         return self
 
     @model_validator(mode="after")
@@ -77,7 +79,7 @@ class Race(Part):
         if self.resolved is None:
             return self
         if any(group.motion == "point" for group in self.balls):
-            raise ValueError("resolved: its balls have a spin; set their motion = 'rolling' and give their size")
+            raise ValueError("resolved: resolved balls can spin; set motion = 'rolling' and give their size")
         rests = self.friction is not None and self.friction.holding > 0.0
         if rests and self.resolved.rest_speed is None:
             raise ValueError("resolved.rest_speed: missing; rolling resistance and adherence need it")

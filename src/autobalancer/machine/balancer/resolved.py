@@ -50,7 +50,7 @@ class ResolvedContact(Part):
         if (self.restitution is None) == (self.damping is None):
             raise ValueError("give either 'restitution' or 'damping'")
         if self.damping is not None and self.stiffness is None:
-            raise ValueError("damping: goes with the linear 'stiffness'; give 'restitution' with 'reduced_modulus'")
+            raise ValueError("damping: requires the linear 'stiffness'; with 'reduced_modulus' give 'restitution'")
         if self.restitution is not None and self.restitution > 1.0:
             raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
         return self

@@ -33,20 +33,20 @@ class Body(Part):
     def _possible(self) -> Body:
         if not self.name.strip() or self.name == GROUND:
             raise ValueError(
-                f"name: given {self.name!r}; give a name other than {GROUND!r}, which is what stands still"
+                f"name: given {self.name!r}; give a non-empty name other than {GROUND!r}, the fixed ground"
             )
         pair = (self.transverse_inertia, self.polar_inertia)
         if (self.inertia is None) == (None in pair) or (self.inertia is not None and pair != (None, None)):
-            raise ValueError("give either 'transverse_inertia' and 'polar_inertia', or the three of 'inertia'")
+            raise ValueError("give either 'transverse_inertia' and 'polar_inertia', or the three values of 'inertia'")
         jx, jy, jz = self.inertias
         if 2.0 * max(jx, jy, jz) > (jx + jy + jz) * (1.0 + 1e-9):
             raise ValueError(
-                f"inertia: given {jx:g}, {jy:g} and {jz:g} kg m^2 about x, y and z; in no body one is larger than the sum "
-                "of the others"
+                f"inertia: given {jx:g}, {jy:g} and {jz:g} kg m^2 about x, y and z; none can be larger than the sum "
+                "of the other two"
             )
         if self.rotating and (jx != jy or self.offset != (0.0, 0.0)):
             raise ValueError(
-                "rotating: a body that turns needs equal inertias about x and y, and no 'offset'; describe what is "
+                "rotating: a rotating body needs equal inertias about x and y, and no 'offset'; describe what is "
                 "missing to that as an unbalance"
             )
         return self

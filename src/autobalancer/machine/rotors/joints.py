@@ -120,7 +120,7 @@ class Bushing(BodyJoint):
         if not any((self.shear_stiffness, self.shear_table, self.axial_stiffness, self.axial_table)):
             raise ValueError("shear_stiffness: missing; give it or 'axial_stiffness', or a table of one of them")
         if not any(self.direction):
-            raise ValueError("direction: given 0, 0, 0; a bushing has an axis")
+            raise ValueError("direction: given 0, 0, 0; a bushing needs an axis")
         if self.count > 1 and self.radius == 0.0:
             raise ValueError(f"radius: missing; {self.count} bushings sit on a circle")
         return self
@@ -132,7 +132,7 @@ def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, obje
         return
     for other, value in constants:
         if value:
-            raise ValueError(f"{other}: the '{name}' brings its own; give one or the other")
+            raise ValueError(f"{other}: '{name}' contains it already; give one or the other")
     if not pairs and any(isinstance(entry, tuple) for entry in (*table.stiffness, *table.damping)):
         raise ValueError(f"{name}: given a pair; this direction has one value at each speed")
 

@@ -33,7 +33,7 @@ class MultibodyRotor(Part):
         ]
         turning = {body.name: body.rotating for body in self.bodies}
         if not any(turning.values()):
-            problems.append((("bodies",), "none of them turns; give one 'rotating = true'"))
+            problems.append((("bodies",), "none of them rotates; set 'rotating = true' for one"))
         for i, joint in enumerate(self.joints):
             unknown = [name for name in joint.between if name != GROUND and name not in turning]
             if unknown:
@@ -76,24 +76,29 @@ class MultibodyRotor(Part):
 def _unfit(joint: BodyJoint, turning: int) -> list[Problem]:
     """What is wrong with a joint of which ``turning`` ends turn."""
     if isinstance(joint, Lock):
-        text = f"a body cannot be locked to the {GROUND!r}; leave it out and join the others to the ground"
+        text = f"a body cannot be locked to the {GROUND!r}; leave it out and connect the others to the ground"
         return [(("between",), text)] if GROUND in joint.between else []
     if isinstance(joint, BallBearing) and turning != 1:
         which = "both turn" if turning else "none of them turns"
-        return [(("between",), f"a bearing joins a rotating body and a standing one; {which}")]
+        return [(("between",), f"a bearing connects a rotating body and a non-rotating one; {which}")]
     if not turning:
         return []
     if isinstance(joint, Bushing):
         return [
-            (("between",), "a bushing joins standing bodies, or one to the ground; use a 'spring' on the axis here")
+            (
+                ("between",),
+                "a bushing connects non-rotating bodies, or one to the ground; use a 'spring' on the axis here",
+            )
         ]
     found: list[Problem] = []
     if isinstance(joint, (Spring, Dashpot)):
         if joint.offset != (0.0, 0.0):
-            found.append((("offset",), "at a rotating body a joint sits on the axis; leave it out"))
+            found.append((("offset",), "a joint on a rotating body must be on its axis; leave it out"))
         for key in ("torsional_stiffness", "torsional_damping"):
             if getattr(joint, key, 0.0):
-                found.append(((key,), "a body that turns with the rotor cannot be held against turning; leave it out"))
+                found.append(
+                    ((key,), "a body that rotates with the rotor cannot be held against rotation; leave it out")
+                )
     if turning == 2 and isinstance(joint, (Spring, Dashpot)):
         found += _turns_along(joint)
     return found
@@ -104,11 +109,11 @@ def _turns_along(joint: Spring | Dashpot) -> list[Problem]:
     table = joint.table if isinstance(joint, Spring) else None
     damped = joint.damping not in (0.0, (0.0, 0.0)) or joint.tilt_damping
     if damped or (table is not None and any(entry not in (0.0, (0.0, 0.0)) for entry in table.damping)):
-        text = (
-            "damping between two rotating bodies turns with them and drives whirl; that is not modelled, leave it out"
-        )
+        text = "damping between two rotating bodies rotates with them and can cause whirl; this is not modelled, leave it out"
         return [(("damping",), text)]
     pairs = (joint.stiffness, *(table.stiffness if table else ())) if isinstance(joint, Spring) else ()
     if any(isinstance(entry, tuple) and entry[0] != entry[1] for entry in pairs):
-        return [(("stiffness",), "between two rotating bodies x and y must be alike, for the joint turns with them")]
+        return [
+            (("stiffness",), "between two rotating bodies x and y must be equal, because the joint rotates with them")
+        ]
     return []

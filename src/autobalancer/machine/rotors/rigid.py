@@ -35,7 +35,7 @@ class RigidRotor(Part):
         tilt = any(s.tilt_stiffness > 0.0 for s in self.supports)
         if not held or (len(held) < 2 and not tilt):
             raise ValueError(
-                "supports: the rotor is not held against tilting; give springs at two positions, or 'tilt_stiffness'"
+                "supports: nothing supports the rotor against tilting; give springs at two positions, or 'tilt_stiffness'"
             )
         return self
 

@@ -54,11 +54,11 @@ class ShaftRotor(Part):
                 problems.append((("supports", i, "position"), self._outside(float(support.position))))
         if (self.up is None) != (self.thrust_bearing is None):
             missing, there = ("up", "thrust_bearing") if self.up is None else ("thrust_bearing", "up")
-            problems.append(((missing,), f"missing; weight needs it besides {there!r}, or leave both out"))
+            problems.append(((missing,), f"missing; weight requires it in addition to {there!r}, or leave both out"))
         if self.thrust_bearing is not None and not self.on_shaft(float(self.thrust_bearing)):
             problems.append((("thrust_bearing",), self._outside(float(self.thrust_bearing))))
         if not self._held():
-            text = "the shaft is not held; give springs at two positions, or one and 'tilt_stiffness'"
+            text = "the shaft is not supported; give springs at two positions, or one and 'tilt_stiffness'"
             problems.append((("supports",), text))
         if problems:
             raise ImpossiblePart("ShaftRotor", problems)

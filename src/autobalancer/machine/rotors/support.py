@@ -60,5 +60,5 @@ class Support(Part):
         if self.stiffness is None and self.table is None and nothing:
             raise ValueError("stiffness: missing; give it, or a 'table', or make it a damper by 'damping'")
         if self.table is not None and self.damping != 0.0:
-            raise ValueError("damping: the table brings its own; leave it out")
+            raise ValueError("damping: the table contains it already; leave it out")
         return self

@@ -59,7 +59,9 @@ def determination(unknowns: list[Unknown], values: Floats, jacobian: Floats, at_
         if 1.0 / size > WEAK:
             notes.append(f"hardly determined, within {100.0 / size:.0f} %: {_combination(row, names)}")
     pairs = [(a, b) for a in range(free.size) for b in range(a) if abs(related[a, b]) > LIKE]
-    notes += [f"{names[b]} and {names[a]} are hardly told apart: correlation {related[a, b]:.4f}" for a, b in pairs]
+    notes += [
+        f"{names[b]} and {names[a]} can hardly be distinguished: correlation {related[a, b]:.4f}" for a, b in pairs
+    ]
     return Determination(uncertainty, correlation, singular, directions, rank, notes)
 
 

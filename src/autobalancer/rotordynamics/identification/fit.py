@@ -65,8 +65,8 @@ def best_fit(
         found.append(_search(residuals, inside, low, high, loss, loss_scale))
     if not found:
         raise QuestionError(
-            "identify: at the start the machine has not everything that was measured (a mode, a critical speed); "
-            "begin nearer, ask by order in place of name, or give more starts"
+            "identify: at the start the machine lacks something that was measured (a mode, a critical speed); "
+            "start closer, select by order instead of name, or give more starts"
         )
     best = min(found, key=lambda fit: fit.cost)
     slack = SAME * best.cost + 1e-12

@@ -61,10 +61,13 @@ class March:
         got = self.samples - done
         finite = np.isfinite(rows[:got]).all(axis=1) & np.isfinite(balls[:got]).all(axis=(1, 2))
         if p.counts[at.OVERFLOW] == at.TOO_DENSE:
-            self.failure = ("too dense", "more balls came close to each other than can be; the contacts are too soft")
+            self.failure = (
+                "too dense",
+                "more balls came close to each other than is possible; the contacts are too soft",
+            )
         if p.counts[at.OVERFLOW] == at.LOST_BALLS or not finite.all():
             got = got if finite.all() else int(np.argmin(finite))
-            self.failure = ("not finite", "the motion left all bounds; shorten the step, check masses and stiffness")
+            self.failure = ("not finite", "the motion grew without limit; shorten the step, check masses and stiffness")
         return self._labeled(done + 1, rows[:got], balls[:got], ledgers[:got])
 
     def checkpoint(self) -> dict[str, Array]:

@@ -141,7 +141,7 @@ def _warnings(
             "single layer, fewer and larger balls"
         )
     if machine.body.freedom == "fixed":
-        found.append("the body is fixed: nothing tells the balls where the unbalance is, so they do not balance it")
+        found.append("the body is fixed: the unbalance has no effect on the balls, so they do not balance it")
     elif critical and highest < critical[0]:
         found.append("the highest speed is below the critical speeds; there the balls gather on the heavy side")
     elif critical and highest < critical[-1]:
