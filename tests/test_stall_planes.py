@@ -187,7 +187,7 @@ def test_balls_in_line_stay_half_a_percent_above_the_capture_speed_and_leave_hal
     at = LOST.get(number, found.speed)
     if number in LOST:
         assert math.isnan(found.speed)
-        assert f"lose step at {at} rad/s" in found.note
+        assert f"lose synchronism at {at} rad/s" in found.note
     else:
         assert CAUGHT[number] in found.note
     m = machine(drawn(number), (2.0,))

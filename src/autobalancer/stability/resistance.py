@@ -195,7 +195,7 @@ def _captured(rotor: Whirling, loads: Loads, released: float, top: float, limit:
         return Border(CAPTURE, math.nan, found.reason)
     how = "" if found.cause == "fold" else "; there they begin to swing against each other"
     if found.lost > found.speed:
-        how += f"; the planes lose synchronism already at {found.lost:.4g} rad/s"
+        how += f"; the planes lose synchronism at {found.lost:.4g} rad/s"
     return _capture(found.speed, f" of {found.whirl:.4g} rad/s{how}")
 
 
