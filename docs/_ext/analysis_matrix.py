@@ -31,6 +31,7 @@ ANALYSES: dict[str, Answer] = {
         machine, {"speed": [SPEED, 1.1 * SPEED], "ball_mass": [4e-3, 5e-3]}, borders=2
     ),
     "branches": lambda machine: ab.branches(machine, "speed", SPEED, 1.02 * SPEED, orbits=False),
+    "friction": lambda machine: _held(machine),
     "modes": lambda machine: ab.eigenfrequencies(machine, SPEED),
     "response": lambda machine: ab.unbalance_response(machine, [SPEED]),
 }
@@ -131,6 +132,17 @@ def _border(machine: Machine, name: str) -> np.ndarray:
     if not found:
         raise AutobalancerError("no such border")
     return np.array(found)
+
+
+def _held(machine: Machine) -> np.ndarray:
+    """What friction holds: worst and median residual; a machine without friction gets a little for the question."""
+    race = machine.balancers[0].races[0]
+    if race.friction is None:
+        if race.resolved is not None:
+            machine = ab.with_parameter(machine, "balancers[1].races[1].resolved.rest_speed", "1 mm/s")
+        machine = ab.with_parameter(machine, "balancers[1].races[1].friction", {"rolling_resistance": 2e-4})
+    planes = ab.held_by_friction(machine, SPEED).planes
+    return np.array([[plane.worst_residual, plane.median_residual] for plane in planes])
 
 
 def _tried(machine: Machine) -> dict[str, Any]:
