@@ -26,7 +26,7 @@ from autobalancer.stability.border import Border
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import Described, highest_searched, lower_critical_speed
 from autobalancer.stability.release import UNDAMPED, release_border
-from autobalancer.stability.stall_branch import followed
+from autobalancer.stability.stall_branch import LOST, followed
 from autobalancer.stability.stall_capture import STEADY, captured
 from autobalancer.stability.stall_freed import freed
 from autobalancer.stability.stall_release import HangingRange, hanging_ranges, reached
@@ -42,9 +42,8 @@ PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "never: a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not known where balls are never released"
-BESIDE = (
-    0.85  # of the highest release speed, from where on that of some planes is worked out with the free balls of others
-)
+UNFOLLOWED = "; its branch could not be followed further, so it may lie a little higher"
+UPPER = 0.85  # of the highest release speed, from where on free balls of other planes are counted
 FREE = "parting, others free"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
@@ -156,7 +155,7 @@ def _joint(
     else:
         first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
-    first += _which(st, loads, last)
+    first += _which(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
     found = [Border(RELEASE, last.end, "; ".join([first, *_others(st, loads, met, last), *notes]))]
     if capture:
         found.append(_captured(rotor, loads, last.end, top, limit))
@@ -171,7 +170,7 @@ def _with_free_balls(rotor: Whirling, loads: Loads, met: list[HangingRange]) -> 
     for one in met:
         some = len({loads.groups[g].station for g in one.groups}) < len(places)
         end = None
-        if some and one.cause == "parting" and one.end > BESIDE * highest:
+        if some and one.cause == "parting" and one.end > UPPER * highest:
             end = freed(Balance(rotor, loads), one.groups, one.state)
         found.append(one if end is None else replace(one, end=end.speed, whirl=end.whirl, cause=FREE))
     return found

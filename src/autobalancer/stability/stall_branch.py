@@ -22,6 +22,7 @@ FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a r
 SPEED_SCALE = 4.0  # e of the rotor speed counts this many times
 STRAIGHT = 0.98  # cosine between neighboring tangents
 STEPS = 400
+LOST = "lost"  # a branch that could not be followed to its end
 SHARP = 1e-5  # of a step, to which a fold is found, so that its speed has twice the digits
 NEAR = 0.02  # of a step
 DIFFERENCE = 1e-6
@@ -60,7 +61,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     ahead[-1] = sign
     here = _corrected(balance, np.append(state.y[0], SPEED_SCALE * math.log(float(state.speed[0]))), ahead)
     if here is None:
-        return Leaving(state, "fold")
+        return Leaving(state, LOST)
     here = here if sign * here.along[-1] > 0.0 else Point(here.x, -here.along)
     goal, step = SPEED_SCALE * math.log(until), FIRST
     for _ in range(STEPS):
@@ -70,19 +71,22 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
         if there is None or here.along @ there.along < STRAIGHT:
             step *= 0.4
             if step < SHORTEST:
-                return Leaving(_state(here.x), "fold")
+                return Leaving(_state(here.x), LOST)
             continue
+        if not last and sign * (there.x[-1] - goal) > 0.0:  # gone beyond it
+            share = (goal - here.x[-1]) / (there.x[-1] - here.x[-1])
+            last, at = True, _corrected(balance, here.x + share * (there.x - here.x), here.along, same_speed=True)
+            there = there if at is None else at
         broken = [cause for cause in causes if not _test(balance, there, sign, cause) > 0.0]
         if broken:
             shares = {cause: _share(balance, here, there, sign, cause) for cause in broken}
-            first = min(
-                broken, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0)
-            )  # it has a root zero, too
+            # at a fold an eigenvalue is zero, too
+            first = min(broken, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0))
             return Leaving(_state(_between(balance, here, there, shares[first]).x), first)
         if last:
             return Leaving(_state(there.x), "")
         here, step = there, min(1.6 * step, LONGEST)
-    return Leaving(_state(here.x), "fold")
+    return Leaving(_state(here.x), LOST)
 
 
 def _test(balance: Balance, point: Point, sign: float, cause: str) -> float:

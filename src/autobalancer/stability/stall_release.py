@@ -140,6 +140,7 @@ def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: fl
                 one.begin = float(speeds[i])
     for one in going:
         found += _range(balance, chosen, one, Leaving(one.last, ""))
+    found.sort(key=lambda one: one.begin)
     return [one for i, one in enumerate(found) if not any(one.same(other) for other in found[:i])]
 
 
