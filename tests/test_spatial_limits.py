@@ -10,6 +10,7 @@ import pytest
 from tests.references.spatial import joined, split
 from tests.references.spatial_machines import rates, states_of, tilting
 
+import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.critical import undamped_critical_speeds
 from autobalancer.assembly.spatial import top_speed
@@ -205,3 +206,10 @@ def test_critical_speeds_of_a_run_are_those_of_the_rotor_with_its_balls() -> Non
     loaded = assemble(machine).critical_speeds
     assert np.all(np.array(loaded) < bare)
     np.testing.assert_allclose(loaded, bare, rtol=0.01)
+
+
+def test_check_says_that_weight_acts_on_balls_in_tilting_races() -> None:
+    upright = ab.with_parameter(ab.example("two_plane_rotor"), "tilting_races", "full")
+    assert any("acts along the axis" in text for text in ab.summary(upright).warnings)
+    for path, value in (("gravity", 0.0), ("tilting_races", "deflection")):
+        assert not any("acts along" in text for text in ab.summary(ab.with_parameter(upright, path, value)).warnings)

@@ -135,7 +135,9 @@ def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) ->
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
     _, _, speed, rotor = _balls(run)
     critical_speed = _critical(run) if critical_speed is None else critical_speed
-    return _per_ball(run, released_at(rotor, speed + rotor[:, None], critical_speed), "release speed", "rad/s")
+    return _per_ball(
+        run, released_at(rotor, speed + rotor[:, None], critical_speed), "break-away speed in the run", "rad/s"
+    )
 
 
 def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:

@@ -132,7 +132,8 @@ def summary(machine: Machine | str | Path) -> Summary:
         borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
-        warnings=_warnings(
+        warnings=_gravity_note(machine)
+        + _warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
         + _short(frame.stations)
@@ -198,6 +199,16 @@ def _race(balls: list[Ball]) -> RaceSummary:
         occupied_angle=occupied_angle(balls),
         capability=race_capability(balls),
         drag=tuple(sorted({ball.drag for ball in balls})),
+    )
+
+
+def _gravity_note(machine: Machine) -> tuple[str, ...]:
+    """That weight acts on balls in tilting races, which nobody wrote down."""
+    if machine.tilting_races != "full" or machine.axis != "vertical" or machine.gravity == 0.0 or not machine.balancers:
+        return ()
+    return (
+        f"gravity of {float(machine.gravity):g} m/s^2 acts along the axis, as tilting_races = 'full' has it: a race "
+        "that tilts drives its balls downhill; gravity = 0 leaves it out",
     )
 
 

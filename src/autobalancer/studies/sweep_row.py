@@ -35,7 +35,7 @@ LABELS = {
     "residual_share": ("residual unbalance over unbalance", "1"),
     "settling_time": ("settling time of the ball that settles last, from its release or the end of the run-up", "s"),
     "settled_at": ("time in the run at which the last ball has settled", "s"),
-    "release_speed": ("greatest release speed of a stalled ball", "rad/s"),
+    "release_speed": ("greatest break-away speed of a stalled ball", "rad/s"),
     PER_BALL: ("final ball angle from the unbalance", "rad"),
 }
 
