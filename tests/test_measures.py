@@ -127,6 +127,11 @@ def test_a_sweep_gives_what_single_runs_give_on_any_number_of_threads() -> None:
     one = ab.sweep(machine, variations, duration=4.0, workers=1)
     two = ab.sweep(machine, variations, duration=4.0, workers=2)
     xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+    texts = {"unbalances[1].mass": ["4 g", "5 g"], "rotor.stiffness": ["600 kN/m", "700 kN/m"]}
+    axes = ab.sweep(MACHINES / "eccentric_race.toml", texts, grid=False, duration=0.1)
+    np.testing.assert_allclose(axes["unbalances_1_mass"], [4e-3, 5e-3])
+    assert [axes[name].attrs["units"] for name in ("unbalances_1_mass", "rotor_stiffness")] == ["kg", "N/m"]
+    assert ab.sweep(machine, {"axis": ["vertical", "horizontal"]}, duration=0.1)["axis"].attrs["units"] == ""
     single = ab.with_parameter(machine, "rotor.damping", 120.0)
     run = ab.simulate(single, duration=4.0, save=ab.Envelope(500), tolerance=1e-7)
     cell = one.isel(rotor_damping=1).sel(balancers_1_races_1_drag_beta=1e-3)

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD
+from autobalancer.assembly.parameter_units import parameter_unit
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.system import Assembly
@@ -167,7 +168,8 @@ def _dataset(
     )
     for name, (path, values) in zip(names, variations.items(), strict=True):
         numbers = [_number(machine, path, value) for value in values]
-        result = result.assign_coords({name: (name if grid else "run", numbers, {"long_name": path})})
+        label = {"long_name": path, "units": _unit(machine, path)}
+        result = result.assign_coords({name: (name if grid else "run", numbers, label)})
     for name, (text, unit) in LABELS.items():
         label = {"long_name": text, "units": unit}
         if name == PER_BALL:
@@ -181,6 +183,14 @@ def _dataset(
     balanced = [row["verdict"] == BALANCED for row in rows]
     result["balanced"] = (dims, np.reshape(balanced, shape), {"long_name": "whether the verdict is 'balanced'"})
     return result
+
+
+def _unit(machine: Machine, path: str) -> str:
+    """SI unit of a parameter; empty for a name, a number without unit or a whole part."""
+    try:
+        return parameter_unit(machine, path).replace("*", " ")
+    except QuestionError:
+        return ""
 
 
 def _number(machine: Machine, path: str, value: Any) -> Any:
