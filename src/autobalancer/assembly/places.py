@@ -118,7 +118,7 @@ def deflections(places: Places, q: Matrix) -> Complexes:
 
 
 def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix) -> Complexes:
-    """Force of the rotor on each support, its weight included, x + i y in N, (T, S)."""
+    """Force of the rotor on each support, including its weight, x + i y in N, (T, S)."""
     total = np.zeros((q.shape[0], len(places.supports), 2))
     for i, share in enumerate(table_shares(places.speeds, speed)):
         if share.any():

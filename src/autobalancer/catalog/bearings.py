@@ -123,7 +123,7 @@ def suitable_bearings(
     unbalance
         Unbalance to be compensated by one race [kg m].
     min_outer, max_outer, max_width, min_bore
-        Space [m]; None does not limit. The inner ring is left out, so the free bore of a balancer is
+        Space [m]; None means no limit. The inner ring is left out, so the free bore of a balancer is
         larger than the catalog bore that is compared here: the choice is on the safe side.
     ball_density
         Density of the balls [kg/m^3]; by default that of the bearing's own steel balls in the source.

@@ -46,7 +46,7 @@ class Blend:
 def fluids() -> tuple[FluidEntry, ...]:
     """Every fluid with a fixed name, with its range of temperatures, source and remark.
 
-    Any glycerol-water mixture exists besides: ``fluid("glycerol 62.5 wt%")``, ``fluid("glycerol 50 vol%")``.
+    In addition, any glycerol-water mixture can be used: ``fluid("glycerol 62.5 wt%")``, ``fluid("glycerol 50 vol%")``.
     """
     return tuple(entry for entry, _ in offers())
 
@@ -65,7 +65,7 @@ def fluid(name: str, temperature: float = ROOM) -> FluidState:
     Raises
     ------
     CatalogError
-        If no fluid has this name (the message proposes similar ones), or at this temperature.
+        If no fluid has this name (the message proposes similar ones), or it is not available at this temperature.
 
     Source: that of the entry; see ``source`` and ``remark`` of the result.
     """
@@ -107,7 +107,7 @@ def blend(
     temperature
         In K; a :class:`FluidState` must have this temperature.
     basis
-        What the source leaves open: whether the fraction counts mass or volume. It decides only the density.
+        Whether the fraction is of mass or of volume, which the source does not say. It affects only the density.
 
     Raises
     ------

@@ -32,7 +32,7 @@ class FrictionCoefficients:
 
 @cache
 def friction_coefficients() -> tuple[FrictionCoefficients, ...]:
-    """All of the catalog, from the smoothest pair to the roughest. They span more than three orders of magnitude."""
+    """All coefficients of the catalog, from the smoothest pair to the roughest. They span more than three orders of magnitude."""
     return tuple(
         FrictionCoefficients(
             name=row["name"],

@@ -31,7 +31,7 @@ def load_machine(path: str | Path) -> Machine:
     Returns
     -------
     Machine
-        Checked as a whole: names are known to the catalogs, the balls fit into their races.
+        Checked as a whole: names are found in the catalogs, and the balls fit into their races.
 
     Raises
     ------

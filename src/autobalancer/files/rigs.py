@@ -18,7 +18,7 @@ def rigs() -> tuple[str, ...]:
 
 
 def rig_text(name: str) -> str:
-    """The machine file of a published rig, to save and change.
+    """The text of the machine file of a published rig, to save and modify.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Annulus:
     height
         Along the axis, m.
     orbit_radius
-        Of the ball centers, m: where, at mid-height, the fluid is asked for.
+        Of the ball centers, m: there, at mid-height, the speed of the fluid is given.
     viscosity, density
         Kinematic viscosity (m^2/s) and density (kg/m^3) of the fluid.
 
@@ -84,8 +84,8 @@ class Annulus:
 class Walls:
     """Angular velocities of single walls relative to the rotor, rad/s; all zero if every wall turns with it.
 
-    A lid that is ``None`` turns as the steady flow between endless cylinders does, A + B/r^2, so that it disturbs
-    nothing; with equal cylinders this is their own speed.
+    A lid that is ``None`` rotates like the steady flow between infinitely long cylinders, A + B/r^2, and so does not
+    disturb it; with equal cylinders this is their own speed.
     """
 
     inner: float = 0.0

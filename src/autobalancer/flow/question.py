@@ -43,7 +43,7 @@ def annulus_flow(
 ) -> xr.Dataset:
     """Flow of the fluid in an annulus whose walls turn with a rotor of prescribed speed.
 
-    The balls are taken not to disturb it (Spannan 2021, section 5.2.1), so it can be solved once for all runs with this profile.
+    The balls are assumed not to disturb it (Spannan 2021, section 5.2.1), so one solution serves all runs with this profile.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def annulus_flow(
         Angular velocity of the fluid before time zero, rad/s; by default the first speed of the profile. 0 with a constant speed
         is an impulsive start.
     times
-        Instants at which the whole field is kept, s; by default the end.
+        Times at which the whole field is stored, s; by default the end.
     samples
-        Equally spaced instants at which the fluid at the orbit is kept.
+        Number of equally spaced times at which the fluid speed at the orbit is stored.
     model
         ``modes``: diffusion alone, exact; ``chebyshev``, ``differences``: the full equations; ``auto``: modes if neglecting the
         secondary flow costs less than ``error``, else ``chebyshev``.
@@ -86,8 +86,8 @@ def annulus_flow(
     MachineError
         If the race has no proper chamber or fluid.
     QuestionError
-        If the speed is not known, an instant lies outside of the run, or the points cannot resolve the flow, or take longer
-        than five minutes and are not asked for.
+        If the speed is not known, a time lies outside the run, or the points cannot resolve the flow, or take longer
+        than five minutes and were not given explicitly.
     """
     duration = optional_argument("duration", duration, "s")
     initial_speed = optional_argument("initial_speed", initial_speed, "rad/s")

@@ -19,8 +19,8 @@ MANY = 60  # modes in each direction from which the fewest that matter are taken
 class RelaxationModes:
     """Lag of the fluid at the orbit in modes: W_f = w - sum c_k with c_k' = -rate_k c_k + gain_k w'.
 
-    To be stepped along with the equations of motion where the speed w is a coordinate. The gains of all modes add up to 1:
-    right after a jump of the speed the fluid still turns as before. Modes that were left out follow without lag.
+    To be integrated with the equations of motion where the speed w is a coordinate. The gains of all modes add up to 1:
+    right after a jump of the speed the fluid still rotates as before. Modes that were left out follow without lag.
 
     Parameters
     ----------

@@ -236,7 +236,7 @@ def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -
 
 
 def drag_laws() -> tuple[DragLaw, ...]:
-    """The laws that need no further number."""
+    """The drag laws that need no further parameter."""
     return sphere_on_plane(), discoidal(), discoidal(0.74), free_sphere()
 
 

@@ -69,7 +69,7 @@ class DragCurve:
             Reynolds numbers between which; by default the ends of the shape of the law. Below it is linear, above it c_d
             is kept, so these need no points, and what bends at an end is followed exactly.
         per_decade
-            At least so many points for each factor of ten.
+            Least number of points for each factor of ten.
 
         Returns
         -------
@@ -86,7 +86,7 @@ class DragCurve:
         return log_velocity, log_force, (2.0 + self.law.log_slope(re)) * (log_re[-1] - log_re[0]) / steps
 
     def range_record(self, velocity: float) -> dict[str, Any]:
-        """What to keep with a result in which the greatest relative velocity was ``velocity`` (m/s).
+        """Attributes to store with a result in which the greatest relative velocity was ``velocity`` (m/s).
 
         Names of law and source, the greatest Reynolds number, that up to which the law holds, and a sentence in
         ``drag_warning`` if it was exceeded, which is then also given as a ``RangeWarning``.

@@ -34,10 +34,10 @@ def held_whirl(orbit_radius: float, adherence: float, *, weight: float = 0.0) ->
     orbit_radius
         m.
     adherence
-        Force that holds a ball over the wall force.
+        Greatest force that holds a ball at rest, over the wall force.
     weight
         Acceleration of gravity in the plane of the race over the square of the speed, g/w^2, m: on a horizontal axis
-        it pulls each ball to and fro once a turn. Below zero the result means that this alone moves the balls.
+        it moves each ball back and forth once per revolution. A negative result means that this alone moves the balls.
 
     Raises
     ------

@@ -38,14 +38,14 @@ def rest_interval(
     orbit_radius
         m.
     adherence
-        Force that holds a ball over the wall force.
+        Greatest force that holds a ball at rest, over the wall force.
     mass, stiffness, damping
         Of the rotor with the ball in it, kg, N/m, N s/m.
     speed
         rad/s.
     heavy
-        Around the place of the unbalance, where a ball stands still but does harm above the critical speed; else around the
-        place opposite to it.
+        Around the place of the unbalance, where a ball at rest adds to the unbalance above the critical speed; else around
+        the place opposite to it.
 
     Returns
     -------

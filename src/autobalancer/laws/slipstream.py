@@ -39,8 +39,8 @@ def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
     reynolds
         Reynolds number of the ball; clamped to 0 ... 300.
     distance
-        Between the centers, in diameters: 1 is contact; below it counts as 1, beyond 20 the factor is 1.
-        The source leaves open whether it means centers or gaps; its fit begins at 1, so centers.
+        Between the centers, in diameters: 1 is contact; smaller values are read as 1, beyond 20 the factor is 1.
+        The source does not say whether it means centers or gaps; its fit begins at 1, so centers are assumed.
 
     Returns
     -------

@@ -98,7 +98,7 @@ def planar_receptance(mass: float, stiffness: ArrayLike, damping: ArrayLike) -> 
 
 
 def stall_balance(ball: StalledBall, receptance: Receptance, whirl: ArrayLike) -> StallBalance:
-    """Torques on a stalled ball and the rotor speed that keeps it where it is, for whirl speeds of shape (n,)."""
+    """Torques on a stalled ball and the rotor speed that keeps it stalled, for whirl speeds of shape (n,)."""
     v = np.atleast_1d(np.asarray(whirl, dtype=float))
     response = ball.total * v**2 * receptance(v)
     braking = -ball.moment * v**2 * response.imag

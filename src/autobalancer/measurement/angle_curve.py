@@ -106,14 +106,14 @@ def angle_against_speed(
     simulation: bool = False,
     duration: float | str = DURATION,
 ) -> xr.Dataset:
-    """The angle from the lowest point, and what belongs to it.
+    """The angle of the ball from the lowest point over the speed, with Reynolds number and drag coefficient.
 
     Parameters
     ----------
     machine
-        With one ball on a horizontal axis; its drive is not looked at.
+        With one ball on a horizontal axis; its drive is ignored.
     speeds
-        rad/s, ascending from above zero; by default up to where the ball stands at 85 degrees.
+        rad/s, ascending from above zero; by default up to the speed at which the ball rests at 85 degrees.
     simulation
         Whether to simulate as well: the rotor is brought from the first to the last speed in ``duration`` (s), so slowly that
         the ball nearly stands at any time, and follows late only where the angle grows steeply near 90 degrees.

@@ -40,7 +40,7 @@ def evaluate_angles(
     resamples: int = 100,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Drag coefficients by (6.6) of Spannan (2021), with and without the force P that it leaves out.
+    """Drag coefficients by (6.6) of Spannan (2021), with and without the force P that it neglects.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ def evaluate_angles(
     series
         Measured speeds and angles, :func:`~autobalancer.measurement.angle_file.load_angle_series`.
     rolling
-        Coefficient of rolling resistance; by default that with which series that overlap agree, else that of the machine.
+        Coefficient of rolling resistance; by default the one for which overlapping series agree, else that of the machine.
     resamples
-        Of the points of each series, for the standard deviation of a fitted coefficient.
+        Number of resamples of the points of each series, for the standard deviation of a fitted coefficient.
     seed
         Of the resamples.
 

@@ -49,7 +49,7 @@ def load_angle_series(path: str | Path) -> list[AngleSeries]:
     Raises
     ------
     ResultError
-        If the file, a column, a unit or a number is not there or not understood, or a fluid is not known or not one.
+        If the file, a column, a unit or a number is missing or cannot be read, or a fluid is unknown or ambiguous.
     """
     table = read_table(Path(path), EXAMPLE)
     speeds, angles = table.numbers("speed", "rad/s"), table.numbers("angle", "rad")

@@ -33,7 +33,7 @@ def decay_rate(
     modes
         Number of oscillations.
     robust
-        Whether samples far off count less (soft L1 loss).
+        Whether outliers are given less weight (soft L1 loss).
 
     Returns
     -------

@@ -40,7 +40,7 @@ def fit_receptance(
     modes
         Number of modes; by default chosen by the noise.
     most_modes
-        Up to so many are tried.
+        Greatest number of modes that is tried.
     noise
         *relative*: errors are a share of the value; *absolute*: the same everywhere. A coherence in the data is
         used with either: variance in proportion to (1 - coherence)/coherence.

@@ -23,8 +23,8 @@ def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Data
     ----------
     path
         A table (``.csv``, ``.txt``, ...) with a line of column names, each with its unit in brackets, such as
-        ``frequency [Hz], real [m/s^2/N], imag [m/s^2/N]``; ``amplitude [...]`` and ``phase [deg]`` will do as well,
-        and ``coherence`` is used if there. Or a universal file with datasets of type 58 in ASCII.
+        ``frequency [Hz], real [m/s^2/N], imag [m/s^2/N]``; ``amplitude [...]`` and ``phase [deg]`` can be used instead,
+        and ``coherence`` is used if present. Or a universal file with datasets of type 58 in ASCII.
     function
         Which frequency response of a universal file, counted from 1; by default the only one at a driving point.
 

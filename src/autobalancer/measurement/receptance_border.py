@@ -41,7 +41,7 @@ def receptance_border(
     searched
         Speeds, rad/s; by default from the lowest mode in the measured band to the end of the band.
     resamples
-        So many times the fit is repeated with its own noise added, for the uncertainty of the border.
+        How many times the fit is repeated with its own noise added, for the uncertainty of the border.
     seed
         For that noise.
 

@@ -22,8 +22,8 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, ba
     """The loop L = (a_0/2) w^4 H(iw) over the frequency w in space, for balls evenly spread over directions.
 
     There the equation of :mod:`autobalancer.measurement.closed_loop` splits into 1 = L and its conjugate (equal balls:
-    L = (c N/2) w^4 H(iw)/P(i(w - W))), so measured values can be drawn as they are. On the stable side the curve, run
-    through with rising frequency, leaves +1 to its left. At w = W it comes from infinity.
+    L = (c N/2) w^4 H(iw)/P(i(w - W))), so measured values can be drawn as they are. If stable, the curve,
+    followed with rising frequency, has +1 on its left. At w = W it comes from infinity.
 
     Parameters
     ----------

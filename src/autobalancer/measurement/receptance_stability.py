@@ -57,8 +57,8 @@ def receptance_stability(
     unbalance
         kg m, of the rotor without balls, for one or two balls.
     angles
-        Ball angles in the balanced state, rad, instead. Without both, the worst of several positions from evenly spread
-        to all in line is taken, at each speed its own.
+        Instead: ball angles in the balanced state, rad. Without both, the worst of several arrangements from evenly spread
+        to all in line is taken, separately at each speed.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def receptance_stability(
     Raises
     ------
     QuestionError
-        If the balls cannot stand so, or a speed is not above zero.
+        If the balls cannot have these angles, or a speed is not above zero.
     """
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = optional_argument("unbalance", unbalance, "kg*m")

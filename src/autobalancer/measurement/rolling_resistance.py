@@ -29,10 +29,10 @@ def overlaps(series: Series) -> bool:
 
 
 def fit_rolling_resistance(series: Series) -> float:
-    """The coefficient with which series in different fluids agree where their Reynolds numbers overlap.
+    """The coefficient for which series in different fluids agree where their Reynolds numbers overlap.
 
     Least squares of the logarithms of their ratios, weighted for an equal error of all angles: where the drag is a small
-    difference of weight and friction, its logarithm says little.
+    difference of weight and friction, its logarithm is uncertain.
 
     Parameters
     ----------

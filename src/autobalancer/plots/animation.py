@@ -40,14 +40,14 @@ def animate(
     """Make a film of a run: rotor, races, balls and unbalance beside speeds and deflection over time.
 
     Balancers in different planes have a disc each, with the unbalance of their plane; below them the axis is seen from
-    the side, with these planes in perspective, so that one sees it tilt or bend.
+    the side, with these planes in perspective, so that its tilt or bending is visible.
 
-    A rotor at 3000 rpm turns twice between two frames of a film in real time, and its picture would seem to stand or
-    to creep. In the frame of the rotor, the default, it stands still as under a stroboscope, and one sees what
-    matters: how the balls wander against it, and to which side it is deflected. In space the rotor turns as it does;
+    A rotor at 3000 rpm turns twice between two frames of a film in real time, so its picture would seem to stand still or
+    to rotate slowly. In the frame of the rotor, the default, it stands still as under a stroboscope, and one sees what
+    matters: how the balls move relative to it, and to which side it is deflected. In space the rotor rotates;
     choose a short interval, so that the film is slow motion. The caption says how fast the film is, how much larger
     the deflection is drawn, and, in space, how often the rotor turns between two frames. The pale arc behind a ball
-    is the way it went since the frame before; a full ring means that it went round at least once.
+    is its path since the previous frame; a full ring means that it circled at least once.
 
     Frames lie on the samples of the run where the samples are denser than the frames; between samples the motion is a
     cubic in the frame of the rotor. For slow motion of a machine that is not isotropic save some ten samples to a
@@ -85,7 +85,7 @@ def animate(
     Raises
     ------
     QuestionError
-        If the run has no samples there, or the extension, a unit or a number makes no sense.
+        If the run has no samples there, or the extension, a unit or a number is not possible.
     ResultError
         If the file cannot be written.
     """

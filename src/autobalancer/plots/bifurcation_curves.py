@@ -14,7 +14,7 @@ from autobalancer.plots.style import BALLS, INK, look, picture, with_ignored
 def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
 
-    A Hopf curve is solid where small stable swinging is born (supercritical), dashed where the balls jump (subcritical).
+    A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
 
     Parameters
     ----------

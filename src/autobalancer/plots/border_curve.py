@@ -30,8 +30,8 @@ def plot_border_curve(
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
-    A border that is *never* leaves the picture at the top, or says so in the legend. Above the exact border the
-    balanced state is stable and the picture green, below it red. Both are for the unbalance of the machine; the border for
+    A border that is *never* leaves the picture at the top, or the legend says so. Above the exact border the
+    balanced state is stable and the picture is green, below it is red. Both are for the unbalance of the machine; the border for
     the worst unbalance is a line of its own.
 
     Parameters

@@ -47,7 +47,7 @@ def plot_branches(
     deflection_unit: str | None = None,
     speed_unit: str = "rpm",
 ) -> Figure:
-    """Draw branches over their parameter: deflection, ball angles, and how fast stalled balls turn.
+    """Draw branches over their parameter: deflection, ball angles, and the speed of stalled balls.
 
     Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
     greatest (thick) and least value (thin). Stalled balls have no line among the angles but one among the speeds. Marks
@@ -70,7 +70,7 @@ def plot_branches(
     Raises
     ------
     QuestionError
-        If there is nothing to draw or a unit does not suit.
+        If there is nothing to draw or a unit is not possible.
     """
     if not branches.sizes.get("point"):
         raise QuestionError("branches: there is no point to draw")

@@ -54,7 +54,7 @@ def animate_chamber(
     frame
         ``"space"``: as it is; ``"rotor"``: the rotor stands as under a stroboscope, so that one sees where balls rest.
     azimuth, elevation
-        Degrees: where one looks from, in the horizontal plane from the rotor's axis, and above it. 0 and 0 look along the
+        Direction of view in degrees: in the horizontal plane from the rotor's axis, and above it. 0 and 0 look along the
         axis, 90 and 0 from the side, 0 and 90 from above.
     deflection_scale
         How much larger the displacement of the body is drawn; by default so that the greatest is 10 % of the radius.
@@ -73,7 +73,7 @@ def animate_chamber(
     Raises
     ------
     QuestionError
-        If the interval is not within the run, or a number, unit or extension makes no sense.
+        If the interval is not within the run, or a number, unit or extension is not possible.
     ResultError
         If the file cannot be written.
     """

@@ -14,16 +14,16 @@ from autobalancer.results.chamber_unconstrained import LooseBody, unconstrained_
 def plot_reactions(
     run: xr.Dataset, body: LooseBody | None = None, *, until: float | None = None, title: str | None = None
 ) -> Figure:
-    """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a loose body.
+    """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
 
     Parameters
     ----------
     run
         From ``simulate_chamber`` or an archive.
     body
-        What is let go under these reactions; without it they alone are drawn.
+        The body that is released under these reactions; without it only the reactions are drawn.
     until
-        Reactions after this time (s) do not drive the loose body.
+        Reactions after this time (s) do not act on the released body.
     title
         Above the picture; by default the name of the machine.
     """

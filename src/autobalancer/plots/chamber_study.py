@@ -23,7 +23,7 @@ NAMES = {"deep": "deep chamber", "single": "single layer"}
 def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
-    Of several seeds the mean, with bars from the least to the greatest of them.
+    With several seeds the mean is drawn, with bars from the least to the greatest value.
 
     Raises
     ------
@@ -55,8 +55,8 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
 def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
     """Share of the balls that go around with the rotor over friction, a curve for each number of balls.
 
-    Where a curve rises is the least friction that picks so many balls up from the bottom; the lowest curve that reaches
-    the top is the least number.
+    A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
+    the top belongs to the least number of balls.
     """
     layers = [str(layer) for layer in study["layers"].values]
     with look():

@@ -20,12 +20,12 @@ def plot_drag_laws(
 ) -> Figure:
     """Draw c_d, and below it c_d Re, which is a constant where the drag is linear.
 
-    Dotted is what lies beyond the range of a law, where its coefficient is kept; the points of a table are marked.
+    Dotted: beyond the range of a law, where its coefficient is kept constant. The points of a table are marked.
 
     Parameters
     ----------
     laws
-        Such as :func:`sphere_on_plane` and its neighbors; by default all that need no further number.
+        Such as :func:`sphere_on_plane`; by default all that need no further parameter.
     first, last
         Reynolds numbers between which.
     labels
@@ -34,7 +34,7 @@ def plot_drag_laws(
     Raises
     ------
     QuestionError
-        If there is no law, too few labels, or no room between both ends.
+        If there is no law, too few labels, or the range is empty.
     """
     laws = drag_laws() if laws is None else tuple(laws)
     if not laws or (labels is not None and len(labels) != len(laws)):

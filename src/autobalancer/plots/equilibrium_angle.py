@@ -15,7 +15,7 @@ MARKS = ("o", "s", "^", "v", "D", "P")
 
 
 def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
-    """The angle from the lowest point over the speed, by statics and, if there, by simulation.
+    """The angle from the lowest point over the speed, by statics and, if available, by simulation.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float] | None 
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of the result. The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
-    rotor speeds up the fluid hangs back in the middle of the gap (5.6b).
+    rotor speeds up the fluid lags behind in the middle of the gap (5.6b).
     """
     with look():
         figure = picture(6.0, 4.4)

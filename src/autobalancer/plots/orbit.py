@@ -31,16 +31,16 @@ def plot_orbit(
     deflection_unit: str | None = None,
     speed_unit: str = "rpm",
 ) -> Figure:
-    """Draw the path of the rotor center about its static position, with its start and direction.
+    """Draw the path of the rotor center about its static position, with start and direction.
 
     On a rotor that tilts or bends each plane of balancers and each station has its panel, all to one scale: a conical
-    motion shows as starts on opposite sides. Where the rotor rests aside under gravity, the picture is centered on that
-    place and says where it is. A vibration below 0.01 nm, or below what the tolerance of the run resolves, is a dot.
+    motion shows as starts on opposite sides. Where gravity gives the rotor a static deflection, the picture is centered on that
+    position and states it. A vibration below 0.01 nm, or below what the tolerance of the run resolves, is a dot.
 
     Without ``start`` and ``end`` these are the last revolutions, if the run kept them (``LastRevolutions``), else the
-    last twentieth of the samples. Samples with fewer than eight to a revolution are stroboscopic: in space they are
-    drawn as points, because a line through them would be no orbit; in the frame of the rotor, where the unbalance
-    stands still, they make a line.
+    last twentieth of the samples. Fewer than eight samples per revolution are stroboscopic: in space they are
+    drawn as points, because a line through them would not be the orbit; in the frame of the rotor, where the unbalance
+    does not move, they are joined by a line.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ def plot_race(
     resultant too small to be drawn is a dot. On a rotor that tilts or bends the unbalance of each plane is its share of
     unbalance and couple together; dashed is what the couple puts there, opposite in the other plane. The triangle outside
     the races points where this plane is deflected to: with the unbalance below a critical speed, opposite to it above.
-    Where the rotor also rests aside, under gravity, this is its vibration, and the static deflection is given beside it.
-    The eccentricity of a race is drawn larger than it is, as the picture says.
+    If gravity also gives a static deflection, the triangle shows the vibration, and the static deflection is written beside it.
+    The eccentricity of a race is drawn larger than it is; the picture gives the factor.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def plot_race(
     Raises
     ------
     QuestionError
-        If the run has no balls or no samples, or no such time or balancer.
+        If the run has no balls or no samples, or the time or balancer does not exist.
     """
     speeds, motion, races = speed_axis(speed_unit), Motion(run), races_of(run)
     if not races.orbit_radius.size or not (races.orbit_radius > 0.0).all():
@@ -114,6 +114,6 @@ def _eccentric(races: Races, moments: Moments, balls: np.ndarray, plane: int) ->
     if abs(off) > 0.05 * abs(center):
         return []
     return [
-        f"the balls balance the race, so its center (×) stands still: the rotor stays {length_text(abs(center))} off,",
+        f"the balls balance the race, so its center (×) does not move: the rotor stays {length_text(abs(center))} off,",
         "and the resultant is what holds it there",
     ]

@@ -54,7 +54,7 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
 
 
 def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
-    """The loop in the complex plane, with the point +1 that it must leave to its left.
+    """The loop in the complex plane, with the point +1, which must be on its left.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.
     speed_unit
         rpm, rad/s or Hz.
     reach
-        The picture shows real and imaginary parts up to this amount.
+        Range of the real and imaginary parts that is drawn.
 
     Raises
     ------

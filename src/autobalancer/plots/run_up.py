@@ -34,14 +34,14 @@ def plot_run_up(
     end: float | None = None,
     held: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw a run over time: who turns how fast, how far the rotor deflects, where the balls are.
+    """Draw a run over time: speeds of rotor and balls, deflection of the rotor, and ball angles.
 
     The upper panel has the rotor speed and the absolute speed of each ball, so that balls stalled at the critical
     speed leave the line of the rotor. The middle one shades the deflection between the least and the greatest value of
     each bin of the envelope. On a rotor that tilts or bends it also has the deflection of the other planes of balancers
     and stations, from samples; under gravity the vibration about the static deflection. The lower ones, one for each
     plane, have the ball angles in the rotor from its zero mark, within ±180 degrees, with the unbalance in this plane and
-    its opposite; where a ball slips round and round its line is pale. Critical speeds are drawn if
+    its opposite; while a ball circles in the rotor its line is pale. Critical speeds are drawn if
     ``run.attrs["critical_speeds"]`` (rad/s) has them, dotted where they are passed.
 
     Parameters
@@ -64,7 +64,7 @@ def plot_run_up(
     Returns
     -------
     matplotlib.figure.Figure
-        Save it with ``savefig`` or look at it in a notebook.
+        Save it with ``savefig`` or show it in a notebook.
 
     Raises
     ------

@@ -21,7 +21,7 @@ SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
-    The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and what moves named
+    The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
     where there is room. The lower panel has the frequency of every mode, seen in the rotor, against the speed: green
     where the mode decays, red where it grows.
 

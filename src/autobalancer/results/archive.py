@@ -24,16 +24,16 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
 
 
 class Archive:
-    """A folder of runs; made when the first run is.
+    """A folder of runs; it is created with the first run.
 
-    The catalogue is the sum of the notes of the runs, so a run that is copied, moved or deleted by hand is no harm.
+    The catalogue is read from the notes of the runs, so runs can be copied, moved or deleted by hand.
 
     Parameters
     ----------
     folder
         Where the archive is.
     write
-        What puts a chunk of samples into a file; by default as netCDF.
+        Function that writes a part of the samples to a file; by default as netCDF.
     """
 
     def __init__(self, folder: str | Path, write: Write = write_part) -> None:
@@ -42,7 +42,7 @@ class Archive:
             raise ResultError(f"{self.folder}: is a file; an archive is a folder")
 
     def start(self, name: str, machine: str, parameters: Mapping[str, Any], question: Mapping[str, Any]) -> RunFolder:
-        """A run to write into: a new one, or the one of this name if it answers the same question.
+        """A run to write into: a new one, or the existing one of this name if it has the same settings.
 
         Parameters
         ----------
@@ -53,14 +53,14 @@ class Archive:
         parameters
             Numbers and texts by which the run is found in the catalogue.
         question
-            What else the answer depends on: duration, step, seed and so on.
+            Other settings on which the result depends: duration, step, seed and so on.
 
         Raises
         ------
         QuestionError
-            If the name is none, or a run of this name asks something else.
+            If the name is not possible, or a run of this name has other settings.
         ResultError
-            If the folder cannot be written, or another process makes the run at this moment.
+            If the folder cannot be written, or another process is writing the run.
         """
         if not NAME.fullmatch(name):
             raise QuestionError(f"name: given {name!r}; use letters, digits, and . _ + - after the first")
@@ -105,7 +105,7 @@ class Archive:
         return RunFolder(self.folder / name, self.write)
 
     def samples(self, name: str) -> xr.Dataset:
-        """All samples of a run as one dataset, read when used."""
+        """All samples of a run as one dataset, read from disk when used."""
         return self.run(name).samples()
 
     def runs(self, where: str | Mapping[str, Any] = "") -> xr.Dataset:
@@ -125,7 +125,7 @@ class Archive:
         Raises
         ------
         QuestionError
-            If the condition cannot be read, or names what no run has.
+            If the condition cannot be read, or contains a name that no run has.
         """
         rows = {name: self._row(name) for name in self.names()}
         known = {key for row in rows.values() for key in row}
@@ -148,7 +148,7 @@ class Archive:
         return table
 
     def export(self, name: str, path: str | Path) -> Path:
-        """Write a run as one result file, a variable at a time."""
+        """Write a run as one result file, one variable at a time."""
         found = self.samples(name)
         found.attrs.setdefault("source", provenance()["source"])
         return save_run(found, path)

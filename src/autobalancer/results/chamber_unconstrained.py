@@ -71,8 +71,8 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | None =
     body
         Masses, springs and lengths.
     until
-        Reactions after this time (s) count as zero. The source leaves out those of the steady state, where they are
-        what a friction that never sticks makes of balls at rest.
+        Reactions after this time (s) are set to zero. The source leaves out those of the steady state, where they are
+        caused by a friction law without sticking acting on balls at rest.
 
     Returns
     -------

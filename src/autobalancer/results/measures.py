@@ -23,7 +23,7 @@ from autobalancer.units import optional_argument
 def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     """Least and greatest deflection over time.
 
-    Taken from the envelope that the run kept (exact), else from its samples (as fine as these are), in ``bins`` parts.
+    Taken from the envelope that the run kept (exact), else from its samples (with their resolution), in ``bins`` parts.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
     Raises
     ------
     QuestionError
-        If the run kept nothing from which this can be said.
+        If the run kept no data for it.
     """
     end = float(run.attrs["end_time"])
     if last is not None and not last > 0.0:
@@ -112,7 +112,7 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
 
     It counts from the ball's release, from the end of the run-up or from the start of the run, whichever is the last one
     before the ball has settled; the coordinate ``counted_from`` says which, ``settled_at`` (s) is the time in the run.
-    The run-up ends where the speed comes within 0.1 % of its last value for good. nan for a ball that still moves at the
+    The run-up ends where the speed stays within 0.1 % of its last value. nan for a ball that still moves at the
     end (faster than 1/1000 of the rotor speed).
     """
     time, angle, speed, rotor = _balls(run)
@@ -156,7 +156,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 def measures(run: xr.Dataset) -> xr.Dataset:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
-    Those over ``place``, ``plane`` and ``support`` are there if the run kept its last revolutions.
+    Those over ``place``, ``plane`` and ``support`` are present if the run kept its last revolutions.
     """
     peak = peak_deflection(run)
     where = f"at {run.attrs.get('reference_station', 'the rotor')!r}"

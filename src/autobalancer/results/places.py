@@ -18,10 +18,10 @@ NO_TURNS = (
 
 
 def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
-    """Static deflection and vibration at the end of a run, apart from each other, at every place.
+    """Static deflection and vibration at the end of a run, separately, at every place.
 
     The places are the planes of the balancers and the named stations. The static deflection is the mean over the last
-    whole revolutions that the run kept, the vibration what is left: the oscillation of balls under gravity is part of it.
+    whole revolutions that the run kept, the vibration is the rest; it includes the oscillation of balls under gravity.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def static_deflection(run: xr.Dataset, place: str | None = None) -> complex:
 
 
 def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
-    """What is left of the unbalance in each plane of balancers, in the last revolutions of a run.
+    """Residual unbalance in each plane of balancers in the last revolutions of a run.
 
     Parameters
     ----------
@@ -83,8 +83,8 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        ``unbalance``, what the balls of the plane have to balance at this speed so that all planes rest; ``balls``, what
-        they add up to; ``residual``, the mean size of the sum of both (all kg m); ``share``, residual over unbalance.
+        ``unbalance``, what the balls of the plane have to balance at this speed so that no plane vibrates; ``balls``,
+        their resultant; ``residual``, the mean size of the sum of both (all kg m); ``share``, residual over unbalance.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
 def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     """Forces of the rotor on its supports in the last revolutions: the static part, with weight, and the vibrating one.
 
-    Where the supports stand on the ground these are the forces into the foundation.
+    For supports on the ground these are the forces on the foundation.
 
     Returns
     -------

@@ -41,9 +41,9 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
     run
         A result of this package.
     path
-        The file; its folder is made if there is none.
+        The file; its folder is created if it does not exist.
     rescue
-        If it cannot be written there, write it into a new folder among the temporary files; the error says where.
+        If it cannot be written there, write it to a new folder in the temporary directory; the error says where.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _rescued(run: xr.Dataset, name: str) -> str:
         place = Path(tempfile.mkdtemp(prefix="autobalancer-")) / name
         _write(run, place)
     except (ResultError, OSError) as reason:
-        return f"it could not be kept among the temporary files either: {reason}"
+        return f"it could not be kept in the temporary directory either: {reason}"
     return f"The result is kept in {place}; move it from there"
 
 
@@ -83,7 +83,7 @@ def load_run(path: str | Path) -> xr.Dataset:
     Raises
     ------
     ResultError
-        If there is no such file, it is damaged, or this package did not write it.
+        If the file does not exist, is damaged, or was not written by this package.
     """
     path = Path(path)
     if not path.is_file():

@@ -123,20 +123,20 @@ class Verdict:
 
 
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
-    """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict_rule`, and what it leaves where.
+    """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict_rule`, and what remains at each place.
 
     Parameters
     ----------
     run
         From :func:`simulate` with its last revolutions, which it keeps by default.
     held
-        The same machine from ``simulate(machine, hold_balls=True)``. It gives the peak without balls; of a machine that
-        is shaken from outside the vibration without balls too, which a run knows by itself otherwise.
+        The same machine from ``simulate(machine, hold_balls=True)``. It gives the peak without balls; for a machine with
+        external excitation also the vibration without balls, which otherwise every run has.
 
     Raises
     ------
     QuestionError
-        If the run is none of balls in races.
+        If the run is not one of balls in races.
     """
     if "place" not in run.coords:
         raise QuestionError(

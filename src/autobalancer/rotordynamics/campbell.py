@@ -33,7 +33,7 @@ def campbell(
     harmonics: Sequence[float] = (1.0,),
     damped: bool = True,
 ) -> xr.Dataset:
-    """Natural frequencies over the speed; a branch is followed by its shape, also where it crosses another.
+    """Natural frequencies over the speed; each branch is followed by its mode shape, also where it crosses another.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def campbell(
     speeds
         Rotor speeds, ascending, rad/s, at least two.
     balls
-        Whether the effective masses of the balls sit on the rotor.
+        Whether the effective masses of the balls are added to the rotor.
     modes
         How many branches, the lowest ones at the first speed.
     harmonics
-        Multiples h of the speed; the intersections with the lines h w are sought. 1 is the synchronous line.
+        Multiples h of the speed; the intersections with the lines h w are found. 1 is the synchronous line.
     damped
-        Whether the damping counts.
+        Whether damping is included.
 
     Returns
     -------

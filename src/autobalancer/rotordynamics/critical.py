@@ -50,9 +50,9 @@ def critical_speeds(
     machine
         A machine or the path of a machine file.
     balls
-        Whether the effective masses of the balls sit on the rotor.
+        Whether the effective masses of the balls are added to the rotor.
     highest
-        Up to this speed, rad/s. Needed with ``damped`` and where cross-coupled stiffness leaves no Hermitian problem;
+        Upper end of the search, rad/s. Required with ``damped`` and with cross-coupled stiffness (no Hermitian problem);
         by default all speeds, or up to the end of the tables.
     harmonics
         h; 1 is the unbalance.
@@ -63,8 +63,8 @@ def critical_speeds(
     -------
     xarray.Dataset
         Over ``critical``, ascending: ``critical_speed`` (rad/s), ``harmonic``, ``whirl`` (forward, backward, mixed or
-        straight), ``name`` of the mode. Unbalance drives no backward whirl of an isotropic rotor, so passing its speed
-        shows nothing there.
+        straight), ``name`` of the mode. Unbalance does not excite backward whirl of an isotropic rotor, so nothing
+        happens at such a speed.
 
     Raises
     ------

@@ -68,7 +68,7 @@ def equivalent_planar(
 ) -> EquivalentPlanar:
     """The planar oscillator that replaces a rotor at the plane of its balls.
 
-    Of all modes that one counts which carries most of the static deflection at the place. ``static``: k is the static
+    It represents the mode that carries most of the static deflection at the place. ``static``: k is the static
     stiffness, M = k/w^2 with the speed w of the mode, b = 2 D sqrt(k M) with its damping ratio D. ``modal``: k and M are
     stiffness and mass of the mode with a deflection of one at the place. They are equal where the other modes do not move
     the place. Along x and y of an anisotropic rotor each has its own mode. Springs with tables are read at w.
@@ -80,12 +80,12 @@ def equivalent_planar(
     station
         Name of a station or position (m); by default the plane of the first balancer.
     method
-        Which of both the returned machine has; the modal one holds near the speed of its mode.
+        Which of the two the returned machine has; the modal one holds near the speed of its mode.
     frequency
         ``critical``: modes that turn with the rotor, with the gyroscopic moments of synchronous whirl; ``natural``: modes
         at standstill, as a decay test gives them.
     tolerance
-        Relative deviation of the synchronous receptance up to which an oscillator stands for the rotor.
+        Relative deviation of the synchronous receptance up to which an oscillator represents the rotor.
     speeds
         Speeds of the comparison, rad/s; by default from zero to three times the speed of the mode.
 
@@ -93,12 +93,12 @@ def equivalent_planar(
     -------
     EquivalentPlanar
         The machine with a planar rotor: balancers of that plane, unbalances as far as they drive the mode, drive, start
-        and run are kept. Its description says where it comes from and how far it holds.
+        and run are kept. Its description states its origin and its range of validity.
 
     Raises
     ------
     QuestionError
-        If the rotor is not held, nothing moves the place, nothing oscillates, or an option is not possible.
+        If the rotor is not supported, no mode moves the place, nothing oscillates, or an option is not possible.
     MachineError
         If the rotor is not possible as described, or the place is not on it.
     """

@@ -23,7 +23,7 @@ INSTALL = "install it with: pip install 'autobalancer[ross]'"
 
 
 def from_ross(rotor: Any) -> ShaftRotor:
-    """A rotor of ROSS as a shaft rotor with the same nodes; axial and torsional parts are left out.
+    """Convert a rotor of ROSS to a shaft rotor with the same nodes; axial and torsional parts are left out.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def from_ross(rotor: Any) -> ShaftRotor:
     -------
     ShaftRotor
         Nodes, element matrices and bearing coefficients are those of ROSS. Between the speeds of a table coefficients
-        are linear here, and constant below the first; ROSS takes splines.
+        are interpolated linearly, and constant below the first; ROSS uses splines.
 
     Raises
     ------
     MachineError
         If the rotor has something that a shaft rotor cannot have: cones, layers, axial force or torque, elements without
         shear, rotary inertia or gyroscopic effect, damped elements, damping across (c_xy), stiffness across (k_xy) that
-        depends on the speed, masses in bearings, supports between them and the ground. It is named.
+        depends on the speed, masses in bearings, supports between them and the ground. The message names it.
     QuestionError
         If ROSS is missing, cannot be imported, has an unknown version, or ``rotor`` is not one of its rotors.
     """

@@ -37,11 +37,11 @@ def eigenfrequencies(
     machine
         A machine or the path of a machine file.
     speed
-        Rotor speed, rad/s: it turns the gyroscopic terms on, and tables of stiffness and damping are read there.
+        Rotor speed, rad/s, for the gyroscopic terms and for tables of stiffness and damping.
     balls
-        Whether the effective masses of the balls sit on the rotor in the planes of their balancers.
+        Whether the effective masses of the balls are added to the rotor in the planes of their balancers.
     modes
-        How many of the lowest modes.
+        Number of modes, the lowest ones.
     stations
         Names or positions (m) for the whirl directions; by default all stations.
 
@@ -49,7 +49,7 @@ def eigenfrequencies(
     -------
     xarray.Dataset
         Over ``mode``, counted from 1 by frequency: ``name``, ``frequency`` (damped, rad/s), ``undamped_frequency``
-        (without damping, of the mode with the most alike shape), ``damping_ratio``, ``decay_rate`` (1/s, negative where
+        (without damping, of the mode with the most similar shape), ``damping_ratio``, ``decay_rate`` (1/s, negative where
         the motion grows), ``whirl`` (forward, backward, mixed along the axis, or straight). Over ``mode`` and ``place``
         along the axis: the amplitudes ``x_real``, ``x_imag``, ``y_real``, ``y_imag``, the greatest deflection of a mode
         being 1; over ``mode`` and ``station`` the same with the prefix ``station_`` and ``station_whirl``.

@@ -36,7 +36,7 @@ def whirl_orbits(
     speed
         Rotor speed, rad/s.
     points
-        Of an orbit; the last one is the first one.
+        Number of points of an orbit; the last one equals the first one.
 
     Returns
     -------

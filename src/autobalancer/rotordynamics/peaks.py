@@ -45,7 +45,7 @@ def response_peaks(
     measure
         Of the chosen stations together: ``mean_of_greatest``, or ``greatest_mean``.
     samples
-        Speeds at which is looked; peaks closer than two of their steps are not told apart.
+        Number of speeds of the search; peaks closer than two of its steps are not distinguished.
 
     Returns
     -------

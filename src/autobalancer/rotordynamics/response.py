@@ -48,9 +48,9 @@ def unbalance_response(
         By default that of the machine after all its schedules; or :class:`~autobalancer.machine.Unbalance` parts; or
         one number, kg m, complex for one off the zero mark, in the plane of the first balancer.
     balls
-        Whether the masses of the balls sit on the rotor, without unbalancing it.
+        Whether the masses of the balls are added to the rotor, without unbalance of their own.
     ball_angles
-        Angles of all balls in the rotor, rad, where they rest: mass and unbalance of the balls count.
+        Angles of all balls in the rotor, rad, where they rest: mass and unbalance of the balls are included.
     quantity
         ``displacement``, ``velocity`` or ``acceleration``.
 

@@ -30,7 +30,7 @@ class Event:
     level
         m or rad/s, or a text with a unit.
     direction
-        Which passage counts.
+        Direction of the passage.
     ends_run
         Whether the run stops there.
 

@@ -81,14 +81,14 @@ def simulate(
         or several of them. By default samples, an envelope and, unless an event may end the run, the last revolutions,
         from which its measures are taken.
     events
-        Passages to be noted, or to end the run.
+        Passages to be recorded, or to end the run.
     tolerance
         Local error per step, relative to the deflection and absolute in rad for angles.
     method
         Tsitouras 5(4), or the Dormand-Prince pair of order eight.
     frame
-        Axes in which the equations are integrated. ``auto`` turns with the rotor where the machine is isotropic and
-        feels no gravity; results are the same.
+        Axes in which the equations are integrated. ``auto`` rotates with the rotor if the machine is isotropic and
+        has no gravity in its plane; results are the same.
     hold_balls
         Run the same machine without balancing: its balls are spread evenly over their races and held, so that their
         mass stays and critical speeds are the same. The result has no balls.
@@ -96,10 +96,10 @@ def simulate(
         For the start positions of balls that have none in the machine.
     mass_spread
         Equal balls that pass through each other differ in mass by this share, heaviest less lightest, in an order drawn
-        from the seed: equal ones in one place would never part, though that state be unstable. Real balls differ by 1e-4
-        and more. 0 leaves them equal.
+        from the seed: identical balls at one place would never separate, even where that state is unstable. Real balls differ
+        by 1e-4 and more. 0 leaves them equal.
     max_steps
-        The run stops with the outcome ``budget spent`` after so many steps.
+        Number of steps after which the run stops with the outcome ``budget spent``.
     progress
         Called with (time, duration) a few times a second.
     keep_on_interrupt
@@ -115,7 +115,7 @@ def simulate(
     MachineError
         If the machine cannot be run.
     QuestionError
-        If the question makes no sense: no duration, a tolerance outside [1e-13, 1e-2], sample times out of order.
+        If an argument is not possible: no duration, a tolerance outside [1e-13, 1e-2], sample times out of order.
 
     Warns
     -----

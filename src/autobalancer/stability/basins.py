@@ -77,15 +77,15 @@ def basin(
     machine
         A machine or the path of a machine file; its unbalance is that after all schedules.
     speed
-        Final rotor speed, rad/s. Fluid that lags does so by diffusion, whatever model its race has: from starts at the final
-        speed it does not, and a run-up differs from start to start.
+        Final rotor speed, rad/s. Fluid that lags is modelled by diffusion, whatever the model of its race. It does not lag
+        in starts at the final speed, and differs from start to start in run-ups.
     axes
         Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
         (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
         rest with a ramp), each with its values. What is not varied is as in the machine; without ``acceleration`` the
         rotor starts at ``speed``, undeflected.
     random
-        Instead of axes: so many starts with random ball angles in the rotor.
+        Instead of axes: number of starts with random ball angles in the rotor.
     seed
         For random starts, and for balls without start angles.
     hold

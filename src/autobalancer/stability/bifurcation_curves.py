@@ -46,9 +46,9 @@ def bifurcation_curves(
     machine
         A machine or the path of a machine file; isotropic supports, no gravity in its plane.
     kind
-        *Hopf*: where a state becomes unstable and its balls begin to swing. *fold*: where two states meet and vanish.
+        *Hopf*: where a state becomes unstable and its balls begin to oscillate. *fold*: where two states meet and vanish.
     parameter, start, end
-        Along this one, at the machine's own value of ``second``, the first points of the curves are looked for.
+        The first points of the curves are searched along this parameter, at the machine's own value of ``second``.
     second, second_start, second_end
         The other parameter; if the machine's own value is outside, ``second_start`` is taken instead.
     speed, from_state

@@ -61,11 +61,11 @@ def border_speeds(
     unbalance
         kg m, complex for one off the zero mark; by default the largest of the machine over time.
     only
-        Names of those that are wanted, such as ``("release speed", "capture speed")``, which are found much faster than
+        Names of the borders that are wanted, such as ``("release speed", "capture speed")``, which are found much faster than
         the exact ones; by default all.
     up_to
-        Rotor speed, rad/s or a string with a unit: release and capture speed are of the resonances that a run-up to it
-        meets. By default the highest speed that the drive prescribes if that is above a critical speed, else all count.
+        Rotor speed, rad/s or a string with a unit: release and capture speed are those of the resonances that a run-up to it
+        passes. By default the highest speed that the drive prescribes if that is above a critical speed, else all count.
         Planar rotors have two resonances at most, and both count.
 
     Returns
@@ -73,9 +73,9 @@ def border_speeds(
     tuple of Border
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
-        worst ones; *release speed* and, where balls stall and are let go, *capture speed*. An empty note means that
-        there is nothing to add. An infinite speed is never, and one that is nan has a note that says why. The averaged
-        border is of planar rotors only, the others of any.
+        worst ones; *release speed* and, where balls stall and are released, *capture speed*. An empty note means that
+        there is nothing to add. An infinite speed means never; for nan the note gives the reason. The averaged
+        border is for planar rotors only, the others for any rotor.
 
     Raises
     ------

@@ -50,8 +50,8 @@ def border_curve(
         A name of :data:`autobalancer.assembly.quantities.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
         ``"rolling_resistance"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
     values
-        SI, or strings with units. For the unbalance they may be left out: then from zero to the capability, dense about
-        the values at which the border is highest.
+        SI, or strings with units. For the unbalance they may be omitted: then from zero to the capability, dense near the
+        values at which the border is highest.
     only, up_to
         Names of the borders that are wanted, and the highest speed of the run-up, see :func:`border_speeds`.
     progress

@@ -64,13 +64,13 @@ def branches(
     switch
         Also follow all branches that start from the ones found.
     orbits
-        Follow the periodic motions born at Hopf points.
+        Follow the periodic motions that begin at Hopf points.
     largest_step
         Of the parameter as a share of its range, and of the ball angles in rad; for orbits five times that.
     intervals
         Of the mesh over a period, four collocation points each.
     limit
-        At most so many branches.
+        Greatest number of branches.
     progress
         Called with (number of the branch, place in the range between 0 and 1).
 

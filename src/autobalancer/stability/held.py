@@ -148,7 +148,7 @@ def held_by_friction(
     unbalance
         As in :func:`autobalancer.border_speeds`.
     starts, seed
-        Of the distribution.
+        Number of random starts of the distribution, and their seed.
 
     Raises
     ------

@@ -48,8 +48,8 @@ def stability_map(
 ) -> xr.Dataset:
     """Growth rate of the balanced state over two parameters, with the border speeds.
 
-    Two or more equal balls on a planar rotor with isotropic supports take the compiled way, about a microsecond a point;
-    other machines take the eigenvalues or, on anisotropic supports, the multipliers of every point.
+    Two or more equal balls on a planar rotor with isotropic supports use compiled code, about a microsecond per point;
+    for other machines the eigenvalues are computed or, on anisotropic supports, the multipliers of every point.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ def stability_map(
     speed
         The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
     positions
-        Of more than two balls, which have many ways to balance: take the least or the most stable.
+        For more than two balls, which have many balanced positions: use the least or the most stable one.
     operating_points
         Name to a pair of values along the axes. The machine itself is one if it has both values.
     borders
-        With the speed as an axis: at so many values of the other one the border speeds are found; 0 for none, and for
-        no release speed over the plane of two other parameters.
+        With the speed as an axis: number of values of the other parameter at which border speeds are computed; 0 for none,
+        also for no release speed over the plane of two other parameters.
     workers
-        Threads of the compiled way; by default one for each core.
+        Threads of the compiled code; by default one for each core.
     progress
         Called with (rows done, rows in all).
 

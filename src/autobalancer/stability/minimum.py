@@ -33,7 +33,7 @@ def minimum_viscosity(
     *,
     unbalance: float | str | None = None,
 ) -> float:
-    """The kinematic viscosity of the fluid from which on the balanced state is stable at ``speed`` and above it.
+    """The least kinematic viscosity of the fluid for which the balanced state is stable at ``speed`` and above it.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def minimum_drag(
     *,
     unbalance: float | str | None = None,
 ) -> float:
-    """The drag beta of every ball, N m s, from which on the balanced state is stable at ``speed`` and above it.
+    """The least drag beta of every ball, N m s, for which the balanced state is stable at ``speed`` and above it.
 
     As :func:`minimum_viscosity`; the effective mass of the balls does not change.
     """

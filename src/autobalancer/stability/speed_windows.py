@@ -22,7 +22,7 @@ Window = tuple[float, float]
 
 
 def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
-    """Speed ranges (low, high) in rad/s, ascending, in which the averaged torque draws balls to the light side.
+    """Speed ranges (low, high) in rad/s, ascending, in which the averaged torque moves balls to the light side.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def equilibria(
         Rotor speed, rad/s.
     unbalance
         kg m, complex for one off the zero mark; by default that of the machine after all its schedules. On rotors that
-        tilt or bend it takes the place of the machine's unbalance if that is a single one.
+        tilt or bend it replaces the machine's unbalance if there is only one.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def equilibria(
         on orthotropic supports), residual unbalance, dimension of the continuum, eigenvalues (1/s; Floquet exponents on
         orthotropic supports), growth rate, verdict, and what moves in the leading mode. States that differ only by an
         exchange of equal balls are listed once. Where the rotor tilts or bends also ``deflection_at_station`` and
-        ``required_moment`` (kg m, what the balls of each station have to add up to so that all stations rest), and
+        ``required_moment`` (kg m, what the balls of each station have to add up to so that no station vibrates), and
         *mixed* states, in which some stations rest and others do not; ``deflection`` is that of the first balancer.
 
     Raises
@@ -119,8 +119,8 @@ def eigenvalues(
     speeds
         Rotor speeds, rad/s.
     state, outward
-        Which state: its name, and for *in line* or *coincident* how many balls stand outward. Of several states of one
-        kind the most stable one is taken.
+        Which state: its name, and for *in line* or *coincident* how many balls are on the outward side. Of several states of
+        one kind the most stable one is used.
     unbalance
         As for :func:`equilibria`.
     progress

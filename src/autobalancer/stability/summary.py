@@ -1,4 +1,4 @@
-"""What can be said of a machine before it runs."""
+"""What is known of a machine before a run."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ class Summary:
 
 
 def summary(machine: Machine | str | Path) -> Summary:
-    """What can be said of a machine before it runs.
+    """What is known of a machine before a run.
 
     Critical speeds are undamped and with the balls on the rotor: sqrt(k/M) along x and y, or of a rotor that tilts or
-    bends the lowest ones that an unbalance excites. There ``unbalance`` is the resultant of the point unbalances, and
-    ``stations`` say what each plane has to balance, couples included.
+    bends the lowest ones that an unbalance excites. For these ``unbalance`` is the resultant of the point unbalances, and
+    ``stations`` gives what each plane has to balance, including couples.
 
     Raises
     ------

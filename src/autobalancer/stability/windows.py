@@ -50,7 +50,7 @@ def stable_windows(
     """Speed ranges in which the balanced state is stable.
 
     The growth rate is followed over the speed; its sign changes are found by bisection, and extreme values between the
-    points at which it might change its sign unseen are looked at closely. A window narrower than the grid (a few hundred
+    points at which a change of sign could be missed are refined. A window narrower than the grid (a few hundred
     speeds, dense above the critical ones) whose growth rate shows no such extreme value can be missed.
 
     Parameters
@@ -61,7 +61,7 @@ def stable_windows(
         Ends of the search, rad/s; the lowest speed is by default a twentieth of the lower critical speed.
     unbalance
         kg m, complex for one off the zero mark; by default the largest of the machine over time. On rotors that tilt or bend
-        it takes the place of the machine's unbalance if that is a single one.
+        it replaces the machine's unbalance if there is only one.
 
     Raises
     ------

@@ -51,9 +51,9 @@ def chamber_amplitudes(
     layers
         ``"deep"``, ``"single"`` or both.
     archive
-        Folder in which all runs are kept. With one, a study that was stopped goes on; what is finished is not run again.
+        Folder in which all runs are kept. With an archive, a study that was stopped continues; finished runs are not repeated.
     seeds
-        Of the filling. How balls pile up and when they are carried away depends on the last digits of the start.
+        Seeds of the filling. How balls pile up and when they are carried along depends on tiny differences at the start.
     last
         Seconds at the end that are the steady state.
     workers

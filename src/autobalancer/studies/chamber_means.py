@@ -62,14 +62,14 @@ def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | Non
 
 
 def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
-    """What it takes until the balls go around with the rotor, in place of staying at the bottom.
+    """The least friction and number of balls at which balls are carried around instead of staying at the bottom.
 
     Parameters
     ----------
     study
         From :func:`chamber_amplitudes`.
     share
-        Of the balls that must go around, in the mean over the seeds.
+        Share of the balls that must go around, in the mean over the seeds.
 
     Returns
     -------

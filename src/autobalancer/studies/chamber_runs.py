@@ -31,21 +31,22 @@ def archived_run(
     part: int = PART,
     progress: Callable[[float, float], Any] | None = None,
 ) -> RunFolder:
-    """Run a machine into an archive. The same call after a stop, a crash or a full disk goes on where the archive ends.
+    """Run a machine into an archive. The same call after a stop, a crash or a full disk continues where the archive ends.
 
-    Samples go to disk in parts, so memory stays flat while a run is computed, however long it is. A run that is finished
+    Samples are written to disk in parts, so memory use does not grow with the length of the run. A finished run
     is not computed again.
 
     Parameters
     ----------
     archive, name
-        Where the run is kept, and how it is called.
+        The archive in which the run is stored, and its name.
     machine
         With chambers.
     duration, step, sample, method, seed
         As for ``simulate_chamber``, in s.
     parameters
-        By which the run is found in the catalogue; number of balls, friction, restitution and seed are always there.
+        Names and values by which the run is found in the catalogue; number of balls, friction, restitution and seed are
+        always included.
     last
         Seconds at the end that count as steady state in the measures.
     part
@@ -61,7 +62,7 @@ def archived_run(
     Raises
     ------
     QuestionError
-        If the archive has a run of this name that asks something else.
+        If the archive has a run of this name with other settings.
     ResultError
         If the disk is full; what was written is kept. If another process writes the run; the message names it.
     """

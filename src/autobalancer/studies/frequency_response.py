@@ -70,7 +70,7 @@ def frequency_response(
         ``carried``: every speed begins with the state at the end of the one before, the first one with the start state
         of the machine. ``fixed``: all begin with that.
     acceleration
-        Rate at which the speed goes to the next one, rad/s^2; ``None`` is at once, the limit of an ever faster ramp.
+        Rate at which the speed goes to the next one, rad/s^2; ``None`` changes the speed at once.
     stations
         Names of those whose deflections are averaged; by default all stations of the machine, or without any the place
         that a run calls its deflection.
@@ -83,14 +83,14 @@ def frequency_response(
         For the start positions of balls that have none.
     mass_spread
         Relative difference of the masses of equal balls that pass through each other, as for
-        :func:`autobalancer.simulate`; 0 leaves them equal, and equal ones in one place never part.
+        :func:`autobalancer.simulate`; 0 leaves them equal; equal balls at one place never separate.
     max_steps
-        Steps at one speed after which it is given up.
+        Number of steps at one speed after which it is given up.
     workers
         Threads for ``fixed``; the result does not depend on it.
     store
         Result file. Every finished speed is written at once into a journal beside it; a later call with the same
-        arguments goes on from there, and ends with the same numbers to the last bit.
+        arguments continues from there, with results identical to the last bit.
     progress
         Called with (speeds done, speeds in all).
     keep_on_interrupt
@@ -103,13 +103,13 @@ def frequency_response(
         deflection, their equation 3), ``greatest_mean_deflection`` (greatest value in time of the mean deflection, which
         their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
         ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
-        within the window, ``time_at_speed``, ``outcome``; where balls stay in one place ``parting_rate``, above zero if that
+        within the window, ``time_at_speed``, ``outcome``; where balls stay at one place ``parting_rate``, above zero if that
         state is unstable, and then ``attrs["coincidence_text"]``.
 
     Raises
     ------
     QuestionError
-        For speeds out of order, times not above zero, an unknown station, a store that holds something else.
+        For speeds out of order, times not above zero, an unknown station, a store with the result of another study.
     MachineError
         If a table of the machine does not cover the speeds.
     """

@@ -31,7 +31,7 @@ def step_size_study(
     """Error of the energy after a central collision, over the step, the speed, and where in a step the contact begins.
 
     Law of Pakuła (2021), (15): k d^1.5 in approach, the square of the restitution of it in separation; appendix 2 and
-    table 5 take an elastic one. The source has one phase for each entry, which is why it finds one sign.
+    table 5 take an elastic one. The source uses one phase for each entry and therefore finds one sign only.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def step_size_study(
     Raises
     ------
     QuestionError
-        For a number that makes no sense.
+        If a number is not possible.
     """
     _check(speeds, steps, stiffness_over_mass, restitution, phases, scheme)
     start = generator(seed).random(phases)

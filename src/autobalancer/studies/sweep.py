@@ -57,7 +57,7 @@ def sweep(
     variations
         Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, to its values (SI or with units).
     grid
-        True: every combination, one dimension for each parameter. False: all lists have one length and go together,
+        True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
         along the dimension ``run``.
     duration, tolerance
         As for :func:`autobalancer.simulate`.
@@ -66,7 +66,7 @@ def sweep(
     seed, vary_seed
         Start positions of balls that have none; ``vary_seed`` gives each run its own.
     seeds
-        Run every combination with so many start positions, from ``seed`` on, along the dimension ``seed``. Then
+        Number of start positions with which every combination is run, from ``seed`` on, along the dimension ``seed``. Then
         ``variations`` may be empty.
     workers
         Threads; by default one for each core. The result does not depend on it.

@@ -15,7 +15,7 @@ INTERVALS = 64  # of the reach of a table, in which critical speeds are sought
 
 
 def critical_speeds(model: LateralModel) -> tuple[float, ...]:
-    """Speeds at which an undamped whirl turns with the rotor, rad/s, ascending; within the reach of the tables.
+    """Speeds at which an undamped whirl has the rotor speed, rad/s, ascending; within the range of the tables.
 
     Tables are taken at the frequency of the whirl, which is the speed itself. On isotropic supports forward whirl only, since
     unbalance excites no other. A tilt whose polar inertia is greater than its transverse one has none, so that there may be

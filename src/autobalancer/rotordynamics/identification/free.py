@@ -29,12 +29,12 @@ class FreeParameter:
     lower, upper
         Bounds in SI, or texts with a unit.
     tie
-        What is free: the ``value`` of all entries, a ``factor`` on what they are in the machine, or an ``offset`` added
-        to it.
+        What is free: the ``value`` of all entries, a ``factor`` on their values in the machine, or an ``offset`` added
+        to them.
     name
-        In results; by default the first path.
+        Name in results; by default the first path.
     start
-        Where the fit begins; by default what the machine has (the first path), 1 for a factor, 0 for an offset.
+        Start value of the fit; by default that of the machine (the first path), 1 for a factor, 0 for an offset.
     """
 
     paths: str | Sequence[str]

@@ -65,9 +65,9 @@ def identify(
     measurements
         Entries of :mod:`autobalancer.rotordynamics.identification.measurements`, each weighted by its standard deviation.
     loss
-        ``linear`` (least squares), or ``soft_l1``, ``huber``, ``cauchy``, which hold outliers at bay.
+        ``linear`` (least squares), or ``soft_l1``, ``huber``, ``cauchy``, which are robust against outliers.
     loss_scale
-        From how many standard deviations on a deviation is taken for an outlier; not used by ``linear``.
+        Number of standard deviations above which a deviation is treated as an outlier; not used by ``linear``.
     starts
         Number of searches: from the machine, and from points spread over the bounds.
     seed
@@ -81,7 +81,7 @@ def identify(
     Raises
     ------
     QuestionError
-        If there is nothing free or measured, an entry is not possible, or no start has all that was measured.
+        If there are no free parameters or measurements, an entry is not possible, or no start has everything that was measured.
     MachineError
         If the rotor is not possible as described.
     """

@@ -71,8 +71,8 @@ class MeasuredMode(_Single):
     """Frequency (damped, rad/s), decay rate (1/s) or damping ratio of a mode at a rotor speed, rad/s.
 
     The mode is the ``order``-th by frequency of those with this ``whirl`` direction (forward, backward, mixed, straight)
-    and with the words of ``mode`` in their names, such as ``"cylindrical y"``. On an isotropic rotor say the direction:
-    at rest each frequency is there twice.
+    and with the words of ``mode`` in their names, such as ``"cylindrical y"``. On an isotropic rotor give the direction:
+    at rest each frequency occurs twice.
     """
 
     quantity: ModeQuantity = "frequency"
@@ -110,8 +110,8 @@ class MeasuredMode(_Single):
 class MeasuredCriticalSpeed(_Single):
     """A critical speed, rad/s: the ``order``-th with this whirl direction and the words of ``mode`` in its name.
 
-    Without damping, as :func:`~autobalancer.rotordynamics.critical.critical_speeds` has it; with ``highest`` (rad/s) the
-    damped ones up to there.
+    Without damping, as given by :func:`~autobalancer.rotordynamics.critical.critical_speeds`; with ``highest`` (rad/s) the
+    damped ones up to that speed.
     """
 
     order: int = 1
@@ -183,7 +183,7 @@ class MeasuredResponse:
         ``mean_of_greatest`` (Rodrigues et al. 2011, (3)) or ``greatest_mean`` of all stations; of one station
         ``semi_major``, ``forward``, ``x`` or ``y``.
     logarithmic
-        Whether the logarithms are compared, so that small and large amplitudes count alike.
+        Whether the logarithms are compared, so that small and large amplitudes have the same weight.
     quantity
         ``displacement``, ``velocity`` or ``acceleration``.
     """

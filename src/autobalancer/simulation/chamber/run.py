@@ -48,25 +48,25 @@ def simulate_chamber(
     machine
         The machine.
     duration
-        s, or a text with a unit; by default ``run.duration`` of the machine. A resumed run goes on up to this time.
+        s, or a text with a unit; by default ``run.duration`` of the machine. A resumed run continues up to this time.
     step
-        Of time, s; by default a twenty-fifth of the shortest contact at 4 m/s, less for a
-        restitution below a half. It is shortened so that samples fall on steps.
+        Time step, s; by default 1/25 of the shortest contact at 4 m/s, less for a
+        restitution below 0.5. It is shortened so that samples coincide with steps.
     sample
         Time between samples, s.
     method
         ``verlet``, or the fixed-step ``runge_kutta`` of fourth order of Pakuła (2021), appendix 1, for comparison.
     seed
-        For the trace of disorder in the filling.
+        For the small disorder in the filling.
     settle
         Whether filled balls come to rest before the run.
     resume
-        What ``on_chunk`` got with an earlier chunk: the run goes on from there, equal to the last bit. Seed and filling count
-        no more; step, sample and method must be those of that run.
+        A checkpoint that ``on_chunk`` received: the run continues from it, identical to the last bit. Seed and filling are
+        ignored; step, sample and method must be those of that run.
     on_chunk
         Called after every ``chunk`` samples with the new part of the result, and the checkpoint at its end.
     keep
-        Whether to keep all samples for the answer. Without, memory stays flat and the answer is the last part.
+        Whether to return all samples. If false, memory use stays constant and the last part is returned.
     progress
         Called with time and duration.
     keep_on_interrupt

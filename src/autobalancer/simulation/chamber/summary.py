@@ -1,4 +1,4 @@
-"""What can be said of a machine with chambers before it runs."""
+"""What is known of a machine with chambers before a run."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class ChamberSummary:
 
 
 def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
-    """What can be said of a machine with chambers before it runs.
+    """What is known of a machine with chambers before a run.
 
     Critical speeds are undamped and with the balls at rest in the chambers. ``contact_time`` is that of the shortest contact
     at 4 m/s, ``step`` the default one of :func:`simulate_chamber`. ``couple_unbalance`` counts from the middle of the rotor.
