@@ -193,6 +193,13 @@ def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_no
     assert low.worst_residual < 0.05 * abs(plane(fast).unbalance)
 
 
+def test_below_the_critical_speed_the_worst_residual_is_that_of_unbalance_and_balls_together() -> None:
+    rough = machine(1e-4)
+    said, p = ab.held_by_friction(rough, 30.0).planes[0], plane(rough)
+    assert said.worst_residual == pytest.approx(abs(p.unbalance) + p.moment.sum(), rel=1e-9)
+    assert said.median_residual > 1.5 * said.required
+
+
 def test_rolling_resistance_alone_holds_as_adherence_does() -> None:
     both = ab.held_by_friction(machine(1e-3, 1e-3)).planes[0]
     rolling = with_parameter(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})

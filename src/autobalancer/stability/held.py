@@ -26,6 +26,7 @@ from autobalancer.stability.planes import described
 from autobalancer.stability.station_states import required
 from autobalancer.stability.stations import Stations, stations
 from autobalancer.stability.stopping import Races, stopped
+from autobalancer.stability.why_never import yields
 from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
@@ -84,6 +85,9 @@ class HeldPlane:
         often = (
             f"over random starts median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
         )
+        if self.trapped_share > 0.0:
+            ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
+            often += f", {100.0 * self.trapped_share:.2g} % {ended}"
         if self.holds:
             before = (
                 f"; on the way up the whirl of {length_text(self.largest_whirl)} at a critical speed may have moved them"
@@ -264,6 +268,8 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
     greatest = np.max([alone, *below], axis=0)
     residual = np.abs((whirl + center) @ stiff.T)
     worst = _worst(races, stiff, needed, held)
+    if yields(st, speed):  # balls gather on the heavy side
+        worst = needed + np.bincount(races.place, races.moment, needed.size)
     found = []
     for place, name in enumerate(st.names):
         here = races.place == place
