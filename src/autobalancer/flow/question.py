@@ -18,6 +18,7 @@ from autobalancer.flow.relaxation import all_modes, diffusive_swirl
 from autobalancer.flow.result import Solved, flow_dataset, percent
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.units import list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "differences"]
@@ -26,6 +27,7 @@ Progress = Callable[[float, float], None]
 FIELD = 33  # points of a field of the modes in each direction
 
 
+@shows_progress
 def annulus_flow(
     chamber: Annulus | Machine | str | Path,
     speed: SpeedProfile | WallSpeed | float | None = None,

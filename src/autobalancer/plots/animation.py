@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.patience import shows_progress
 from autobalancer.plots.axis_units import significant, speed_axis
 from autobalancer.plots.film import Film
 from autobalancer.plots.film_canvas import frames_of
@@ -23,6 +24,7 @@ from autobalancer.plots.style import look
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 
 
+@shows_progress
 def animate(
     run: xr.Dataset,
     path: str | Path,

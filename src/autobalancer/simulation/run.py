@@ -31,6 +31,7 @@ from autobalancer.kernels.integrators.memory import (
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.simulation.coincidence import coincidence_text
 from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.drag_range import drag_range_attributes
@@ -52,6 +53,7 @@ DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
 
 
+@shows_progress
 def simulate(
     machine: Machine | str | Path,
     *,

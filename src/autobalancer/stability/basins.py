@@ -42,6 +42,7 @@ from autobalancer.kernels.system import (
     Y,
 )
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.equations import equations
@@ -58,6 +59,7 @@ from autobalancer.units import argument
 ROWS = 128  # runs handed to a thread at once
 
 
+@shows_progress
 def basin(
     machine: Machine | str | Path,
     speed: float | str,

@@ -21,6 +21,7 @@ from autobalancer.assembly.quantities import (
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.ignored import ignored_at_rest
@@ -35,6 +36,7 @@ Axis = Sequence[Any] | Floats
 Progress = Callable[[int, int], None]
 
 
+@shows_progress
 def stability_map(
     machine: Machine | str | Path,
     axes: Mapping[str, Axis],

@@ -19,6 +19,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.coincidence import CURE, free_groups
 from autobalancer.simulation.prepare import prepare
@@ -31,6 +32,7 @@ from autobalancer.units import argument, list_argument, optional_argument
 Place = tuple[int, int]  # leg, number of the speed
 
 
+@shows_progress
 def frequency_response(
     machine: Machine | str | Path,
     speeds: Sequence[float | str] | np.ndarray,

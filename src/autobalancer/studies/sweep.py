@@ -21,6 +21,7 @@ from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict_rule import BALANCED
 from autobalancer.simulation.equations import equations
@@ -33,6 +34,7 @@ from autobalancer.studies.sweep_row import LABELS, PER_BALL, sweep_row
 from autobalancer.units import optional_argument
 
 
+@shows_progress
 def sweep(
     machine: Machine | str | Path,
     variations: Mapping[str, Sequence[Any]],
