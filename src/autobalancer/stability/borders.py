@@ -23,7 +23,8 @@ from autobalancer.stability.characteristic import PlanarBalancer, growth_rates, 
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
 from autobalancer.stability.lateral import Floats, Plane
 from autobalancer.stability.planes import SEARCHED, Described, described, highest_searched, lower_critical_speed
-from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
+from autobalancer.stability.resistance import release_of
+from autobalancer.stability.stall_notes import CAPTURE, RELEASE
 from autobalancer.stability.station_members import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.stations import Stations
 from autobalancer.stability.why_never import why_never

@@ -21,7 +21,7 @@ from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 from autobalancer.stability.lateral import Floats, plane
 from autobalancer.stability.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.planes import described, lower_critical_speed
-from autobalancer.stability.resistance import CAPTURE, RELEASE
+from autobalancer.stability.stall_notes import CAPTURE, RELEASE
 
 Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}

@@ -17,7 +17,7 @@ from autobalancer.stability.borders import borders_of
 from autobalancer.stability.borders_over import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.lateral import Floats
 from autobalancer.stability.map_rates import with_values
-from autobalancer.stability.resistance import CAPTURE, RELEASE
+from autobalancer.stability.stall_notes import CAPTURE, RELEASE
 from autobalancer.units import to_si
 
 COARSE = 11  # values of each axis at which release and capture speed are found

@@ -17,7 +17,8 @@ from autobalancer.stability import borders
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.borders_over import VARIABLES
 from autobalancer.stability.planes import Described, described, lower_critical_speed, plane_of
-from autobalancer.stability.resistance import CAPTURE, RELEASE, release_of
+from autobalancer.stability.resistance import release_of
+from autobalancer.stability.stall_notes import CAPTURE, RELEASE
 from autobalancer.stability.stations import Stations
 from autobalancer.units import to_si, unbalance_argument
 
