@@ -1,13 +1,13 @@
 """What the keys of a rig of rigid bodies mean."""
 
 PLACE = {"between": "names of two bodies, or of one and `ground`", "position": "along the axis"}
-BESIDE = "along x and y, beside the axis; where no body of the joint turns"
+BESIDE = "along x and y, beside the axis; only if no body of the joint rotates"
 TABLE = "over the speed, in place of the two constants"
 ABOUT = {
     "tilt_stiffness": "against tilting",
     "tilt_damping": "against tilting",
-    "torsional_stiffness": "against turning about the axis",
-    "torsional_damping": "against turning about the axis",
+    "torsional_stiffness": "against rotation about the axis",
+    "torsional_damping": "against rotation about the axis",
 }
 ALONG = {"axial_stiffness": "along the axis", "axial_damping": "along the axis"}
 ACROSS = {"stiffness": "across the axis", "damping": "across the axis"}
@@ -38,17 +38,17 @@ JOINTS = {
 }
 
 RIG_MEANINGS = {
-    "MultibodyRotor.bodies": "rotating and standing",
+    "MultibodyRotor.bodies": "rotating and non-rotating",
     "MultibodyRotor.joints": "between bodies, and to the ground",
     "MultibodyRotor.modes": "pairs of modes that a simulation in time keeps; all without it",
-    "MultibodyRotor.up": "on a vertical axis; without it weight does not tilt",
-    "Body.name": "any but `ground`",
-    "Body.mass": "with all that is screwed to it, without balls",
+    "MultibodyRotor.up": "on a vertical axis; without it weight has no effect",
+    "Body.name": "any except `ground`",
+    "Body.mass": "with all attached parts, without balls",
     "Body.position": "of the mass center along the axis, from an origin of your choice",
     "Body.offset": "of the mass center beside the axis, along x and y",
     "Body.transverse_inertia": "about x and y, through the mass center",
     "Body.polar_inertia": "about z, through the mass center",
-    "Body.inertia": "about x, y and z, in place of both",
-    "Body.rotating": "whether it turns with the rotor",
+    "Body.inertia": "about x, y and z, in place of these two",
+    "Body.rotating": "whether it rotates with the rotor",
     **{f"{kind}.{key}": text for kind, keys in JOINTS.items() for key, text in keys.items()},
 }

@@ -1,14 +1,14 @@
 """What the keys of a flexible shaft mean."""
 
 SHAFT_MEANINGS = {
-    "ShaftRotor.material": "of all segments that have none of their own",
+    "ShaftRotor.material": "of all segments without their own material",
     "ShaftRotor.segments": "one after the other from the left end",
     "ShaftRotor.disks": "rigid bodies fixed to the shaft",
     "ShaftRotor.supports": "bearings, springs and dampers between shaft and ground",
     "ShaftRotor.stiffness_proportional_damping": "factor t in C = t K of shaft and supports",
     "ShaftRotor.modes": "pairs of modes that a simulation in time keeps; as many as are needed if left out",
     "ShaftRotor.up": "which way is up on a vertical axis; without it weight has no effect",
-    "ShaftRotor.thrust_bearing": "position where the weight is carried; goes with `up`",
+    "ShaftRotor.thrust_bearing": "position where the weight is carried; requires `up`",
     "ShaftMaterial.density": "of the shaft",
     "ShaftMaterial.youngs_modulus": "Young's modulus",
     "ShaftMaterial.shear_modulus": "either this or Poisson's ratio",
