@@ -125,7 +125,7 @@ def test_stiffness_may_be_one_value_or_one_for_each_direction() -> None:
 # refusing ---------------------------------------------------------------------------------------------------------------
 
 REFUSED: dict[str, tuple[tuple[str | int, ...], Any, tuple[str, ...]]] = {
-    "unknown key": (("rotor", "mas"), "1 kg", ("rotor.mas: unknown key", "allowed here: damping, inertia")),
+    "unknown key": (("rotor", "mas"), "1 kg", ("rotor.mas: unknown key", "allowed here: critical_speed, damping")),
     "unknown key on top": (("rotr",), {}, ("rotr: unknown key", "rotor", "unbalances")),
     "missing key": (("rotor", "mass"), None, ("rotor.mass: missing; it has no default",)),
     "missing part": (("drive",), None, ("drive: missing",)),

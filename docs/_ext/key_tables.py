@@ -127,6 +127,8 @@ def _quantity(read: Any) -> str:
         return f"three of {_quantity(made_with['single'])}"
     if "single" in made_with:
         return f"{_quantity(made_with['single'])}; one, or a pair along x and y"
+    if read.__name__ == "_bandwidth":
+        return "number or rad/s, ≥ 0"
     if "unit" not in made_with:
         return "m, or the name of a station"
     unit = made_with["unit"].replace("*", " ").replace("^2", "²").replace("^3", "³") or "number"

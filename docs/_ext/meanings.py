@@ -25,8 +25,12 @@ MEANINGS = {
     "Machine.start": "state at time zero",
     "Machine.run": "default duration of a run",
     "PlanarRotor.mass": "without balls, with all attached parts, and races full of fluid",
-    "PlanarRotor.stiffness": "of all supports together",
-    "PlanarRotor.damping": "of all supports together",
+    "PlanarRotor.stiffness": "of all supports together; this or `critical_speed`",
+    "PlanarRotor.damping": "of all supports together; this, `damping_ratio` or `half_power_bandwidth`",
+    "PlanarRotor.critical_speed": "$w_c = \\sqrt{k/M}$ without damping, with the balls on the rotor",
+    "PlanarRotor.damping_ratio": "$D = b / (2 \\sqrt{k M})$, such as `2 %`",
+    "PlanarRotor.half_power_bandwidth": "width of the resonance at $1/\\sqrt{2}$ of its height, over the critical speed (`4 %`) "
+    "or as a speed (`24 rpm`): $2 D$ for light damping",
     "PlanarRotor.inertia": "polar, about the shaft, without balls; required where a torque drives",
     "Unbalance.moment": "mass times radius; instead of `mass` and `radius`",
     "Unbalance.couple": "product of inertia in place of a point unbalance, at the angle of its part at greater $z$; not on a "
@@ -42,7 +46,9 @@ MEANINGS = {
     "Balancer.name": "used in messages, results and pictures",
     "Balancer.station": "where on the axis: a position, or the name of a station; not needed on a planar rotor",
     "Balancer.races": "all in one plane of the rotor",
-    "Race.orbit_radius": "of the ball centers; this or `race_radius`",
+    "Race.bearing": "of the catalog, such as `16021`, whose outer ring it is: gives `orbit_radius`, and the diameter of balls "
+    "of which only the material is given",
+    "Race.orbit_radius": "of the ball centers; this, `race_radius` or a `bearing`",
     "Race.race_radius": "of the wall on which the balls run, larger by a ball radius; for balls of unequal size",
     "Race.eccentricity": "distance of the center of the race from the shaft",
     "Race.eccentricity_angle": "direction of this center in the rotor",

@@ -11,6 +11,7 @@ import cmath
 from autobalancer.assembly.spatial import spatial_parts
 from autobalancer.assembly.system import Assembly, assemble, assemble_general, ball_inertia, total_mass
 from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.catalog.resolve_springs import settled
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
 
 
@@ -28,6 +29,7 @@ def assemble_held(machine: Machine, rotating: bool | None = None) -> Assembly:
         for number, moment in center_moments(machine, balls).items()
     )
     unbalances = (*machine.unbalances, *centers)
+    machine = settled(machine)
     bare = machine.model_copy(update={"balancers": (), "unbalances": unbalances, "tilting_races": "deflection"})
     if isinstance(machine.rotor, PlanarRotor) and not machine.excitations:
         loaded = machine.rotor.model_copy(update={"mass": total_mass(machine, balls)})

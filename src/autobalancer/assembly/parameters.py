@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from autobalancer.catalog.resolve_springs import is_spring, settled, with_spring
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
@@ -32,7 +33,9 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
         If the value is impossible there.
     """
     try:
-        changed = _changed(machine, path_steps(path), value, path)
+        if is_spring(machine, path):
+            return with_spring(machine, path, value)
+        changed = _changed(settled(machine, path), path_steps(path), value, path)
     except MachineError as error:
         raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
     assert isinstance(changed, Machine)

@@ -9,6 +9,7 @@ from typing import Any
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
+from autobalancer.catalog.resolve_springs import settled
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Machine, PrescribedSpeed, Race, Unbalance
 from autobalancer.units import to_si
@@ -35,6 +36,7 @@ _UNITS = {  # of the last key of a path
     "density": "kg/m^3",
     "viscosity": "m^2/s",
     "temperature": "K",
+    "critical_speed": "rad/s",
     **dict.fromkeys(("radius", "orbit_radius", "race_radius", "eccentricity", "diameter", "clear_width"), "m"),
     **dict.fromkeys(("angle", "eccentricity_angle"), "rad"),
 }
@@ -122,7 +124,7 @@ def value_of(machine: Machine, name: str) -> float:
     if _is_path(name):
         return _entry(machine, name)
     if name in ("damping", "stiffness"):
-        x, y = getattr(machine.rotor, f"{name}_xy")
+        x, y = getattr(settled(machine).rotor, f"{name}_xy")
         return float(x) if x == y else math.nan
     if name == "unbalance":
         return abs(sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances))
@@ -226,7 +228,7 @@ def _changed(part: Any, **new: Any) -> Any:
 
 
 def _entry(machine: Machine, path: str) -> float:
-    entry: Any = machine
+    entry: Any = settled(machine, path)
     for piece in path.split("."):
         name, *places = piece.replace("]", "").split("[")
         entry = getattr(entry, name)

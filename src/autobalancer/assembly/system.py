@@ -18,6 +18,7 @@ from autobalancer.assembly.resolved import is_resolved, resolved_numbers, resolv
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.spatial import Parts, pulled, rotor_numbers, spatial_parts, struck, top_speed, turned
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import MachineError
 from autobalancer.kernels.resolved_layout import BALL_STATES
 from autobalancer.kernels.system import (
@@ -120,7 +121,8 @@ def assemble(
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     isotropic = machine.rotor.isotropic
     turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
-    (kx, ky), (bx, by) = machine.rotor.stiffness_xy, machine.rotor.damping_xy
+    rotor = planar_rotor(machine)
+    (kx, ky), (bx, by) = rotor.stiffness_xy, rotor.damping_xy
     system = System(
         rotating=1.0 if turns else 0.0,
         mass=total_mass(machine, balls),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from autobalancer.catalog.bearings import Bearing
+from autobalancer.catalog.bearings import bearing as find_bearing
 from autobalancer.catalog.fluids import fluid
 from autobalancer.catalog.materials import material
 from autobalancer.catalog.resolve_drag import ball_drag
@@ -94,11 +96,16 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         except CatalogError as error:
             problems.append((("fluid", "name"), str(error)))
             return []
+    try:
+        ring = find_bearing(race.bearing) if race.bearing is not None else None
+    except CatalogError as error:
+        problems.append((("bearing",), str(error)))
+        return []
     balls: list[Ball] = []
     for g, group in enumerate(race.balls):
         keys = ("balls", g)
         try:
-            mass, diameter = _size(group)
+            mass, diameter = _size(group, ring)
         except CatalogError as error:
             problems.append(((*keys, "material"), str(error)))
             return []
@@ -106,7 +113,10 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         if race.race_radius is not None and diameter == 0.0:
             problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
             return []
-        orbit = float(race.orbit_radius) if race.orbit_radius is not None else float(race.race_radius or 0.0) - radius
+        if ring is not None and race.race_radius is None and diameter > ring.ball_diameter * (1.0 + 1e-9):
+            problems.append((keys, _too_large(diameter, ring)))
+            return []
+        orbit = _orbit(race, ring, radius)
         if orbit <= radius:
             problems.append(
                 (
@@ -206,13 +216,32 @@ def occupied_angle(balls: list[Ball]) -> float:
     return total
 
 
-def _size(group: Balls) -> tuple[float, float]:
+def _orbit(race: Race, ring: Bearing | None, radius: float) -> float:
+    """Of the ball centers; smaller balls in the ring of a bearing run on the same wall."""
+    if race.orbit_radius is not None:
+        return float(race.orbit_radius)
+    if race.race_radius is not None:
+        return float(race.race_radius) - radius
+    assert ring is not None
+    return ring.orbit_radius + (0.5 * ring.ball_diameter - radius if radius else 0.0)
+
+
+def _too_large(diameter: float, ring: Bearing) -> str:
+    return (
+        f"a ball of {_mm(diameter)} is larger than those of bearing {ring.designation}, {_mm(ring.ball_diameter)}, for which its "
+        "groove is made; take smaller balls, or describe the race by 'race_radius'"
+    )
+
+
+def _size(group: Balls, ring: Bearing | None) -> tuple[float, float]:
     """Mass and diameter; diameter 0 if nobody knows it."""
     stuff = float(group.density) if group.density is not None else None
     if group.material is not None:
         stuff = float(material(group.material).density)
-    if group.diameter is not None:
-        diameter = float(group.diameter)
+    diameter = float(group.diameter) if group.diameter is not None else None
+    if group.unsized and ring is not None:
+        diameter = ring.ball_diameter
+    if diameter is not None:
         mass = float(group.mass) if group.mass is not None else (stuff or 0.0) * math.pi / 6.0 * diameter**3
         return mass, diameter
     mass = float(group.mass or 0.0)

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from autobalancer.cli.options import Json
+from autobalancer.cli.output import MACHINE, check_suffix, print_json
+
 
 def example(
     name: Annotated[str, typer.Argument(help='Name of a sample machine, such as "discoidal"; without one all.')] = "",
     out: Annotated[Path | None, typer.Option(help="Machine file to write; without it the file is printed.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the list for a program.")] = False,
+    as_json: Json = False,
 ) -> None:
     """List the sample machines, or print or write one of them.
 
     Example: autobalancer example discoidal --out discoidal.toml
     """
+    import tomllib
     from textwrap import shorten
 
     from autobalancer.files.examples import example as machine_of
@@ -26,6 +29,11 @@ def example(
 
     if name:
         text = example_text(name)
+        if out is not None:
+            check_suffix("--out", out, MACHINE)
+        if as_json:
+            print_json(tomllib.loads(text))
+            return
         if out is None:
             typer.echo(text, nl=False)
         else:
@@ -33,8 +41,7 @@ def example(
         return
     found = {key: machine_of(key) for key in examples()}
     if as_json:
-        rows = [{"name": key, "title": m.name, "description": m.description} for key, m in found.items()]
-        typer.echo(json.dumps(rows, indent=2))
+        print_json([{"name": key, "title": m.name, "description": m.description} for key, m in found.items()])
         return
     for key, machine in found.items():
         typer.secho(key, bold=True)

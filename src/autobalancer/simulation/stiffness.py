@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import Assembly
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.machine import Machine, PlanarRotor
 
 REACH = 5.0  # step times rate that an explicit pair of order eight bears
@@ -40,7 +41,8 @@ def _rates(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
             rate = math.sqrt(resolved.stiffness / ball.mass)
             yield rate / REACH, f"ball {number} bounces on its wall within {1.0 / rate:.2g} s"
     if isinstance(machine.rotor, PlanarRotor):
-        for stiffness, damping in zip(machine.rotor.stiffness_xy, machine.rotor.damping_xy, strict=True):
+        rotor = planar_rotor(machine)
+        for stiffness, damping in zip(rotor.stiffness_xy, rotor.damping_xy, strict=True):
             rate = damping / machine.rotor.mass
             if rate > 0.0:
                 yield rate / REACH, f"damping brakes the rotor with a time constant of {1.0 / rate:.2g} s"

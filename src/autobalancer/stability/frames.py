@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.station_states import required
@@ -50,7 +51,8 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
     if not isinstance(rotor, PlanarRotor):
         return _spatial(machine, highest)
     mass = total_mass(machine, resolve(machine))
-    pairs = list(zip(rotor.stiffness_xy, rotor.damping_xy, strict=True))
+    springs = planar_rotor(machine)
+    pairs = list(zip(springs.stiffness_xy, springs.damping_xy, strict=True))
     if rotor.isotropic:
         pairs = pairs[:1]
     return Frame(

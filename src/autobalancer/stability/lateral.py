@@ -12,6 +12,7 @@ from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 
@@ -92,10 +93,11 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         )
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
+    springs = planar_rotor(machine)
     return Plane(
         mass=total_mass(machine, balls),
-        stiffness=rotor.stiffness_xy,
-        damping=rotor.damping_xy,
+        stiffness=springs.stiffness_xy,
+        damping=springs.damping_xy,
         unbalance=final_unbalance(machine) if unbalance is None else complex(unbalance),
         ball_mass=np.array([ball.effective_mass for ball in balls]),
         moment=np.array([ball.moment for ball in balls]),

@@ -12,6 +12,7 @@ from autobalancer.assembly.system import assemble
 from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
@@ -183,10 +184,11 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     rotor = machine.rotor
     if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic:
         return math.nan
-    (moment, drag), damping = kinds.pop(), rotor.damping_xy[0]
+    springs = planar_rotor(machine)
+    (moment, drag), damping = kinds.pop(), springs.damping_xy[0]
     if damping * drag == 0.0:
         return math.inf
-    return moment**2 * rotor.stiffness_xy[0] / mass / (damping * drag)
+    return moment**2 * springs.stiffness_xy[0] / mass / (damping * drag)
 
 
 def _race(balls: list[Ball]) -> RaceSummary:

@@ -13,6 +13,7 @@ from autobalancer.assembly.rotors.multibody import multibody
 from autobalancer.assembly.rotors.rigid import planar, rigid
 from autobalancer.assembly.rotors.shaft import shaft
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
 
@@ -43,7 +44,7 @@ def lateral_model(machine: Machine) -> LateralModel:
     """
     rotor = machine.rotor
     if isinstance(rotor, PlanarRotor):
-        return planar(rotor)
+        return planar(planar_rotor(machine))
     if isinstance(rotor, RigidRotor):
         return rigid(rotor)
     if isinstance(rotor, ShaftRotor):

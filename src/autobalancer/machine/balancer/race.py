@@ -6,19 +6,20 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.balancer.balls import Balls
+from autobalancer.machine.balancer.balls import INCOMPLETE, Balls
 from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.resolved import ResolvedContact
-from autobalancer.machine.part import Angle, Label, Length, Listed, Offset, Part
+from autobalancer.machine.part import Angle, ImpossiblePart, Label, Length, Listed, Name, Offset, Part
 from autobalancer.machine.station import Place
 
 
 class Race(Part):
     """A circular race with balls.
 
-    Give ``orbit_radius`` (of the ball centers) or, for unequal balls, ``race_radius`` (of the wall they run on).
+    Give ``orbit_radius`` (of the ball centers), for unequal balls ``race_radius`` (of the wall they run on), or the ``bearing``
+    of the catalog whose outer ring it is: it has the orbit radius, and the diameter of balls that have none of their own.
     ``eccentricity`` is the distance of the race center from the rotor's axis, in the direction ``eccentricity_angle``
     of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
 
@@ -30,6 +31,7 @@ class Race(Part):
     free in its plane, between the outer wall and, if ``width`` is given, the inner one.
     """
 
+    bearing: Name | None = None
     orbit_radius: Length | None = None
     race_radius: Length | None = None
     eccentricity: Offset = 0.0
@@ -50,8 +52,16 @@ class Race(Part):
 
     @model_validator(mode="after")
     def _complete(self) -> Race:
-        if (self.orbit_radius is None) == (self.race_radius is None):
-            raise ValueError("give either 'orbit_radius' (ball centers) or 'race_radius' (wall)")
+        radii = (self.orbit_radius is not None) + (self.race_radius is not None)
+        if radii > 1 or (radii == 0 and self.bearing is None):
+            raise ValueError(
+                "give either 'orbit_radius' (ball centers) or 'race_radius' (wall), or the 'bearing' of the catalog "
+                "whose ring it is"
+            )
+        unsized = [i for i, group in enumerate(self.balls) if group.unsized]
+        if unsized and self.bearing is None:
+            told = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
+            raise ImpossiblePart("Race", [(("balls", i), told) for i in unsized])
         if self.fluid is None and not isinstance(self.drag, DragTorque):
             raise ValueError(f"drag: the law {self.drag.law!r} needs a fluid; add 'fluid', or use the law 'beta'")
         if self.coincidence and self.contact is not None:

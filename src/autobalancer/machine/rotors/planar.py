@@ -2,9 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from autobalancer.machine.part import Damping, Inertia, Mass, Part, Stiffness
+from pydantic import PlainValidator, model_validator
+
+from autobalancer.errors import MachineError, UnitError
+from autobalancer.machine.part import Damping, ImpossiblePart, Inertia, Mass, Part, Problem, Stiffness, one_or_two
+from autobalancer.units import Given, to_si
+
+SPRINGS = ("stiffness", "critical_speed")
+DAMPERS = ("damping", "damping_ratio", "half_power_bandwidth")
+
+
+def _bandwidth(value: Any) -> float:
+    """Over the critical speed, or a speed."""
+    text = value.text if isinstance(value, Given) else value
+    width = to_si(value, "rad/s" if isinstance(text, str) and _is_speed(text) else "")
+    if not width >= 0.0:
+        raise ValueError(f"given {value!r}; must not be negative")
+    return width
+
+
+def _is_speed(text: str) -> bool:
+    try:
+        to_si(text, "rad/s")
+    except UnitError:
+        return False
+    return True
+
+
+CriticalSpeed = Annotated[float | tuple[float, float], one_or_two("rad/s", positive=True)]
+DampingRatio = Annotated[float | tuple[float, float], one_or_two("")]
+Bandwidth = Annotated[float, PlainValidator(_bandwidth)]
 
 
 class PlanarRotor(Part):
@@ -12,28 +41,82 @@ class PlanarRotor(Part):
 
     ``mass`` is without balls but with everything that is screwed to the rotor. A pair of values is along x and y.
     ``inertia`` (about the shaft, without balls) is needed only where a torque drives.
+
+    In place of ``stiffness`` there may be the ``critical_speed``, undamped and with the balls on the rotor, and in place of
+    ``damping`` the ``damping_ratio`` or the ``half_power_bandwidth`` of the resonance, relative or as a speed. The springs that
+    follow stay when something else of the machine is changed.
     """
 
     kind: Literal["planar"] = "planar"
     mass: Mass
-    stiffness: Stiffness
-    damping: Damping
+    stiffness: Stiffness | None = None
+    critical_speed: CriticalSpeed | None = None
+    damping: Damping | None = None
+    damping_ratio: DampingRatio | None = None
+    half_power_bandwidth: Bandwidth | None = None
     inertia: Inertia | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> PlanarRotor:
+        problems: list[Problem] = []
+        for keys in (SPRINGS, DAMPERS):
+            given = [key for key in keys if getattr(self, key) is not None]
+            if not given:
+                others = " or ".join(repr(key) for key in keys[1:])
+                problems.append(((keys[0],), f"missing; it has no default, give it or {others}"))
+            problems += [((key,), f"given beside {given[0]!r}; give one of them") for key in given[1:]]
+        if problems:
+            raise ImpossiblePart("PlanarRotor", problems)
+        return self
+
+    @property
+    def settled(self) -> bool:
+        """Whether stiffness and damping are given themselves."""
+        return self.stiffness is not None and self.damping is not None
 
     @property
     def stiffness_xy(self) -> tuple[float, float]:
-        """Stiffness along x and y, N/m."""
-        return _pair(self.stiffness)
+        """Stiffness along x and y, N/m, where it is given."""
+        return _pair(self._given("stiffness"))
 
     @property
     def damping_xy(self) -> tuple[float, float]:
-        """Damping along x and y, N s/m."""
-        return _pair(self.damping)
+        """Damping along x and y, N s/m, where it is given."""
+        return _pair(self._given("damping"))
 
     @property
     def isotropic(self) -> bool:
         """Whether x and y are alike."""
-        return self.stiffness_xy[0] == self.stiffness_xy[1] and self.damping_xy[0] == self.damping_xy[1]
+        pairs = [_pair(value) for key in (*SPRINGS, *DAMPERS) if (value := getattr(self, key)) is not None]
+        return all(x == y for x, y in pairs)
+
+    def springs(self, total_mass: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Stiffness (N/m) and damping (N s/m) along x and y, with the mass in motion, kg."""
+        if self.critical_speed is None:
+            k = self.stiffness_xy
+        else:
+            wx, wy = _pair(self.critical_speed)
+            k = (total_mass * wx**2, total_mass * wy**2)
+        if self.damping is not None:
+            return k, self.damping_xy
+        ratios = self._ratios((k[0] / total_mass) ** 0.5, (k[1] / total_mass) ** 0.5)
+        bx, by = (2.0 * ratio * (one * total_mass) ** 0.5 for ratio, one in zip(ratios, k, strict=True))
+        return k, (bx, by)
+
+    def _ratios(self, wx: float, wy: float) -> tuple[float, float]:
+        if self.damping_ratio is not None:
+            return _pair(self.damping_ratio)
+        width = self.half_power_bandwidth
+        assert width is not None
+        if isinstance(width, Given) and _is_speed(width.text):
+            return 0.5 * width / wx, 0.5 * width / wy
+        return 0.5 * width, 0.5 * width
+
+    def _given(self, key: str) -> float | tuple[float, float]:
+        value: float | tuple[float, float] | None = getattr(self, key)
+        if value is None:
+            raise MachineError(f"rotor.{key}: follows from the mass in motion; ask planar_rotor(machine) for it")
+        return value
 
 
 def _pair(value: float | tuple[float, float]) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from autobalancer.catalog.resolve_springs import settled
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
@@ -26,7 +27,7 @@ _UNITS = {  # of the last key of a path
     "shear_modulus": "N/m^2",
     "stiffness_proportional_damping": "s",
     "mass_proportional_damping": "1/s",
-    "speed": "rad/s",
+    **dict.fromkeys(("speed", "critical_speed"), "rad/s"),
     "gravity": "m/s^2",
 }
 
@@ -39,7 +40,7 @@ def value_at(machine: Machine, path: str) -> float:
     QuestionError
         If there is nothing, or no single number; the message says what there is.
     """
-    entry: Any = machine
+    entry: Any = settled(machine, path)
     for step in re.findall(r"[a-z_]+|\[\d+\]", path):
         if step.startswith("["):
             number = int(step[1:-1])
