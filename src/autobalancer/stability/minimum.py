@@ -16,6 +16,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability import borders
 from autobalancer.stability.balanced import balanced_states
 from autobalancer.stability.borders_over import VARIABLES
+from autobalancer.stability.lateral import Floats
 from autobalancer.stability.planes import Described, described, lower_critical_speed, plane_of
 from autobalancer.stability.resistance import release_of
 from autobalancer.stability.stall_notes import CAPTURE, RELEASE
@@ -108,6 +109,8 @@ def _minimum(
     grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
     if not enough(float(grid[0])):
         return math.inf
+    if which == RELEASE:
+        grid = _around(enough, grid)
     for before, after in pairwise(grid):
         if not enough(float(after)):
             if which in (RELEASE, CAPTURE):
@@ -153,6 +156,17 @@ def _surplus(machine: Machine, p: Described, which: str, speed: float) -> float:
     found = {one.name: one.speed for one in release_of(machine, p, capture=which == CAPTURE)}
     border = found[RELEASE] if math.isinf(found[RELEASE]) else found.get(which, math.nan)
     return -1.0 if math.isnan(border) else max(min(math.log(border / speed), 1.0), -1.0)
+
+
+def _around(enough: Callable[[float], bool], grid: Floats) -> Floats:
+    """The two neighbors between which a question is decided whose answer changes once, as that of release does over the drag."""
+    low, high = 0, grid.size - 1
+    if enough(float(grid[high])):
+        return grid[:1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if enough(float(grid[middle])) else (low, middle)
+    return grid[low : high + 1]
 
 
 def _root(surplus: Callable[[float], float], low: float, high: float) -> float:
