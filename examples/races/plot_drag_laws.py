@@ -1,9 +1,9 @@
 """
-Why thin oil lets go of stalled balls
-=====================================
+Why thin oil releases stalled balls
+===================================
 
 Up to a Reynolds number of about 10 the drag on a ball grows with its velocity, beyond with the square of it. Balls that
-hang at the critical speed of a rotor with thin oil slip at a Reynolds number of some ten thousand, and are dragged along
+stall at the critical speed of a rotor with thin oil slip at a Reynolds number of some ten thousand, and are dragged along
 far better than the linear law says.
 """
 
@@ -26,7 +26,7 @@ plot_drag_laws()
 # %%
 # The rig of Spannan (2021), section 6.1.7: oil of 0.65 mm²/s, two balls that circle at the speed v while the rotor turns
 # at W. Where the curve has its highest point near the resonance, the balls break away; where it has its lowest one beyond,
-# balls that turn nearly with the rotor are caught again. Rolling resistance lowers both.
+# balls that turn nearly with the rotor are captured again. Rolling resistance lowers both.
 
 orbit, moment, critical = 0.07695, 6.656e-3 * 0.07695, math.sqrt(44654.0 / 12.27)
 rotor = planar_receptance(12.27, 44654.0, 68.37)
@@ -49,7 +49,7 @@ axes.spines[["top", "right"]].set_visible(False)
 plt.show()
 
 # %%
-# With linear drag the balls would hang up to 370 rad/s.
+# With linear drag the balls would stay stalled up to 370 rad/s.
 
 linear = StalledBall(moment, 2.0 * moment, orbit, lambda slip: oil.viscous * orbit**2 * slip)
 print(f"linear drag: {stall_ranges(linear, rotor, [critical])[0].release:.0f} rad/s; (6.9): {released}")

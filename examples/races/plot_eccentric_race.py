@@ -29,7 +29,7 @@ ab.plot_run_up(run, deflection_unit="mm", end=2.5)
 ab.plot_orbit(run, deflection_unit="mm")
 
 # %%
-# In the rotor it stands opposite to the center of the race, so that this center stands still in space.
+# In the rotor it is opposite to the center of the race, so that this center does not move in space.
 
 ab.plot_race(run)
 

@@ -36,7 +36,7 @@ plot_velocity_profiles(start, moments=[0.02, 0.05, 0.1, 0.2, 0.4])
 plot_secondary_flow(start, time=0.1, speed_unit="rad/s")
 
 # %%
-# In the slow run-up of the machine itself the oil hangs back by little, and less the faster the rotor turns:
+# In the slow run-up of the machine itself the oil lags only a little, and less the faster the rotor turns:
 
 run_up = annulus_flow(machine)
 early, late = (run_up.speed - run_up.fluid_speed).interp(time=[20.0, 120.0]).values

@@ -2,7 +2,7 @@
 A centrifuge rotor on its elastic shaft
 =======================================
 
-The rotor of carbon fiber of Spannan (2021), section 6.2, hangs on a thin shaft. Its polar inertia is far greater than its
+The rotor of carbon fiber of Spannan (2021), section 6.2, is suspended on a thin shaft. Its polar inertia is far greater than its
 transverse one, so its natural frequencies change much with the speed, and only one critical speed is met.
 """
 

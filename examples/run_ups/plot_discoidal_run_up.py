@@ -19,8 +19,8 @@ here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 run = ab.simulate(here / "machines" / "discoidal.toml")
 
 # %%
-# On a logarithmic axis the deflection falls step by step: the balls come loose from the critical speed, part, and,
-# when the rotor has reached its last speed, creep to their places.
+# On a logarithmic axis the deflection falls step by step: the balls are released from the critical speed, separate, and,
+# when the rotor has reached its last speed, move slowly to their places.
 
 ab.plot_run_up(run, log_deflection=True)
 

@@ -1,6 +1,6 @@
 """
-Balls that hang at the critical speed
-=====================================
+Balls that stall at the critical speed
+======================================
 
 The rotor runs on, the balls do not: at the critical speed the vibration of the rotor holds them back, until the drag
 of the race at last tears them away. Then they fly to the light side, and nothing is left of the vibration.
@@ -17,7 +17,7 @@ here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 run = ab.simulate(here / "machines" / "stall_and_release.toml")
 
 # %%
-# In the upper panel the balls leave the line of the rotor at the critical speed and hang there for four seconds. In
+# In the upper panel the balls leave the line of the rotor at the critical speed and stay there for four seconds. In
 # the frame of the rotor, the lower panel, they slip round and round meanwhile. After the release they come to rest
 # opposite to the unbalance.
 
@@ -29,16 +29,16 @@ ab.plot_run_up(run, speed_unit="rad/s")
 ab.plot_race(run)
 
 # %%
-# How fast the balls go while they hang, and how fast the rotor is when they pass the critical speed by 1 %:
+# The speed of the stalled balls, and the rotor speed at which they exceed the critical speed by 1 %:
 
 (critical_speed,) = run.attrs["critical_speeds"]
 balls = run.ball_speed_in_space.mean("ball")
-hang = float(balls.sel(time=slice(10.0, 11.0)).mean())
+stalled = float(balls.sel(time=slice(10.0, 11.0)).mean())
 away = run.time.where((run.time > 9.0) & (balls > 1.01 * critical_speed), drop=True)[0]
 release = float(run.speed.sel(time=away))
 final = ab.residual_vibration(run)
-print(f"critical speed {critical_speed:.0f} rad/s, the balls hang at {hang:.1f} rad/s")
+print(f"critical speed {critical_speed:.0f} rad/s, the balls stall at {stalled:.1f} rad/s")
 print(f"they break away when the rotor has {release:.0f} rad/s; the deflection ends at {final * 1e9:.1f} nm")
-assert abs(hang - 248.0) < 1.0
+assert abs(stalled - 248.0) < 1.0
 assert 383.0 < release < 387.0
 assert final < 1e-6

@@ -3,7 +3,7 @@ A rotor that tilts, through both of its critical speeds
 =======================================================
 
 A rigid rotor on two supports has two critical speeds: near the lower one its mass center moves most, near the upper
-one it mostly tilts. The balls hang at the first, break away, and have balanced the rotor before it comes to the second.
+one it mostly tilts. The balls stall at the first, break away, and have balanced the rotor before it reaches the second.
 """
 
 # %%

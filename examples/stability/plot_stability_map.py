@@ -22,7 +22,7 @@ axes = {"speed": np.linspace(50.0, 130.0, 400), "viscosity": np.geomspace(0.3e-6
 figure = ab.plot_map(ab.stability_map(machine, axes))
 
 # %%
-# With thin oil the border over the unbalance is level but for a band where the two balls stand at right angles.
+# With thin oil the border over the unbalance is constant except in a band where the two balls are at right angles.
 
 race = "balancers[1].races[1].fluid"
 thin = with_parameter(with_parameter(machine, race, {"name": "silicone oil 0.65"}), "name", "Thin oil")

@@ -8,7 +8,7 @@ that the source gives as further measurements.
 """
 
 # %%
-# What is free and what was measured stands in a file; several entries may be tied to one parameter.
+# The free parameters and the measurements are in a file; several entries may be tied to one parameter.
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ print(fit.report())
 figure = plot_identification(fit.data)
 
 # %%
-# The four parameters are strongly correlated: the data know some combinations far better than each alone. The singular
+# The four parameters are strongly correlated: the data determine some combinations far better than each alone. The singular
 # values say which.
 
 print(fit.data["singular_value"].values.round(1))
@@ -45,7 +45,7 @@ print(curve.report())
 figure = plot_identification(curve.data)
 
 # %%
-# For the tools that know a planar rotor only: one oscillator in place of the rig, and over which speeds it is one.
+# For the tools that support planar rotors only: one oscillator instead of the rig, and its range of speeds.
 
 planar = equivalent_planar(fit.machine, method="modal")
 print(planar.machine.description)
