@@ -281,3 +281,10 @@ def test_a_pipe_gets_no_stray_lines_and_the_version_is_known(tmp_path: Path) -> 
     assert ran.stderr == ""
     assert re.fullmatch(r"autobalancer \d+\.\d+.*\n", say("--version"))
     assert "--install-completion" in say("--help")
+
+
+def test_a_temperature_is_shown_as_it_is_asked_for() -> None:
+    over = ("borders", DISCOIDAL, "--only", "release speed", "--over", "temperature=10 degC:40 degC:3", "--csv")
+    rows = list(csv.reader(io.StringIO(say(*over))))
+    assert "[°C]" in rows[0][0]
+    assert [float(row[0]) for row in rows[1:]] == pytest.approx([10.0, 25.0, 40.0])

@@ -171,17 +171,17 @@ def _columns(borders: list[dict[str, Any]]) -> list[Column]:
 
 def _over_columns(curve: xr.Dataset) -> list[Column]:
     from autobalancer.cli.sheet import Column
-    from autobalancer.plots.quantity_axis import axis_unit
+    from autobalancer.plots.quantity_axis import in_celsius, quantity_axis
 
     across = str(next(iter(curve.dims)))
-    unit = axis_unit(curve[across], speed_sign())
+    axis = in_celsius(quantity_axis(curve[across], speed_sign()))
     shown = [
         str(name)
         for name, entry in curve.data_vars.items()
         if entry.attrs.get("units") == "rad/s" and entry.dims == (across,)
     ]
     speeds = [Column(name.replace("_", " "), [_number(w) for w in curve[name].values], speed_sign()) for name in shown]
-    return [Column(str(curve[across].attrs["long_name"]), curve[across].values * unit.factor, unit.sign), *speeds]
+    return [Column(str(curve[across].attrs["long_name"]), axis.values, axis.unit.sign), *speeds]
 
 
 def _number(speed: float) -> float | str | None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
-from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
+from autobalancer.plots.quantity_axis import in_celsius, plain_log_ticks, quantity_axis
 from autobalancer.plots.stability import STABLE, UNSTABLE
 from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, look, picture, with_ignored
 
@@ -55,7 +55,7 @@ def plot_border_curve(
     unit = speed_axis(speed_unit)
     dim = str(found["critical_speed"].dims[0])
     found = found.sortby(dim)
-    axis = quantity_axis(found[dim], speed_unit)
+    axis = in_celsius(quantity_axis(found[dim], speed_unit))
     critical = found["critical_speed"].values * unit.factor
     low = 0.93 * float(critical.min())
     high = highest * unit.factor if highest is not None else _high(found, dim, axis.log, float(critical.max()), unit)

@@ -42,6 +42,13 @@ def quantity_axis(values: xr.DataArray, speed_unit: str) -> QuantityAxis:
     return QuantityAxis(numbers * unit.factor, label, unit, _geometric(numbers))
 
 
+def in_celsius(axis: QuantityAxis) -> QuantityAxis:
+    """A temperature as people give it; other axes as they are."""
+    if axis.unit.sign != "K":
+        return axis
+    return QuantityAxis(axis.values - 273.15, axis.label.replace("(K)", "(°C)"), AxisUnit("°C", 1.0), axis.log)
+
+
 def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
     """The unit in which a coordinate is shown; small masses are shown in g."""
     unit = str(values.attrs.get("units", ""))
