@@ -455,7 +455,7 @@ def test_of_several_functions_one_is_chosen_by_its_number(tmp_path: Path) -> Non
         ("frequency [Hz], real [N/m], imag [N/m]\n1,2,3", "'N/m' is not a unit of a frequency response"),
         ("frequency [m], real [m/N], imag [m/N]\n1,2,3", "unit of column 'frequency'"),
         ("frequency [Hz], real [m/N], imag [mm/N]\n1,2,3", "different units"),
-        ("frequency [Hz], real [m/N], imag [m/N]\n1,2,x", "line 2: '1,2,x' holds something"),
+        ("frequency [Hz], real [m/N], imag [m/N]\n1,2,x", "line 2: '1,2,x' contains something"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,2", "line 2: 2 numbers for 3 columns"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,2,3\n1,2,4", "a frequency comes twice"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,2,nan", "not a finite number"),

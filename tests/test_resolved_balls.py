@@ -218,7 +218,7 @@ def test_the_inner_wall_throws_a_ball_back() -> None:
     [
         ({"race": {"width": 0.008}}, "does not fit into a chamber of width 8 mm"),
         ({"race": {"width": -0.01}}, "width: given -0.01; must be greater than zero"),
-        ({"race": {"width": 0.2}}, "must be less than the radius of the wall, 105 mm"),
+        ({"race": {"width": 0.2}}, "that leaves no inner wall within a radius of 105 mm"),
         ({"race": {"width": 0.02}, "start_gap": 0.015}, "start_gap: given 15 mm; a ball has 10 mm at most"),
         ({"balls": {"diameter": 0.3}}, "larger than an orbit"),
         ({"balls": {"motion": "point"}}, "motion = 'rolling'"),

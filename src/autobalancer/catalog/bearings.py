@@ -35,7 +35,7 @@ _REMARKS = {
 class Bearing:
     """One ball bearing. Lengths in m, ``capability_printed`` in kg m (steel balls of 7860 kg/m^3).
 
-    ``verified`` is False if a value was reconstructed from a damaged text; ``remark`` tells known doubts.
+    ``verified`` is False if a value was reconstructed from a damaged text; ``remark`` gives known doubts.
     """
 
     designation: str

@@ -193,7 +193,7 @@ def run_down_capture(lets_go: float, release: float) -> float:
 
     Balls at rest in their places feel no braking, so no torque balance makes them leave. They leave at ``lets_go``: the
     exact border, or where rolling resistance no longer holds them (:func:`holding_speed`). If that is above the release
-    speed they cannot stall yet; what they do down to there only a simulation tells. nan if they are never caught.
+    speed they cannot stall yet; their motion down to there requires a simulation. nan if they are never captured.
     """
     return math.nan if math.isnan(lets_go) or math.isnan(release) else min(lets_go, release)
 

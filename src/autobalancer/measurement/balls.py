@@ -52,7 +52,7 @@ def equal_balls(count: int, mass: float, orbit_radius: float, drag: float, *, sp
 
 
 def balls_of(machine: Machine | str | Path) -> RaceBalls:
-    """The balls of a machine with one race on its axis; the rotor of the machine is not looked at.
+    """The balls of a machine with one race on its axis; the rotor of the machine is ignored.
 
     Raises
     ------

@@ -5,8 +5,8 @@
 - *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
 - *held by friction*: the balls rest where no ball without friction would;
 - *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
-- *chaotic*: the balls swing for ever, and two runs that start close together part exponentially;
-- *oscillating*: the balls swing for ever, and they do not.
+- *chaotic*: the balls keep oscillating, and two runs that start close together diverge exponentially;
+- *oscillating*: the balls keep oscillating, and such runs do not diverge.
 
 Starts at which balls of a race would overlap are marked as such and do not count in the shares.
 

@@ -49,7 +49,7 @@ class March:
         return self._labeled(self.samples, row, balls, p.ledger[None].copy())
 
     def take(self, count: int) -> xr.Dataset:
-        """The next ``count`` samples; fewer if the motion left all bounds, which ``failure`` then tells."""
+        """The next ``count`` samples; fewer if the motion grew without limit, which ``failure`` then says."""
         from autobalancer.kernels.chamber.samples import SAMPLE
 
         p = self.numbers
