@@ -50,7 +50,9 @@ def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
         [*COMMAND, *arguments[:2], "--duration", "1 s", "--out", "short.nc"], cwd=tmp_path, check=True
     )  # compiled
     for patience in (2.0, 6.0, 20.0, 60.0):  # a loaded machine may be still importing when it is stopped
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what a process in the background ignores,
         process = subprocess.Popen([*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        signal.signal(signal.SIGINT, before)  # its children ignore as well
         time.sleep(patience)
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)

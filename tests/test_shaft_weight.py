@@ -128,7 +128,11 @@ def test_turning_a_hanging_rotor_upside_down_together_with_up_changes_nothing() 
         length=0.17, diameter=0.006, disks=[{"position": 0.0, "offset": -0.05, **disk}],
         supports=[{"position": 0.17, **clamp}], up="+z", thrust_bearing=0.17,
     )  # fmt: skip
-    assert frequencies(model_of(one)) == pytest.approx(frequencies(model_of(other)), rel=1e-7)
+    hanging, turned = frequencies(model_of(one)), frequencies(model_of(other))
+    slow = hanging < 1e5  # those of single elements, above 1e6 rad/s, have lost a digit more by rounding
+    assert slow.sum() >= 8
+    assert hanging[slow] == pytest.approx(turned[slow], rel=1e-7)
+    assert hanging == pytest.approx(turned, rel=1e-6)
 
 
 def test_weight_acts_only_along_a_vertical_axis_and_where_it_is_asked_for() -> None:

@@ -15,7 +15,7 @@ BOUNDS = {  # SI unit: smallest of what must be greater than zero, largest
     "s": (1e-15, 1e12),
     "m/s": (SMALLEST, 1e9),
     "m/s^2": (SMALLEST, 1e12),
-    "kg/m^3": (1e-9, 1e9),
+    "kg/m^3": (1e-18, 1e9),
     "m^2/s": (1e-15, 1e9),
     "K": (1e-3, 1e6),
     "": (SMALLEST, 1e15),
