@@ -73,6 +73,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
+    "write_computation_times": False,
     "image_scrapers": ("matplotlib", "gallery_pictures.scrape"),
     "ignore_repr_types": r"matplotlib|autobalancer\.plots",
 }
