@@ -12,13 +12,16 @@ from tests.references.races import races
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
 import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.race_numbers import race_harmonics
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
+from autobalancer.files.rigs import rig
 from autobalancer.kernels.guided_race import real_race
 from autobalancer.laws.rebound import damping_ratio, rebound
 from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
 from autobalancer.simulation.sampling import Samples
+from autobalancer.studies.frequency_response import frequency_response
 
 TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
 
@@ -274,3 +277,21 @@ def test_full_tilt_refuses_a_real_race_in_words() -> None:
     machine = standing(friction={"rolling_resistance": 0.01})
     with pytest.raises(MachineError, match="tilting_races"):
         ab.simulate(machine.model_copy(update={"tilting_races": "full"}), duration=0.1, save=Samples(2))
+
+
+@pytest.mark.parametrize(("turn", "restitution"), [(3.1780877134844623, None), (3.209494314016944, 0.5)])
+def test_two_balls_that_touch_are_measured_at_every_speed_where_they_begin_to_stick_and_slip(
+    turn: float, restitution: float | None
+) -> None:
+    machine, race = rig("rodrigues_rig_fitted"), "balancers[1].races[1]."
+    machine = with_parameter(machine, f"{race}friction", {"rolling_resistance": 0.0005, "adherence": 0.0005})
+    machine = with_parameter(machine, f"{race}balls[1].start_angles", (turn, turn + 0.1113))
+    if restitution is not None:
+        machine = with_parameter(machine, f"{race}contact", {"restitution": restitution})
+    # the ball that waits is pushed loose and stopped within a step; the last speed sets the stiffness of the contact
+    speeds = np.array([*range(600, 1101, 10), 5400]) * math.pi / 30.0
+    found = frequency_response(machine, speeds, dwell=0.25, window=0.25, stations=["B1", "B2"], max_steps=20_000)
+    assert set(found["outcome"].values.tolist()) == {"finished"}
+    assert np.isfinite(found["amplitude"].values).all()
+    apart = np.diff(found["least_ball_angle_in_rotor"].values[:-1], axis=1)
+    assert apart.min() > 0.99 * 0.11127  # and they never passed through each other

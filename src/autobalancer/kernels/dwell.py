@@ -28,6 +28,7 @@ from autobalancer.kernels.integrators.memory import (
 )
 from autobalancer.kernels.integrators.record import PIECES, Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
+from autobalancer.kernels.integrators.switches import forget_modes
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.pointers import address, behind, data
 from autobalancer.kernels.system import (
@@ -148,14 +149,15 @@ def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignor
 
 @njit(**COMPILED)
 def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
-    """Fold the step that began at ``left`` into the window that began at ``begin``."""
+    """Fold the step that began at ``left`` into the window that began at ``begin``; it counts up to where it was cut."""
     p, (m, w) = behind(parameters), behind(seen)
     count, radii, step = p.balls.shape[0], w.weights.size + 1, m.clock[TAKEN]
+    cut = min(1.0, (m.clock[TIME] - left) / step)
     for piece in range(PIECES + 1):
-        x = piece / PIECES
+        x = cut * piece / PIECES
         _look(x, count, seen)
         # Simpson's rule over the pieces, and the weight of Hann, which lets no part of a turn leak into the mean
-        share = step / (3.0 * PIECES) * (1.0 if piece in (0, PIECES) else 4.0 if piece % 2 == 1 else 2.0)
+        share = cut * step / (3.0 * PIECES) * (1.0 if piece in (0, PIECES) else 4.0 if piece % 2 == 1 else 2.0)
         share *= 1.0 - math.cos(2.0 * math.pi * (left + x * step - begin) / length)
         c, s = 1.0, 0.0
         if p.rotating != 1.0:
@@ -170,7 +172,7 @@ def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyp
             w.greatest[half, k] = max(w.greatest[half, k], w.value[k])
             after = w.growth[k]
             if piece > 0 and w.before[k] > 0.0 and after < 0.0:
-                best = _turning_radius(k, x - 1.0 / PIECES, x, w.before[k], after, count, seen)
+                best = _turning_radius(k, x - cut / PIECES, x, w.before[k], after, count, seen)
                 w.greatest[half, k] = max(w.greatest[half, k], best)
                 _look(x, count, seen)
             w.before[k] = w.growth[k]
@@ -179,7 +181,7 @@ def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyp
             w.low[half, ball], w.high[half, ball] = min(w.low[half, ball], angle), max(w.high[half, ball], angle)
             if piece == 0:
                 continue
-            back = x - 1.0 / PIECES
+            back = x - cut / PIECES
             old, new = component(BALLS + count + ball, back, m), component(BALLS + count + ball, x, m)
             if old * new < 0.0:
                 angle = _turning_angle(ball, back, x, old, new, count, seen)
@@ -211,6 +213,7 @@ def hold(
     parameters, seen = address(p), address((m, w))
     for i in range(COUNTS):
         m.counts[i] = 0
+    forget_modes(p, m)
     # a small part of a turn: at a motion that hardly changes in the rotor a guess from rates would be far too long
     m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, FIRST / abs(plan[TARGET]), 1.0
     change = plan[TARGET] - m.state[SPEED]

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import int64, njit
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
@@ -29,13 +29,14 @@ from autobalancer.kernels.integrators.memory import (
     memory_type,
 )
 from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
-from autobalancer.kernels.integrators.switches import first_switch, switch, switch_due, take_modes
+from autobalancer.kernels.integrators.switches import first_switch, forget_modes, switch, switch_due, take_modes
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import address, behind, data
-from autobalancer.kernels.system import START, System, rhs_type, system_type
+from autobalancer.kernels.system import SPEED, START, System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
+SHORTEST = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
 
 
 @njit(**COMPILED)
@@ -87,6 +88,25 @@ def _first_step(pair):  # type: ignore[no-untyped-def]
     return min(0.01 * math.sqrt(ratio), left)
 
 
+@njit(**INLINE)
+def _retreat(step: float, p: System, m: Memory) -> bool:
+    """Go back to the begin of a step that is too long for a ball that broke loose; the next is shorter.
+
+    Returns whether it is the shortest one, in which balls that do not move are held: one that is hit just as it breaks loose
+    would else turn back within less time than angles have digits for.
+    """
+    shortest = SHORTEST / max(1.0, abs(m.start[SPEED]))
+    for i in range(m.state.size):
+        m.state[i] = m.start[i]
+    m.counts[REJECTED] += 1
+    m.counts[FRESH] = 0
+    m.clock[STEP] = max(0.1 * step, shortest)
+    if step > shortest:
+        return False
+    forget_modes(p, m)
+    return True
+
+
 @njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
 def advance(
     rhs: Callable[[float, Any, Any, Any], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
@@ -98,7 +118,7 @@ def advance(
     parameters, pair, kept = address(p), address((t, m)), address(r)
     n, last = m.state.size, t.main - 1
     segments = p.segments.shape[0]
-    taken = 0
+    taken, held = 0, False
     while taken < budget:
         time, end = m.clock[TIME], m.clock[END]
         if time >= end:
@@ -139,11 +159,14 @@ def advance(
             m.state[i] = m.trial[i]
         ended, limit = 2.0, 1.0
         components = wanted(time, reach, end, r, m)
-        due = switch_due(p, m)
+        due = switch_due(p, m) and not held
         if components >= 0 or due:
             _do_stages(t.main, t.total, rhs, parameters, pair)
             if due:
                 limit = first_switch(time, rhs, parameters, pair)
+                if limit == 0.0:
+                    held = _retreat(step, p, m)
+                    continue
             if components >= 0:
                 ended = record(time, reach, components, limit, kept, pair)
         m.counts[ACCEPTED] += 1
@@ -160,6 +183,9 @@ def advance(
             m.counts[FRESH] = 0
             continue
         m.clock[TIME] = reach
+        if held:
+            held = False
+            m.counts[FRESH] = 0
         for i in range(n):
             m.stages[0, i] = m.stages[last, i]
         error = max(error, 1e-4)

@@ -29,17 +29,31 @@ from autobalancer.kernels.race_layout import (
 from autobalancer.kernels.rotor_layout import BALL_ROWS, RUBBING
 from autobalancer.kernels.system import BALLS
 
+ROUNDING = 1.0 + 1e-9  # a ball leaves its rest with an acceleration whose sign is not one of rounding
+
 
 @njit(**INLINE)
 def _loose(r, at: int) -> bool:  # type: ignore[no-untyped-def]
     """Whether adherence cannot hold this ball, after the equations were evaluated."""
     path = math.sqrt(r[at + RAW_LEAN_X] ** 2 + r[at + RAW_LEAN_Y] ** 2) / r[at + MASS_]
-    return abs(r[at + NEED]) > r[at + ADHERENCE] * path * max(r[at + NORMAL], 0.0)
+    return abs(r[at + NEED]) > ROUNDING * r[at + ADHERENCE] * path * max(r[at + NORMAL], 0.0)
 
 
 @njit(**INLINE)
 def _rubs(r, at: int) -> bool:  # type: ignore[no-untyped-def]
     return r[at + ROLLING] > 0.0 or r[at + ADHERENCE] > 0.0
+
+
+@njit(**INLINE)
+def forget_modes(p, m) -> None:  # type: ignore[no-untyped-def]
+    """Before an integration begins anew from a state: every ball that does not move rests until it is found loose."""
+    if p.rotor.size > 0:
+        r, count = data(p.rotor), p.balls.shape[0]
+        if r[RUBBING] != 0.0:
+            for b in range(count):
+                at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+                if _rubs(r, at) and m.state[BALLS + count + b] == 0.0:
+                    r[at + MODE] = 0.0
 
 
 @njit(**INLINE)
@@ -75,14 +89,17 @@ def switch_due(p, m) -> bool:  # type: ignore[no-untyped-def]
 
 @njit(**COMPILED)
 def _crossing(place, way, pair):  # type: ignore[no-untyped-def]
-    """Where a speed that ends on the other side passes zero for the last time."""
+    """Where a speed that ends on the other side passes zero for the last time; 0 if it was never seen on this side."""
     _, m = behind(pair)
     low, high = 0.0, 1.0
+    seen = way * data(m.start)[place] > 0.0
     for piece in range(7, 0, -1):
         if way * component(place, piece / 8.0, m) > 0.0:
-            low = piece / 8.0
+            low, seen = piece / 8.0, True
             break
         high = piece / 8.0
+    if not seen:
+        return 0.0
     middle = 0.5 * (low + high)
     while low < middle < high:
         if way * component(place, middle, m) < 0.0:
@@ -98,18 +115,21 @@ def first_switch(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step after which the first ball stops or breaks loose; balls that stop there get the mode of rest.
 
     Judged by the crossing and not by the state at the cut, whose speed may keep its old sign by rounding.
+    It is 0 where a ball that broke loose seems to turn back at once: the step is too long for its motion.
     """
     (t, m), p = behind(pair), behind(parameters)
     polynomials(m.state.size, t, m)
     r, count = data(p.rotor), p.balls.shape[0]
     first, resting = 1.0, False
     for b in range(count):
-        at = int(r[BALL_ROWS]) + b * RACE_COLUMNS
+        at, place = int(r[BALL_ROWS]) + b * RACE_COLUMNS, BALLS + count + b
         if _rubs(r, at):
             if r[at + MODE] == 0.0:
                 resting = True
-            elif r[at + MODE] * m.state[BALLS + count + b] < 0.0:
-                first = min(first, _crossing(BALLS + count + b, r[at + MODE], pair))
+            elif r[at + MODE] * m.state[place] < 0.0:
+                first = min(first, _crossing(place, r[at + MODE], pair))
+    if first == 0.0:
+        return first
     if resting:
         low, high, x = 0.0, first, first
         for _ in range(48):
