@@ -186,7 +186,7 @@ def test_the_picture_shows_both_ways_and_every_motion() -> None:
     labels = [text.get_text() for text in legend.get_texts()]
     assert {"upwards", "downwards", "balls stalled"} <= set(labels)
     assert figure.axes[0].get_yscale() == "log"
-    with pytest.raises(QuestionError, match="no result"):
+    with pytest.raises(QuestionError, match="not a result"):
         plot_frequency_response(found.drop_vars("amplitude_change"))
 
 

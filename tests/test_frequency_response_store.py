@@ -97,7 +97,7 @@ def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> N
     with pytest.raises(ResultError, match="is damaged"):
         frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "a.nc")
     ab.save_run(ab.simulate(RIG, duration=0.1), tmp_path / "b.nc")
-    with pytest.raises(QuestionError, match="no stepped response"):
+    with pytest.raises(QuestionError, match="not a stepped response"):
         frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "b.nc")
 
 
