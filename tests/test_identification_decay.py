@@ -69,7 +69,7 @@ def test_spikes_move_a_plain_fit_further_than_a_robust_one() -> None:
     ("time", "signal", "modes", "says"),
     [
         (TIME[:10], ONE[:10], 1, "at least 16"),
-        (TIME, ONE[:-1], 1, "as many of both"),
+        (TIME, ONE[:-1], 1, "same number of both"),
         (TIME**2, ONE, 1, "equal steps"),
         (TIME, np.where(CLOCK > 1.0, np.nan, ONE), 1, "not finite"),
         (TIME, np.ones_like(TIME), 1, "constant"),

@@ -99,7 +99,7 @@ def test_overlapping_series_give_the_rolling_resistance() -> None:
 
 
 def test_series_that_do_not_overlap_and_balls_that_float_are_refused() -> None:
-    with pytest.raises(QuestionError, match="no two series overlap"):
+    with pytest.raises(QuestionError, match="no two series have overlapping"):
         fit_rolling_resistance([(race(*FLUIDS[0]), *measured(race(*FLUIDS[0]), 0.05))])
     with pytest.raises(QuestionError, match="floats"):
         TurnedRace(DIAMETER, 1e-4, ORBIT, 900.0, 1e-5)
