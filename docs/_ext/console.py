@@ -19,7 +19,7 @@ COMMANDS = {
     "check_annotated": "check docs/machines/annotated.toml",
     "check_chamber": "check docs/machines/chamber.toml",
     "check_design": "check docs/machines/design.toml",
-    "run_design": "run docs/machines/design.toml --out out/run.nc",
+    "run_design": "run docs/machines/design.toml --out out/design.nc",
     "check_wrong": "check docs/machines/wrong.toml",
     "check_misfit": "check docs/machines/misfit.toml",
     "check_thin_oil": "check docs/machines/thin_oil.toml",
