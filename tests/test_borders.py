@@ -422,3 +422,13 @@ def test_the_border_of_a_scaled_balancer_is_that_of_the_unscaled_one() -> None:
     unit = PlanarBalancer(1.0, 1.0, 0.1, 2, 0.02, 1.0, 0.05)
     big = PlanarBalancer(4.0, 4.0 * 9.0, 0.1 * 4.0 * 3.0, 2, 0.02 * 4.0, 4.0, 0.05 * 4.0 * 3.0)
     assert worst_case_border(big) == pytest.approx(3.0 * worst_case_border(unit), rel=1e-12)
+
+
+def test_a_speed_in_a_window_below_the_border_is_not_called_unstable() -> None:
+    rig = ab.rig("discoidal_rig")
+    (rate,) = ab.eigenvalues(rig, [1200.0 * math.pi / 30.0])["growth_rate"].values
+    assert rate < 0.0
+    (border,) = [border for border in ab.border_speeds(rig, only=("exact border",)) if border.name == "exact border"]
+    assert border.speed > 1200.0 * math.pi / 30.0
+    (warning,) = [text for text in ab.summary(rig).warnings if "below the exact border" in text]
+    assert "only in the ranges" in warning

@@ -392,3 +392,13 @@ def test_a_quantity_that_was_read_once_keeps_its_dimension() -> None:
     assert to_si(mass, "kg") == 0.0044
     with pytest.raises(UnitError, match="a quantity in m is wanted"):
         to_si(mass, "m")
+
+
+def test_a_sample_machine_named_as_in_a_checkout_is_pointed_to_where_there_is_none(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MachineFileError, match=r"'autobalancer example discoidal --out discoidal\.toml'"):
+        load_machine("examples/machines/discoidal.toml")
+    with pytest.raises(MachineFileError, match=r"other\.toml: no such file$"):
+        load_machine("examples/machines/other.toml")

@@ -218,6 +218,8 @@ def _row(at: xr.Dataset, loop: xr.Dataset, viscosity: float | None) -> tuple[str
         text += f"\nwith the balls where they balance: {_margin_text(value)}"
     if loop.attrs["growth_rate"] < 0.0:
         text += f"\nevenly spread, as the picture draws them: {_margin_text(loop.attrs)}"
+    else:
+        text += "\nevenly spread, as the picture draws them: unstable"
     return f"at {speed_text(float(at['speed']))}", text
 
 

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 from autobalancer.errors import CatalogError
-from autobalancer.files.machine_file import parse_any
+from autobalancer.files.machine_file import SAMPLES, parse_any
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-
-_FOLDER = files("autobalancer") / "catalog" / "data" / "machines"
 
 
 def examples() -> tuple[str, ...]:
     """Names of the sample machines, ascending."""
-    return tuple(sorted(Path(entry.name).stem for entry in _FOLDER.iterdir() if entry.name.endswith(".toml")))
+    return tuple(sorted(Path(entry.name).stem for entry in SAMPLES.iterdir() if entry.name.endswith(".toml")))
 
 
 def example_text(name: str) -> str:
@@ -28,7 +25,7 @@ def example_text(name: str) -> str:
     """
     if name not in examples():
         raise CatalogError(f"no sample machine is called {name!r}; there are {', '.join(examples())}")
-    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    return (SAMPLES / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def example(name: str) -> Machine | ChamberMachine:

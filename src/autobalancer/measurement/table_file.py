@@ -59,6 +59,9 @@ def read_table(lines: list[str], name: str) -> xr.Dataset:
     return receptance_dataset(frequency, factor * (one + 1j * other), kind, title=name, coherence=coherence)
 
 
+_EXAMPLES = {"frequency": "Hz", "phase": "deg"}
+
+
 def _columns(cells: list[str], name: str) -> list[tuple[str, str]]:
     found = []
     for cell in cells:
@@ -66,7 +69,9 @@ def _columns(cells: list[str], name: str) -> list[tuple[str, str]]:
         words, unit = (match[1], match[2]) if match else (cell.strip().strip('"'), "")
         word = next((key for key, names in _WORDS.items() if words.strip().lower() in names), "")
         if word and word != "coherence" and not unit:
-            raise ResultError(f"{name}: column {words!r} has no unit; write it in brackets, such as {words} [m/N]")
+            raise ResultError(
+                f"{name}: column {words!r} has no unit; write it in brackets, such as {words} [{_EXAMPLES.get(word, 'm/N')}]"
+            )
         found.append((word, unit.strip()))
     return found
 

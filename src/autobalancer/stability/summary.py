@@ -234,6 +234,7 @@ def _warnings(
     elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
         found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
+    windows = any("stable also" in border.note for border in borders if border.name == "exact border")
     if (
         highest is not None
         and exact
@@ -241,9 +242,11 @@ def _warnings(
         and exact[0] >= highest
     ):
         found.append(
-            "the highest speed is below the exact border; the balanced state is not stable there; "
-            f"{'take a thicker fluid' if planar else 'see the note on this border'}"
-        )
+            "the highest speed is below the exact border; "
+            + ("there the balanced state is stable only in the ranges that the note of this border names" if windows
+               else "the balanced state is not stable there; "
+               f"{'take a thicker fluid' if planar else 'see the note on this border'}")
+        )  # fmt: skip
     release = [border.speed for border in borders if border.name == "release speed"]
     if (
         highest is not None
