@@ -195,3 +195,23 @@ def test_the_command_prints_the_verdict_first_within_eighty_columns(tmp_path: Pa
     told = json.loads(shown.stdout)["verdict"]
     assert told["word"] == "balanced"
     assert told["peak_without_balls"]["deflection"] > 0.0
+
+
+def test_a_passage_that_balls_make_worse_is_said_in_the_first_line_and_speeds_follow_their_unit(tmp_path: Path) -> None:
+    machine = MACHINES / "two_plane_rotor.toml"
+    command = ["run", str(machine), "--out", str(tmp_path / "r.nc"), "--speed-unit", "rad/s"]
+    shown = CliRunner(env={"COLUMNS": "80"}).invoke(app, command).stdout
+    assert "rpm" not in shown
+    assert max(map(len, shown.splitlines()[:-1])) <= 80
+    run, held = ab.load_run(tmp_path / "r.nc"), ab.simulate(machine, hold_balls=True)
+    found = ab.verdict(run, held)
+    times = float(ab.peak_deflection(run)["deflection"]) / float(ab.peak_deflection(held)["deflection"])
+    assert times > 1.5
+    assert found.as_dict()["peak_ratio"] == pytest.approx(times, rel=1e-12)
+    said = f"the greatest deflection of the run is {times:.3g} times that without balls"
+    assert said in str(found).splitlines()[0]
+    assert said in " ".join(shown.split())
+    assert found.peak is not None
+    assert f"at {found.peak.speed:.3g} rad/s" in shown
+    assert "greatest deflection of the run" not in str(ab.verdict(run))  # nothing to compare with
+    assert "greatest deflection of the run" not in str(ab.verdict(run, run))  # as great as without

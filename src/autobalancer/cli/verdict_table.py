@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from autobalancer.cli.words import speed_number, speed_sign
+
 if TYPE_CHECKING:
     from autobalancer.cli.console import Console
     from autobalancer.results.verdict import Verdict
@@ -17,7 +19,7 @@ def print_verdict(found: Verdict, console: Console) -> None:
 
     from autobalancer.results.verdict_text import verdict_lines
 
-    head, rows, notes = verdict_lines(found)
+    head, rows, notes = verdict_lines(found, _speed)
     console.print(head, style=f"bold {COLORS.get(found.word, 'red')}", highlight=False)
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold", no_wrap=True)
@@ -27,3 +29,9 @@ def print_verdict(found: Verdict, console: Console) -> None:
     console.print(table, highlight=False)
     for note in notes:
         console.note(note)
+
+
+def _speed(speed: float) -> str:
+    from autobalancer.results.number_text import significant
+
+    return f"{significant(float(speed_number(speed, '.10g')))} {speed_sign()}"

@@ -107,9 +107,16 @@ class Verdict:
         """Residual over unbalance; nan without unbalance."""
         return self.residual / self.unbalance if self.unbalance > 0.0 else np.nan
 
+    @property
+    def peak_ratio(self) -> float:
+        """Greatest deflection of the run over that without balls; nan without a run with held balls."""
+        if self.peak is None or self.peak_without_balls is None or self.peak_without_balls.deflection == 0.0:
+            return np.nan
+        return self.peak.deflection / self.peak_without_balls.deflection
+
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
-        return asdict(self)
+        return {**asdict(self), "peak_ratio": self.peak_ratio}
 
     def __str__(self) -> str:
         head, lines, notes = verdict_lines(self)

@@ -23,10 +23,16 @@ if TYPE_CHECKING:
 
 Lines = list[tuple[str, str]]
 LISTED = 8  # balls that are named
+GREATER = 1.5  # times the greatest deflection without balls, from which on the headline says so
 
 
-def verdict_lines(found: Verdict) -> tuple[str, Lines, list[str]]:
-    """A headline, rows of a label and a text, and notes."""
+def rpm_text(speed: float) -> str:
+    """A speed in rad/s as text in rpm: ``"668 rpm"``."""
+    return f"{significant(speed * 30.0 / math.pi)} rpm"
+
+
+def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text) -> tuple[str, Lines, list[str]]:
+    """A headline, rows of a label and a text, and notes; ``speed_text`` writes a speed (rad/s)."""
     rows: Lines = []
     if not math.isnan(found.residual):
         of = f" of {moment_text(found.unbalance)}, {share_text(found.residual_share)}" if found.unbalance > 0.0 else ""
@@ -60,19 +66,18 @@ def verdict_lines(found: Verdict) -> tuple[str, Lines, list[str]]:
         rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
     if found.peak is not None:
         where = f"{found.peak.place}: " if len(found.places) > 1 else ""
-        rows.append(("greatest deflection", where + _peak(found.peak)))
+        rows.append(("greatest deflection", where + _peak(found.peak, speed_text)))
         if found.peak_without_balls is not None:
-            rows.append(("  without balls", _peak(found.peak_without_balls)))
+            rows.append(("  without balls", _peak(found.peak_without_balls, speed_text)))
     if found.settling is not None:
         rows.append(("balls settle", _settling(found.settling)))
     return headline(found), rows, list(found.notes)
 
 
 def headline(found: Verdict) -> str:
-    """The verdict in one line."""
-    if found.because:
-        return f"{found.word}: {found.because}"
-    return f"{found.word}: vibration {share_text(found.ratio)} of that without balls"
+    """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
+    reason = found.because or f"vibration {share_text(found.ratio)} of that without balls"
+    return f"{found.word}: {reason}{_transient(found)}"
 
 
 def verdict_html(found: Verdict) -> str:
@@ -91,8 +96,16 @@ def _without(value: float, text: Callable[[float], str]) -> str:
     return "" if math.isnan(value) else f"; without balls {text(value)}"
 
 
-def _peak(peak: Peak) -> str:
-    return f"{length_text(peak.deflection)} at {significant(peak.speed * 30.0 / math.pi)} rpm"
+def _transient(found: Verdict) -> str:
+    if found.peak is None or found.peak_without_balls is None or not found.peak_ratio > GREATER:
+        return ""
+    here, other = length_text(found.peak.deflection), length_text(found.peak_without_balls.deflection)
+    times = significant(found.peak_ratio)
+    return f"; the greatest deflection of the run is {times} times that without balls ({here}, {other} without)"
+
+
+def _peak(peak: Peak, speed_text: Callable[[float], str]) -> str:
+    return f"{length_text(peak.deflection)} at {speed_text(peak.speed)}"
 
 
 def _settling(settling: Settling) -> str:
