@@ -477,6 +477,21 @@ def test_a_plane_whose_balls_are_too_weak_is_named() -> None:
     assert any("'plane 1'" in warning for warning in ab.summary(m).warnings)
 
 
+def test_what_a_plane_needs_is_its_greatest_over_time_though_the_planes_need_it_at_different_times() -> None:
+    """A blade loss moves the unbalance along the axis; before and after, planes share it like the supports of a beam."""
+    two = ab.load_machine("docs/machines/two_planes.toml")
+
+    def part(moment: str, station: str, factor: list[float]) -> Unbalance:
+        schedule = {"time": ["0 s", "8 s", "8.01 s"], "factor": factor}
+        return Unbalance.model_validate({"moment": moment, "station": station, "schedule": schedule})
+
+    before, after = part("50 g*mm", "-100 mm", [1.0, 1.0, 0.0]), part("60 g*mm", "100 mm", [0.0, 0.0, 1.0])
+    found = ab.summary(two.model_copy(update={"unbalances": (before, after)})).stations
+    assert [plane.required * 1e6 for plane in found] == pytest.approx([50.0, 60.0 * 200.0 / 250.0])
+    last = ab.summary(two.model_copy(update={"unbalances": (after,)})).stations
+    assert [plane.required * 1e6 for plane in last] == pytest.approx([60.0 * 50.0 / 250.0, 60.0 * 200.0 / 250.0])
+
+
 def test_another_size_of_the_only_unbalance_keeps_its_direction_and_place() -> None:
     m = machine(TWO, couple=0j)
     twice = ab.equilibria(m, 300.0, unbalance=2.0 * abs(STATIC))

@@ -53,9 +53,8 @@ def check(
         table.add_row("critical speed", f"{_speed(speed)}, {name}damping ratio {100 * ratio:.3g} %")
     if len(rows) > LISTED:
         table.add_row("", f"and {len(rows) - LISTED} more from {_speed(rows[LISTED][1])} on; see autobalancer modes")
-    table.add_row(
-        "unbalance", f"{found.unbalance * 1e6:.5g} g mm" + (" (greatest over time)" if found.unbalance_varies else "")
-    )
+    most = " (greatest over time)" if found.unbalance_varies else ""
+    table.add_row("unbalance", f"{found.unbalance * 1e6:.5g} g mm{most}")
     if found.service is not None:
         for row in service_rows(found.service):
             table.add_row(*row)
@@ -73,7 +72,7 @@ def check(
     for plane in found.stations:
         table.add_row(
             f"plane {plane.name}",
-            f"needs {plane.required * 1e6:.5g} g mm for rest at {_speed(plane.speed)}, "
+            f"needs {plane.required * 1e6:.5g} g mm{most} for rest at {_speed(plane.speed)}, "
             f"capability {plane.capability * 1e6:.5g} g mm",
         )
     if found.friction is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.station_states import required
-from autobalancer.stability.stations import Stations, stations
+from autobalancer.stability.stations import Stations, loads_at_corners, stations
 
 SHOWN = 6  # critical speeds of a rotor that tilts or bends
 
@@ -25,7 +25,9 @@ SHOWN = 6  # critical speeds of a rotor that tilts or bends
 class StationSummary:
     """A plane of balancers: what its balls can balance, and what they have to so that all stations are at rest, kg m.
 
-    ``speed`` (rad/s) is that for which ``required`` holds; on a rigid rotor with two planes it holds for any.
+    ``required`` is the greatest over time of what this station needs, where unbalances change by a schedule; stations may
+    need their greatest at different times. ``speed`` (rad/s) is that for which ``required`` holds; on a rigid rotor with
+    two planes it holds for any.
     """
 
     name: str
@@ -72,7 +74,7 @@ def _spatial(machine: Machine, highest: float | None) -> Frame:
         st.model.total_mass,
         speeds,
         tuple(_damping_ratio(st, speed) for speed in speeds),
-        _needs(st, highest),
+        _needs(weightless, st, highest),
     )
 
 
@@ -104,12 +106,13 @@ def service_speed(st: Stations, highest: float | None) -> float:
     return min(3.0 * st.scale_speed if highest is None or highest <= 0.0 else highest, st.model.top_speed)
 
 
-def _needs(st: Stations, highest: float | None) -> tuple[StationSummary, ...]:
+def _needs(machine: Machine, st: Stations, highest: float | None) -> tuple[StationSummary, ...]:
     if st.moment.size == 0:
         return ()
     speed = service_speed(st, highest)
     try:
-        needed = np.abs(required(st, speed))
+        loads = [load for load, _ in loads_at_corners(machine, st.model)]
+        needed = np.max([np.abs(required(replace(st, load=load), speed)) for load in loads], axis=0)
     except QuestionError:  # a critical speed of an undamped rotor
         needed = np.full(len(st.names), math.nan)
     return tuple(

@@ -166,20 +166,26 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
 
 def _loads(machine: Machine, model: LateralModel, largest: bool) -> tuple[Complexes, complex]:
     """Load and resultant after all schedules, or at the time at which the load is largest."""
-    moments = [(1e300, False)]
-    if largest:
-        times = {0.0, *(float(t) for u in machine.unbalances if u.schedule is not None for t in u.schedule.time)}
-        moments = [(time, before) for time in sorted(times) for before in (False, True)]
-    found = []
-    for time, before in moments:
-        load, resultant = np.zeros(model.pairs, np.complex128), 0j
-        for number, part in enumerate(machine.unbalances):
-            factor = unbalance_factor(part, time, before=before)
-            load = load + factor * unbalance_shape(machine, model, number)
-            resultant += factor * part.size * complex(np.exp(1j * float(part.angle)))
-        found.append((load, resultant))
+    if not largest:
+        return _load_at(machine, model, 1e300, False)
     inverse = np.linalg.inv(model.mass[: model.pairs, : model.pairs])
+    found = loads_at_corners(machine, model)
     return max(found, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
+
+
+def loads_at_corners(machine: Machine, model: LateralModel) -> list[tuple[Complexes, complex]]:
+    """Load and resultant just before and after each time of all schedules; between two of them both change linearly."""
+    times = {0.0, *(float(t) for u in machine.unbalances if u.schedule is not None for t in u.schedule.time)}
+    return [_load_at(machine, model, time, before) for time in sorted(times) for before in (False, True)]
+
+
+def _load_at(machine: Machine, model: LateralModel, time: float, before: bool) -> tuple[Complexes, complex]:
+    load, resultant = np.zeros(model.pairs, np.complex128), 0j
+    for number, part in enumerate(machine.unbalances):
+        factor = unbalance_factor(part, time, before=before)
+        load = load + factor * unbalance_shape(machine, model, number)
+        resultant += factor * part.size * complex(np.exp(1j * float(part.angle)))
+    return load, resultant
 
 
 def _replaced(machine: Machine, model: LateralModel, unbalance: complex | float) -> tuple[Complexes, complex]:
