@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.profile import greatest_rise
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
@@ -227,6 +228,51 @@ def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> 
         assert bool(found["friction"]["planes"]) == (path == rough)
     assert found["friction"]["planes"][0]["holds"]
     assert found["friction_settled"]["speed"] < found["friction"]["speed"]
+
+
+def test_the_row_says_that_balls_are_released_at_rest_and_not_run_up() -> None:
+    words = "released at rest at this speed at random places (not a run-up): median"
+    plane = ab.held_by_friction(machine(1e-4)).planes[0]
+    assert words in plane.sentence
+    assert words in plane.settled_sentence
+    at = ab.basin(machine(1e-4), 125.0, random=2, hold=0.5)
+    assert at.attrs["released"] == words.partition(":")[0]
+    rising = ab.basin(machine(1e-4), 125.0, {"acceleration": [1e3]}, hold=0.5)
+    assert rising.attrs["released"] == "after run-ups"
+
+
+def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherence_allows() -> None:
+    """A ball of adherence alone stays while W' eps < held whirl W^2, which a ramp of twice that exceeds, and of half not."""
+    limit = held_whirl(0.07695, 1e-3) * 80.0**2 / 0.07695
+
+    def settled(rise: float) -> Any:
+        ramp = {"kind": "ramp", "end": 125.0, "duration": 125.0 / rise}
+        return ab.held_by_friction(with_parameter(machine(1e-3), "drive.profile", ramp), 80.0).planes[0]
+
+    assert settled(2.0 * limit).drive_acceleration == pytest.approx(2.0 * limit)
+    assert settled(2.0 * limit).carried_on
+    assert settled(2.0 * limit).settled_sentence.endswith(
+        f"; the drive rises by {2.0 * limit:.3g} rad/s^2 and carries them on"
+    )
+    assert settled(0.5 * limit).settled_sentence.endswith("; the drive rises more slowly")
+    constant = with_parameter(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
+    assert "the drive" not in ab.held_by_friction(constant, 80.0).planes[0].settled_sentence
+
+
+def test_the_greatest_rise_counts_above_a_speed_only_and_less_where_the_speed_is_higher() -> None:
+    def rise(profile: dict[str, Any], speed: float) -> float | None:
+        return greatest_rise(with_parameter(machine(1e-3), "drive.profile", profile), speed)
+
+    table = {"kind": "table", "time": [0.0, 1.0, 11.0, 12.0], "speed": [0.0, 50.0, 100.0, 140.0]}
+    assert rise(table, 60.0) == pytest.approx(40.0 * 0.6**2)
+    assert rise(table, 25.0) == pytest.approx(50.0)
+    assert rise(table, 150.0) == 0.0
+    hill = {"kind": "hill", "end": 125.0, "half_time": 4.0, "exponent": 3.0}
+    time = np.linspace(0.0, 400.0, 400001)
+    speed = 125.0 * time**3 / (4.0**3 + time**3)
+    above = speed >= 70.0
+    expected = (np.gradient(speed, time)[above] * (70.0 / speed[above]) ** 2).max()
+    assert rise(hill, 70.0) == pytest.approx(expected, rel=2e-3)
 
 
 def test_every_border_names_in_its_own_line_what_its_theory_leaves_out() -> None:

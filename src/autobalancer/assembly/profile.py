@@ -10,6 +10,7 @@ from autobalancer.kernels.system import HILL, LINEAR
 from autobalancer.machine import Constant, Dwell, Hill, Machine, PrescribedSpeed, Ramp, Reduction, Table
 from autobalancer.machine.unbalance import Unbalance
 
+HILL_SAMPLES = 2000  # of an S-shaped run-up
 SpeedProfile = Constant | Ramp | Table | Dwell | Hill | Reduction
 
 
@@ -95,6 +96,31 @@ def highest_prescribed(machine: Machine) -> float | None:
     return max(
         float(max(piece.numbers[0], piece.numbers[3]) if piece.kind == HILL else piece.numbers[0]) for piece in pieces
     )
+
+
+def greatest_rise(machine: Machine, speed: float) -> float | None:
+    """Greatest of W' (speed / W)^2 over what the drive prescribes above a speed, rad/s^2; None without such a drive.
+
+    A ball that rests needs W'/W^2 from friction to be taken along, so that this is what counts at ``speed``.
+    """
+    if not isinstance(machine.drive, PrescribedSpeed):
+        return None
+    profile = machine.drive.profile
+    if isinstance(profile, Hill):
+        first, last, n = float(profile.start), float(profile.end), float(profile.exponent)
+        shares = [(i + 0.5) / HILL_SAMPLES for i in range(HILL_SAMPLES)]  # of the rise
+        rises = [
+            (first + (last - first) * s, (last - first) * n * s * (1.0 - s) * (1.0 / s - 1.0) ** (1.0 / n))
+            for s in shares
+        ]
+        found = [rise / float(profile.half_time) * (speed / at) ** 2 for at, rise in rises if at >= speed]
+    else:
+        found = [
+            (w1 - w0) / (t1 - t0) * (speed / max(w0, speed)) ** 2
+            for (t0, w0), (t1, w1) in pairwise(corners(profile))
+            if w1 > max(w0, speed) and t1 > t0
+        ]
+    return float(max([0.0, *found]))
 
 
 def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False) -> float:

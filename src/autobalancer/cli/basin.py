@@ -86,6 +86,7 @@ def _left(found: Any) -> dict[str, Any]:
         "deflection": dict(zip(quantiles, plain("deflection_quantile"), strict=True)),
         "unbalance": plain("unbalance"),
         "deflection_without_balls": plain("deflection_without_balls"),
+        "released": str(found.attrs["released"]),
         "note": str(found.attrs.get("friction_text", "")),
     }
 
@@ -102,7 +103,7 @@ def _lines(left: dict[str, Any]) -> list[str]:
         middle, often, most = left[key].values()
         if middle == middle:
             lines.append(
-                f"{name} of the balls at rest: median {text(middle)}, 95 % below {text(often)}, "
+                f"{name}, {left['released']}: median {text(middle)}, 95 % below {text(often)}, "
                 f"at most {text(most)}; without balls {text(left[whole])}"
             )
     return lines

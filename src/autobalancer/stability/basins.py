@@ -51,6 +51,7 @@ from autobalancer.simulation.record import record_for
 from autobalancer.stability.basin_residuals import residuals
 from autobalancer.stability.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.equilibria import equilibria_of
+from autobalancer.stability.held import RELEASED
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.states import eigenvalues_of
 from autobalancer.stability.verdicts import growth
@@ -141,6 +142,15 @@ def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
     rates += [float(lag.rates.min()) for lag in lags.values()]
     slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
     return min(max(400.0 * turn, 25.0 / slowest if slowest else 0.0), 20000.0 * turn)
+
+
+def _released(question: Question, axes: Mapping[str, Sequence[float]]) -> str:
+    """How the runs begin, in words."""
+    if "acceleration" in axes:
+        return "after run-ups"
+    if any(name.startswith("ball_speed") for name in axes) or any(b.start_speed for b in question.assembly.balls):
+        return "released at this speed with speeds of their own (not a run-up)"
+    return RELEASED if not axes else RELEASED.replace("random", "the given")
 
 
 def _starts(
@@ -293,6 +303,7 @@ def _dataset(
         "hold": question.hold,
         "tolerance": question.tolerance,
         "seed": seed,
+        "released": _released(question, axes),
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.profile import greatest_rise, highest_prescribed
 from autobalancer.catalog.friction import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
@@ -30,6 +30,7 @@ from autobalancer.stability.why_never import yields
 from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
+RELEASED = "released at rest at this speed at random places (not a run-up)"
 PART_GIVEN = "some races have no friction: their balls are ideal"
 
 
@@ -41,11 +42,14 @@ class HeldPlane:
     ``unbalance_whirl``: what the unbalance makes there while the balls are spread evenly, and ``largest_whirl`` the greatest
     at a critical speed on the way up. ``held_residual``: residual
     unbalance that makes the held whirl; the balls may rest at any smaller one. ``worst_residual``: the largest at which
-    they can stop on their way to balance. ``median_residual`` and ``residual_95``: half, and 95 %, of the random starts
-    end below; ``trapped_share`` of them end above the worst one, with balls in line that balance next to nothing.
+    they can stop on their way to balance. ``median_residual`` and ``residual_95``: half, and 95 %, of the balls released at
+    rest at this constant speed at random places end below; ``trapped_share`` of them end above the worst one, with balls in
+    line that balance next to nothing.
     ``rest_interval``: to each side of its balanced place a ball stays within it while the others stand right.
     ``heavy_interval``: balls that stand within it about the heavy place all stay there, and add to the unbalance. Angles in rad.
     ``greatest_acceleration``: of the rotor, rad/s^2, up to which adherence alone takes a ball along that rests.
+    ``drive_acceleration``: the greatest that the drive prescribes above this speed, rad/s^2, reduced by the square of the
+    speed where it is higher, because friction holds more there; None if the speed follows from a torque.
     """
 
     name: str
@@ -66,6 +70,7 @@ class HeldPlane:
     rest_interval: float
     heavy_interval: float
     greatest_acceleration: float
+    drive_acceleration: float | None = None
 
     @property
     def holds(self) -> bool:
@@ -82,9 +87,7 @@ class HeldPlane:
             f"{moment_text(self.required)} alone makes {length_text(self.unbalance_whirl)}"
         )
         residual = f"residual up to {moment_text(self.worst_residual)}"
-        often = (
-            f"over random starts median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
-        )
+        often = f"{RELEASED}: median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
         if self.trapped_share > 0.0:
             ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
             often += f", {100.0 * self.trapped_share:.2g} % {ended}"
@@ -104,10 +107,23 @@ class HeldPlane:
     def settled_sentence(self) -> str:
         """What is left if the balls settle at this speed, and the speed then rises without moving them."""
         return (
-            f"balls that settle there: residual up to {moment_text(self.worst_residual)}; over random starts median "
+            f"balls that settle there: residual up to {moment_text(self.worst_residual)}; {RELEASED}: median "
             f"{moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}; they stay while the speed "
-            f"then rises by less than {self.greatest_acceleration:.2g} rad/s^2"
+            f"then rises by less than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
         )
+
+    @property
+    def carried_on(self) -> bool | None:
+        """Whether the drive rises too fast for resting balls to stay; None where it does not prescribe the speed."""
+        return None if self.drive_acceleration is None else self.drive_acceleration >= self.greatest_acceleration
+
+    @property
+    def _drive(self) -> str:
+        if not self.drive_acceleration:  # a torque, or no rise at all
+            return ""
+        if self.carried_on:
+            return f"; the drive rises by {self.drive_acceleration:.3g} rad/s^2 and carries them on"
+        return "; the drive rises more slowly"
 
 
 @dataclass(frozen=True)
@@ -124,7 +140,10 @@ class HeldByFriction:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
-        planes = [{**asdict(plane), "holds": plane.holds, "sentence": plane.sentence} for plane in self.planes]
+        planes = [
+            {**asdict(plane), "holds": plane.holds, "carried_on": plane.carried_on, "sentence": plane.sentence}
+            for plane in self.planes
+        ]
         return {**asdict(self), "planes": planes}
 
 
@@ -174,7 +193,9 @@ def held_by_friction(
         return HeldByFriction(at, 0, (), NONE_GIVEN)
     races = _races(st, at, balls, holding, rolling)
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
-    planes = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
+    found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
+    rise = greatest_rise(machine, at)
+    planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
     return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
 
 
