@@ -20,6 +20,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli import words
 from autobalancer.cli.main import app
 from autobalancer.cli.quantities import listed, parameter_values, speed_range, values
 from autobalancer.cli.sheet import Column, print_sheet, sheet_csv
@@ -288,3 +289,18 @@ def test_a_temperature_is_shown_as_it_is_asked_for() -> None:
     rows = list(csv.reader(io.StringIO(say(*over))))
     assert "[°C]" in rows[0][0]
     assert [float(row[0]) for row in rows[1:]] == pytest.approx([10.0, 25.0, 40.0])
+
+
+def test_speeds_in_sentences_have_the_unit_of_the_command() -> None:
+    before = words.speed_sign()
+    try:
+        words.use_speed_unit("rpm")
+        said = "stable also 10 to 20 rad/s; the drive rises by 0.5 rad/s^2; at 62.83 and 3.1416e1 rad/s"
+        assert (
+            words.in_speed_unit(said)
+            == "stable also 95.49 to 191 rpm; the drive rises by 0.5 rad/s^2; at 600 and 300 rpm"
+        )
+        words.use_speed_unit("rad/s")
+        assert words.in_speed_unit(said) == said
+    finally:
+        words.use_speed_unit(before)

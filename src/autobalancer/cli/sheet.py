@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from autobalancer.cli.printable import printable
+from autobalancer.cli.words import in_speed_unit
 
 LEAST = 18  # letters of a text that may be broken between words
 EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
@@ -85,7 +86,7 @@ class Facts:
         table.add_column(style="bold", no_wrap=True)
         table.add_column()
         for name, text in self.rows:
-            table.add_row(Text(printable(name)), Text(printable(text)))
+            table.add_row(Text(printable(name)), Text(printable(in_speed_unit(text))))
         console = Console(highlight=False)
         if self.title:
             console.print(Text(printable(self.title), style="bold"))

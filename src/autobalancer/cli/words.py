@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from contextvars import ContextVar
 from typing import Any
 
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+_SPEEDS = re.compile(rf"(?P<numbers>(?:{_NUMBER.pattern}(?:, | to | and ))*{_NUMBER.pattern}) rad/s(?![\^²/])")
 _UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 _SPEED_UNIT: ContextVar[str] = ContextVar("speed_unit", default="rpm")
 
@@ -35,6 +38,18 @@ def speed_text(speed: float, form: str = ".5g") -> str:
     return "never" if math.isinf(speed) else f"{speed_number(speed, form)} {speed_sign()}"
 
 
+def in_speed_unit(text: str) -> str:
+    """A sentence of the package, which has its speeds in rad/s, with these in the unit of :func:`speed_sign`."""
+    if speed_sign() == "rad/s":
+        return text
+
+    def shown(found: re.Match[str]) -> str:
+        numbers = _NUMBER.sub(lambda number: speed_number(float(number[0]), ".4g"), found["numbers"])
+        return f"{numbers} {speed_sign()}"
+
+    return _SPEEDS.sub(shown, text)
+
+
 def say(text: str, indent: str = "", first: str = "") -> None:
     """Print sentences, broken between words where the screen ends, the further lines of each with an ``indent``."""
     import textwrap
@@ -44,7 +59,7 @@ def say(text: str, indent: str = "", first: str = "") -> None:
     from autobalancer.cli.console import Console
     from autobalancer.cli.printable import printable
 
-    for line in printable(text).splitlines() or [""]:
+    for line in printable(in_speed_unit(text)).splitlines() or [""]:
         width = max(Console().width, 40)
         whole = textwrap.wrap(line, width, initial_indent=first, subsequent_indent=indent, **_UNBROKEN)
         typer.echo("\n".join(whole))
