@@ -492,6 +492,13 @@ def test_what_a_plane_needs_is_its_greatest_over_time_though_the_planes_need_it_
     assert [plane.required * 1e6 for plane in last] == pytest.approx([60.0 * 50.0 / 250.0, 60.0 * 200.0 / 250.0])
 
 
+def test_a_border_that_is_not_computed_is_called_not_known() -> None:
+    answer = CliRunner().invoke(app, ["check", "docs/machines/two_planes.toml"], env={"COLUMNS": "300"})
+    row = next(line for line in answer.output.splitlines() if "worst case" in line)
+    assert "not known: computed for equal balls at one station only" in row
+    assert "none" not in row
+
+
 def test_another_size_of_the_only_unbalance_keeps_its_direction_and_place() -> None:
     m = machine(TWO, couple=0j)
     twice = ab.equilibria(m, 300.0, unbalance=2.0 * abs(STATIC))

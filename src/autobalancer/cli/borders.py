@@ -195,7 +195,7 @@ def _print(name: str, answer: dict[str, Any]) -> None:
     typer.secho(name, bold=True)
     width = max((len(border["name"]) for border in answer["borders"]), default=0)
     for border in answer["borders"]:
-        typer.echo(f"{border['name']:<{width}}   {speed_text(border['speed'])}")
+        typer.echo(f"{border['name']:<{width}}   {speed_text(border['speed']) if border['known'] else 'not known'}")
         if border["note"]:
             say(border["note"], indent="  ", first="  ")
     if "stable_windows" in answer:

@@ -85,7 +85,8 @@ def check(
         if not math.isnan(found.sommerfeld_number):
             table.add_row("S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)")
         for border in found.borders:
-            table.add_row(border.name, _speed(border.speed) + (f"   ({border.note})" if border.note else ""))
+            said = _speed(border.speed) + (f"   ({border.note})" if border.note else "")
+            table.add_row(border.name, said if border.known else f"not known: {border.note}")
     else:
         table.add_row("border speeds", f"none: {found.no_borders_because}")
     if found.highest_speed is not None:

@@ -9,11 +9,15 @@ from autobalancer.shown import Table, speed_cells
 
 @dataclass(frozen=True)
 class Border:
-    """One border speed: ``speed`` in rad/s, infinite for never, nan where it does not exist; ``note`` says why."""
+    """One border speed: ``speed`` in rad/s, infinite for never, nan where there is none; ``note`` says why.
+
+    Not ``known`` is one that is not computed for such a machine; its speed is nan, too.
+    """
 
     name: str
     speed: float
     note: str
+    known: bool = True
 
 
 class Borders(Table[Border]):

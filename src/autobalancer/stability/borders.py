@@ -215,9 +215,11 @@ def worst_case(p: Plane) -> Border:
     """
     name = "exact border, worst case"
     if not equal_balls(p):
-        return Border(name, math.nan, "known for equal balls on isotropic supports only; see the exact border")
+        return Border(
+            name, math.nan, "computed for equal balls on isotropic supports only; see the exact border", False
+        )
     if np.any(p.offset != 0.0):
-        return Border(name, math.nan, "known for races on the axis only; see the exact border")
+        return Border(name, math.nan, "computed for races on the axis only; see the exact border", False)
     balancer = planar_balancer_of(p)
     if balancer.damping == 0.0 or balancer.drag == 0.0:
         return Border(name, math.inf, "never: the rotor or its balls are undamped")
@@ -246,7 +248,12 @@ def worst_case_at_one_station(st: Stations) -> Border:
     """*exact border, worst case* where the rotor tilts or bends: equal balls at one station, |S2| from 0 to N."""
     name = "exact border, worst case"
     if not equal_at_one_station(st):
-        return Border(name, math.nan, "known for equal balls at one station, races on the axis; see the exact border")
+        return Border(
+            name,
+            math.nan,
+            "computed for equal balls at one station only, races on the axis; see the exact border",
+            False,
+        )
     found = []
     for share in SPREADS:
         speed, note = border_of(EqualAtOneStation(st, spread=share * st.moment.size), st)

@@ -14,7 +14,7 @@ HOW = "torque balance of stalled balls in line"
 PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "never: a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
-NO_CAPTURE = "not known where balls are never released"
+NO_CAPTURE = "not computed where balls are never released"
 FREE = "parting, others free"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
@@ -23,7 +23,7 @@ WORTH = 0.002  # relative difference from which on a second release speed is sai
 def never(why: str, capture: bool) -> tuple[Border, ...]:
     """Balls that are never released."""
     release = Border(RELEASE, math.inf, why)
-    return (release, Border(CAPTURE, math.nan, NO_CAPTURE)) if capture else (release,)
+    return (release, Border(CAPTURE, math.nan, NO_CAPTURE, False)) if capture else (release,)
 
 
 def capture_border(speed: float, which: str) -> Border:
