@@ -118,3 +118,11 @@ def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_th
 def test_questions_without_sense_are_refused(axes: dict[str, list[float]], random: int, message: str) -> None:
     with pytest.raises(QuestionError, match=message):
         ab.basin(DISCOIDAL, 100.0, axes, random=random)
+
+
+def test_from_random_angles_a_slow_run_up_always_stalls_and_a_fast_one_mostly_does_not() -> None:
+    machine = with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
+    slow, fast = (ab.basin(machine, 330.0, random=12, acceleration=rate, hold=20.0) for rate in (5.0, 5000.0))
+    assert float(slow["share"].sel(end="stalled")) == 1.0
+    assert float(fast["share"].sel(end="balanced")) > 0.5
+    assert slow.attrs["released"] == "after run-ups"

@@ -451,7 +451,6 @@ def test_what_is_known_of_planar_rotors_only_says_what_to_ask_instead() -> None:
     m = machine(TWO)
     for question in (
         lambda: ab.branches(m, "speed", 100.0, 200.0),
-        lambda: ab.basin(m, 300.0, random=2),
         lambda: ab.speed_windows(m),
     ):
         with pytest.raises(QuestionError, match=r"planar rotors only.*equilibria"):

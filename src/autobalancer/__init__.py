@@ -296,7 +296,6 @@ if _TYPE_CHECKING:
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
-    from autobalancer.stability.basins import basin
     from autobalancer.stability.bifurcation_curves import bifurcation_curves
     from autobalancer.stability.borders import border_speeds
     from autobalancer.stability.borders_over import border_curve
@@ -308,6 +307,7 @@ if _TYPE_CHECKING:
     from autobalancer.stability.states import eigenvalues, equilibria
     from autobalancer.stability.summary import summary
     from autobalancer.stability.windows import stable_windows
+    from autobalancer.studies.basin import basin
     from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_machines import chamber_variant
     from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders

@@ -30,7 +30,6 @@ HOME = {
     "held_by_friction": "stability.held",
     "equilibria": "stability.states",
     "eigenvalues": "stability.states",
-    "basin": "stability.basins",
     # results
     "load_run": "results.store",
     "save_run": "results.store",
@@ -51,6 +50,7 @@ HOME = {
     "ball_angle_to_unbalance": "results.measures",
     # study
     "sweep": "studies.sweep",
+    "basin": "studies.basin",
     # show
     "plot_run_up": "plots.run_up",
     "plot_race": "plots.race",

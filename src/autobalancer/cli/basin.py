@@ -17,6 +17,7 @@ def basin(
     y: Annotated[str, typer.Option(help="Starts along y, in the same form.")] = "",
     random: Annotated[int, typer.Option(help="Instead of --x and --y: number of random starts.")] = 0,
     seed: Seed = 0,
+    acceleration: Annotated[str, typer.Option(help='Run up from rest, such as "10 rad/s^2".')] = "",
     hold: Annotated[str, typer.Option(help='Longest time at the final speed, such as "30 s".')] = "",
     out: Outs = None,
     plot: Plot = None,
@@ -27,6 +28,8 @@ def basin(
     """Run a machine from many starts and say in percent where it ends.
 
     A NAME is ball_angle[1], ball_speed[1] or the same of another ball, or acceleration.
+    With gravity in the plane, and for rotors that tilt or bend, only --random
+    answers: an end is the verdict on a run.
 
     Example: autobalancer basin examples/machines/discoidal.toml \\
       --speed "1200 rpm" --random 500 --plot basin.png
@@ -48,6 +51,7 @@ def basin(
             axes or None,
             random=random,
             seed=seed,
+            acceleration=optional("--acceleration", acceleration, "rad/s^2"),
             hold=optional("--hold", hold, "s"),
             progress=update,
         )
@@ -61,6 +65,9 @@ def basin(
         return
     there = {name: 100.0 * share for name, share in shares.items() if share > 0.0}
     columns = [Column("end", list(there)), Column("share", list(there.values()), "%", ".2f")]
+    if random:
+        for column, name in (("from", "share_low"), ("to", "share_high")):
+            columns.append(Column(column, [100.0 * float(found[name].sel(end=end)) for end in there], "%", ".2f"))
     if as_csv:
         print_csv(columns)
         return
@@ -68,8 +75,9 @@ def basin(
     typer.echo(f"{runs} runs" + (f", random starts of seed {seed}" if random else ""))
     for line in _lines(left):
         say(line, indent="  ")
-    if left["note"]:
-        note(left["note"])
+    for text in (left["note"], left["gravity_note"]):
+        if text:
+            note(text)
     files.say()
 
 
@@ -80,27 +88,34 @@ def _left(found: Any) -> dict[str, Any]:
         return found[name].values.tolist()
 
     quantiles = [str(float(q)) for q in found["quantile"].values]
-    return {
-        "verdict_share": dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True)),
+    left: dict[str, Any] = {
         "residual_unbalance": dict(zip(quantiles, plain("residual_quantile"), strict=True)),
-        "deflection": dict(zip(quantiles, plain("deflection_quantile"), strict=True)),
         "unbalance": plain("unbalance"),
-        "deflection_without_balls": plain("deflection_without_balls"),
         "released": str(found.attrs["released"]),
         "note": str(found.attrs.get("friction_text", "")),
+        "gravity_note": str(found.attrs.get("gravity_text", "")),
     }
+    if "verdict_share" in found:
+        left["verdict_share"] = dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True))
+    for name in ("deflection", "vibration"):
+        if f"{name}_quantile" in found:
+            left[name] = dict(zip(quantiles, plain(f"{name}_quantile"), strict=True))
+            left[f"{name}_without_balls"] = plain(f"{name}_without_balls")
+    return left
 
 
 def _lines(left: dict[str, Any]) -> list[str]:
     from autobalancer.results.number_text import length_text, moment_text
 
-    words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in left["verdict_share"].items() if share > 0.0)
+    shares = left.get("verdict_share", {})
+    words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
     lines = [f"verdict: {words}"] if words else []
     for name, text, key, whole in (
         ("residual unbalance", moment_text, "residual_unbalance", "unbalance"),
         ("deflection", length_text, "deflection", "deflection_without_balls"),
+        ("vibration", length_text, "vibration", "vibration_without_balls"),
     ):
-        middle, often, most = left[key].values()
+        middle, often, most = left.get(key, dict.fromkeys("abc", float("nan"))).values()
         if middle == middle:
             lines.append(
                 f"{name}, {left['released']}: median {text(middle)}, 95 % below {text(often)}, "

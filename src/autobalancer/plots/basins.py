@@ -16,7 +16,8 @@ from matplotlib.ticker import MultipleLocator
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
 from autobalancer.plots.style import CRITICAL, INK, look, picture
-from autobalancer.results.number_text import moment_text
+from autobalancer.results.number_text import LENGTHS, length_text, moment_text
+from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
 
 COLORS = {
     "balanced": "#009E73",
@@ -29,9 +30,18 @@ COLORS = {
     "failed": "#222222",
     "overlapping start": "#E3E3E3",
 }
+VERDICTS = {
+    BALANCED: "#009E73",
+    PARTLY: "#E69F00",
+    NOT: "#D55E00",
+    WORSE: "#8C2D04",
+    NO_VERDICT: "#56B4E9",
+    "failed": "#222222",
+}
 
 
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
+FAR = 5.0  # times the greatest of the runs: farther away the value without balls is written, not drawn
 AT_REST = ("balanced", "coincident", "in line", "held by friction")
 
 
@@ -125,18 +135,20 @@ def _axis(values: xr.DataArray, speed_unit: str) -> tuple[np.ndarray, str]:
 
 
 def _bars(found: xr.Dataset, share: dict[str, float], title: str) -> Figure:
-    several = "residual_unbalance" in found and share.get("held by friction", 0.0) > 0.0
-    figure = picture(6.6, 4.8 if several else 2.8)
-    grid = figure.add_gridspec(2, 1, height_ratios=(1.0, 2.2)) if several else figure.add_gridspec(1, 1)
-    axes = figure.add_subplot(grid[0])
-    if several:
-        _distribution(figure.add_subplot(grid[1]), found)
+    verdicts = "vibration" in found
+    held = "residual_unbalance" in found and share.get("held by friction", 0.0) > 0.0
+    drawn = ("residual_unbalance", "vibration") if verdicts else ("residual_unbalance",) if held else ()
+    figure = picture(6.6, 4.8 if drawn else 2.8)
+    grid = figure.add_gridspec(2 if drawn else 1, max(len(drawn), 1), height_ratios=(1.0, 2.2) if drawn else (1.0,))
+    axes = figure.add_subplot(grid[0, :])
+    for column, name in enumerate(drawn):
+        _distribution(figure.add_subplot(grid[1, column]), found, name, first=column == 0)
     axes.set_title(f"{title}: {found['state'].size} random starts")
     axes.grid(False)
     names = [name for name, value in share.items() if value > 0.0]
     for place, name in enumerate(names):
         low, high = float(found["share_low"].sel(end=name)), float(found["share_high"].sel(end=name))
-        axes.barh(place, 100 * share[name], color=COLORS[name], height=0.6)
+        axes.barh(place, 100 * share[name], color=(VERDICTS | COLORS)[name], height=0.6)
         axes.plot([100 * low, 100 * high], [place, place], color="#222222", linewidth=1.2, marker="|")
         axes.text(100 * high + 1.0, place, f"{100 * share[name]:.3g} %", va="center")
     axes.set_yticks(range(len(names)), names)
@@ -146,35 +158,57 @@ def _bars(found: xr.Dataset, share: dict[str, float], title: str) -> Figure:
     return figure
 
 
-def _distribution(axes: Axes, found: xr.Dataset) -> None:
-    """Share of the starts that end below a residual unbalance, with median and 95 %."""
+def _distribution(axes: Axes, found: xr.Dataset, quantity: str, *, first: bool) -> None:
+    """Share of the starts that end below a residual unbalance or a vibration, with median and 95 %."""
     names = list(found.attrs["states"])
-    resting = np.isin(found["state"].values, [names.index(name) for name in AT_REST if name in names])
-    left = np.sort(found["residual_unbalance"].values[resting]) * 1e6
-    axes.step(left, 100.0 * np.arange(1, left.size + 1) / left.size, where="post", color=COLORS["held by friction"])
-    whole = float(found["unbalance"]) * 1e6
-    axes.axvline(whole, color=INK, linewidth=1.0, linestyle=(0, (5, 3)))
-    farthest = max(float(left[-1]), whole)
+    vibrates, verdicts = quantity == "vibration", "vibration" in found
+    counted = [name for name in names if name != "failed"] if verdicts else [name for name in names if name in AT_REST]
+    chosen = np.isin(found["state"].values, [names.index(name) for name in counted])
+    whole = float(found["vibration_without_balls" if vibrates else "unbalance"])
+    left = np.sort(found[quantity].values[chosen])
+    left = left[np.isfinite(left)]
+    if not left.size:
+        axes.set_axis_off()
+        return
+    farthest = (
+        max(left[-1], whole) if whole < FAR * left[-1] else left[-1]
+    )  # else the line is too far to show the curve
+    factor, unit = _natural(farthest) if vibrates else (1e6, "g mm")
+    text = length_text if vibrates else moment_text
+    color = COLORS["held by friction"]
+    axes.step(left * factor, 100.0 * np.arange(1, left.size + 1) / left.size, where="post", color=color)
+    if whole <= farthest:
+        axes.axvline(whole * factor, color=INK, linewidth=1.0, linestyle=(0, (5, 3)))
+        right = whole > 0.5 * farthest
+        place, words = whole * factor, "without balls"
+    else:
+        right, place, words = True, 1.05 * farthest * factor, f"without balls {text(whole)}"
     axes.annotate(
-        "without balls",
-        (whole, 107.0),
-        (-4.0 if whole > 0.5 * farthest else 4.0, 0.0),
+        words,
+        (place, 107.0),
+        (-4.0 if right else 4.0, 0.0),
         textcoords="offset points",
-        ha="right" if whole > 0.5 * farthest else "left",
+        ha="right" if right else "left",
         color=INK,
     )
     for share in (0.5, 0.95):
-        value = float(np.quantile(left, share))
+        value = float(np.quantile(left, share)) * factor
         axes.plot([0.0, value, value], [100 * share, 100 * share, 0.0], color=CRITICAL, linewidth=0.8, zorder=1)
-        right = value > 0.5 * farthest
+        right = value > 0.5 * farthest * factor
         axes.annotate(
-            f"{100 * share:.0f} % below {moment_text(value * 1e-6)}",
+            f"{100 * share:.0f} %{':' if verdicts else ' below'} {text(value / factor)}",
             (value, 100 * share),
             (-6.0, 4.0) if right else (8.0, -14.0),  # off the curve
             textcoords="offset points",
             ha="right" if right else "left",
         )
-    axes.set_xlim(0.0, 1.05 * farthest)
+    axes.set_xlim(0.0, 1.05 * farthest * factor)
     axes.set_ylim(0.0, 118.0)
-    axes.set_xlabel("residual unbalance of the balls at rest (g mm)")
-    axes.set_ylabel("share of the starts (%)")
+    axes.set_xlabel(f"{quantity.replace('_', ' ')}{'' if verdicts else ' of the balls at rest'} ({unit})")
+    if first:
+        axes.set_ylabel("share of the starts (%)")
+
+
+def _natural(length: float) -> tuple[float, str]:
+    """Factor and unit in which a length is a number above one."""
+    return next(((factor, sign) for sign, factor in LENGTHS[1:] if length * factor >= 1.0), (1e9, "nm"))

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,9 @@ import xarray as xr
 from autobalancer.assembly.fluid_numbers import Lags
 from autobalancer.assembly.system import assemble, start_angles
 from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
 from autobalancer.kernels.settle import settle
@@ -42,7 +42,6 @@ from autobalancer.kernels.system import (
     Y,
 )
 from autobalancer.machine import Machine
-from autobalancer.patience import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.equations import equations
@@ -55,84 +54,36 @@ from autobalancer.stability.held import RELEASED
 from autobalancer.stability.lateral import Plane, plane
 from autobalancer.stability.states import eigenvalues_of
 from autobalancer.stability.verdicts import growth
-from autobalancer.units import argument
 
+REVOLUTIONS = (400.0, 20000.0)  # least and most of a hold that is not given
 ROWS = 128  # runs handed to a thread at once
 
 
-@shows_progress
-def basin(
-    machine: Machine | str | Path,
-    speed: float | str,
-    axes: Mapping[str, Sequence[float]] | None = None,
+def planar_basin(
+    machine: Machine,
+    speed: float,
+    axes: Mapping[str, Sequence[float]],
     *,
-    random: int = 0,
-    seed: int = 0,
-    hold: float | None = None,
-    tolerance: float = 1e-6,
-    workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    random: int,
+    seed: int,
+    acceleration: float | None,
+    hold: float | None,
+    tolerance: float,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
 ) -> xr.Dataset:
-    """End states of a machine at a speed, from many starts.
-
-    Parameters
-    ----------
-    machine
-        A machine or the path of a machine file; its unbalance is that after all schedules.
-    speed
-        Final rotor speed, rad/s. Fluid that lags is modelled by diffusion, whatever the model of its race. It does not lag
-        in starts at the final speed, and differs from start to start in run-ups.
-    axes
-        Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
-        (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
-        rest with a ramp), each with its values. What is not varied is as in the machine; without ``acceleration`` the
-        rotor starts at ``speed``, undeflected.
-    random
-        Instead of axes: number of starts with random ball angles in the rotor.
-    seed
-        For random starts, and for balls without start angles.
-    hold
-        Longest time at the final speed, s; by default 400 revolutions or 25 decay times of the slowest mode of any
-        stable state, and after a run-up of fluid that lags, whichever is longer, at most 20000 revolutions.
-    workers
-        Threads; the result does not depend on it.
-    progress
-        Called with (runs done, runs in all).
-
-    Returns
-    -------
-    xarray.Dataset
-        ``state`` (number, its names in ``attrs["states"]``), ``time`` until rest, ``final_deflection``, ``residual_unbalance``
-        of unbalance and balls; ``share`` of each state with a 95 % interval (Wilson 1927) for random starts. Over the starts that
-        end at rest ``residual_quantile`` and ``deflection_quantile`` (median, 95 %, greatest); over all of them
-        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict_rule`.
-
-    Raises
-    ------
-    QuestionError
-        For unknown axes, no axes and no random starts, gravity in the plane, no balls.
-    """
-    speed = argument("speed", speed, "rad/s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    """End states of a planar machine without gravity in the plane; the arguments are those of :func:`autobalancer.basin`."""
     p = plane(machine)
-    if not p.moment.size:
-        raise QuestionError("basin: the machine has no balls")
-    if not (math.isfinite(speed) and speed > 0.0):
-        raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
-    axes = dict(axes or {})
-    if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
-        raise QuestionError("basin: give one or two axes, or a number of random starts")
     lags = diffusing_lags(machine)
     assembly = assemble(machine, seed=seed, contact=False, lags=lags)
-    longest = hold or _long_enough(machine, p, speed, lags if "acceleration" in axes else {})
+    longest = hold or _long_enough(machine, p, speed, lags if acceleration or "acceleration" in axes else {})
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
     question = Question(machine, assembly, p, speed, longest, tolerance, rubs)
-    starts, rates, shape = _starts(question, axes, random, seed)
+    starts, rates, shape = _starts(question, axes, random, seed, acceleration)
     ends = _settle(question, starts, rates, workers, progress)
     states = np.array([end_state(question, end) for end in ends])
     states[overlapping(question, starts)] = STATES.index("overlapping start")
-    return _dataset(machine, question, axes, shape, ends, states, seed)
+    return _dataset(machine, question, axes, shape, ends, states, seed, acceleration)
 
 
 def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
@@ -141,20 +92,21 @@ def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
     rates = [-growth(eigenvalues_of(machine, p, speed, state), state.freedom) for state in equilibria_of(p, speed)]
     rates += [float(lag.rates.min()) for lag in lags.values()]
     slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
-    return min(max(400.0 * turn, 25.0 / slowest if slowest else 0.0), 20000.0 * turn)
+    return min(max(REVOLUTIONS[0] * turn, 25.0 / slowest if slowest else 0.0), REVOLUTIONS[1] * turn)
 
 
-def _released(question: Question, axes: Mapping[str, Sequence[float]]) -> str:
+def released(axes: Iterable[str], acceleration: float | None, balls: Iterable[Ball]) -> str:
     """How the runs begin, in words."""
-    if "acceleration" in axes:
+    axes = list(axes)
+    if acceleration or "acceleration" in axes:
         return "after run-ups"
-    if any(name.startswith("ball_speed") for name in axes) or any(b.start_speed for b in question.assembly.balls):
+    if any(name.startswith("ball_speed") for name in axes) or any(ball.start_speed for ball in balls):
         return "released at this speed with speeds of their own (not a run-up)"
     return RELEASED if not axes else RELEASED.replace("random", "the given")
 
 
 def _starts(
-    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int
+    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int, acceleration: float | None
 ) -> tuple[Matrix, Floats, tuple[int, ...]]:
     n, speed = question.p.moment.size, question.speed
     values = [np.asarray(v, np.float64) for v in axes.values()]
@@ -164,8 +116,8 @@ def _starts(
     count = int(np.prod(shape))
     first = question.assembly.state.copy()
     first[[X, Y, VX, VY, THETA]] = 0.0
-    first[SPEED] = 0.0 if "acceleration" in axes else speed
-    starts, rates = np.tile(first, (count, 1)), np.zeros(count)
+    first[SPEED] = 0.0 if acceleration or "acceleration" in axes else speed
+    starts, rates = np.tile(first, (count, 1)), np.full(count, acceleration or 0.0)
     if not axes:
         drawn = generator(seed)
         balls = question.assembly.balls
@@ -267,6 +219,7 @@ def _dataset(
     ends: Matrix,
     states: np.ndarray[Any, Any],
     seed: int,
+    acceleration: float | None,
 ) -> xr.Dataset:
     names = [name.replace("[", "_").rstrip("]") for name in axes]
     dims = tuple(names) if axes else ("run",)
@@ -287,7 +240,7 @@ def _dataset(
     found = found.merge(residuals(question, dims, angles, states.reshape(shape)))
     possible = states[states != STATES.index("overlapping start")]
     counts = np.bincount(possible, minlength=len(STATES))
-    low, high = _wilson(counts, max(possible.size, 1))
+    low, high = wilson_interval(counts, max(possible.size, 1))
     found = found.assign_coords(end=("end", list(STATES)))
     found["share"] = ("end", counts / max(possible.size, 1), {"long_name": "share of the starts", "units": "1"})
     if not axes:
@@ -303,7 +256,7 @@ def _dataset(
         "hold": question.hold,
         "tolerance": question.tolerance,
         "seed": seed,
-        "released": _released(question, axes),
+        "released": released(axes, acceleration, question.assembly.balls),
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }
@@ -318,7 +271,7 @@ def _axis_name(path: str) -> str:
     return f"start {kind.removeprefix('ball_')} of {which} in the rotor"
 
 
-def _wilson(counts: np.ndarray[Any, Any], total: int) -> tuple[Floats, Floats]:
+def wilson_interval(counts: np.ndarray[Any, Any], total: int) -> tuple[Floats, Floats]:
     """95 % interval of a share (Wilson 1927)."""
     z = 1.959964
     share = counts / total

@@ -89,7 +89,8 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         )
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
-            "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead"
+            "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead, "
+            "or ask basin with random starts"
         )
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})

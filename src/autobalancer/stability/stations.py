@@ -126,7 +126,8 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
-            "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead"
+            "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
+            "or ask basin with random starts"
         )
     if machine.tilting_races == "full":
         raise QuestionError(

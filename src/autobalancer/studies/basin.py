@@ -1,0 +1,112 @@
+"""Basins of attraction: by their own compiled loop where a rule names the end state, else by ordinary runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.patience import shows_progress
+from autobalancer.stability.basins import planar_basin
+from autobalancer.stability.lateral import STAND_IN
+from autobalancer.studies.random_starts import random_starts
+from autobalancer.units import argument, optional_argument
+
+
+@shows_progress
+def basin(
+    machine: Machine | str | Path,
+    speed: float | str,
+    axes: Mapping[str, Sequence[float]] | None = None,
+    *,
+    random: int = 0,
+    seed: int = 0,
+    acceleration: float | str | None = None,
+    hold: float | str | None = None,
+    tolerance: float = 1e-6,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Ends of a machine at a speed, from many starts.
+
+    A planar rotor without gravity in the plane ends in states of rest and motions that have names. On all other machines
+    an end is the verdict on the run, and only random starts are possible.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file; its unbalance is that after all schedules.
+    speed
+        Final rotor speed, rad/s. On planar rotors fluid that lags is modelled by diffusion, whatever the model of its
+        race. It does not lag in starts at the final speed, and differs from start to start in run-ups.
+    axes
+        Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
+        (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
+        rest with a ramp), each with its values. What is not varied is as in the machine; without an acceleration the
+        rotor starts at ``speed``, undeflected.
+    random
+        Instead of axes: number of starts with random ball angles in the rotor.
+    seed
+        For random starts, and for balls without start angles. Where ends are verdicts, start i, from 0, has the ball
+        angles of the seed ``seed + i``.
+    acceleration
+        Of all starts, rad/s^2: the run begins at rest with a ramp.
+    hold
+        Time at the final speed, s. Planar: the longest; by default 400 revolutions or 25 decay times of the slowest mode
+        of any stable state, and after a run-up of fluid that lags, whichever is longer. Where ends are verdicts: that of
+        every run; by default 400 revolutions or 10 such decay times, without gravity. At most 20000 revolutions.
+    workers
+        Threads; the result does not depend on it.
+    progress
+        Called with (runs done, runs in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``state`` (number, its names in ``attrs["states"]``), ``residual_unbalance`` of unbalance and balls; ``share`` of each
+        state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Planar:
+        ``time`` until rest, ``final_deflection``; quantiles over the starts that end at rest, of deflection too, and
+        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict_rule`. Verdicts: ``vibration``,
+        ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
+        all that finished.
+
+    Raises
+    ------
+    QuestionError
+        For unknown axes, no axes and no random starts, axes where ends are verdicts, no balls.
+    """
+    speed, acceleration = argument("speed", speed, "rad/s"), optional_argument("acceleration", acceleration, "rad/s^2")
+    hold = optional_argument("hold", hold, "s")
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if not any(race.balls for balancer in machine.balancers for race in balancer.races):
+        raise QuestionError("basin: the machine has no balls")
+    for name, value, unit in (
+        ("speed", speed, "rad/s"),
+        ("acceleration", acceleration, "rad/s^2"),
+        ("hold", hold, "s"),
+    ):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise QuestionError(f"{name}: given {value!r}; must be greater than zero, in {unit}")
+    axes = dict(axes or {})
+    if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
+        raise QuestionError("basin: give one or two axes, or a number of random starts")
+    if acceleration is not None and "acceleration" in axes:
+        raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
+    options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
+    if isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0):
+        return planar_basin(machine, speed, axes, random=random, workers=workers, progress=progress, **options)
+    if axes:
+        planar = isinstance(machine.rotor, PlanarRotor)
+        why = "gravity in the plane" if planar else f"a rotor of kind {machine.rotor.kind!r}"
+        raise QuestionError(
+            f"basin: axes are for planar rotors without gravity in the plane; this machine has {why}. Give a number of "
+            f"random starts instead: random=100, or '--random 100'{'' if planar else f'; {STAND_IN}'}"
+        )
+    return random_starts(machine, speed, random, workers=workers, progress=progress, **options)

@@ -1,0 +1,178 @@
+"""The ends of ordinary runs from random starts, for machines whose balls need not come to rest in the rotor.
+
+Such are rotors with gravity in the plane and rotors that tilt or bend. An end is named by the verdict on its run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.resolved import is_resolved
+from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.machine import Machine
+from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.stability.basin_residuals import QUANTILES
+from autobalancer.stability.basins import REVOLUTIONS, released, wilson_interval
+from autobalancer.stability.states import equilibria
+from autobalancer.studies.sweep import sweep
+
+FAILED = "failed"
+ENDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, FAILED)
+KEPT = ("vibration", "residual_unbalance", "static_deflection", "support_force", "settling_time")
+DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
+
+
+def random_starts(
+    machine: Machine,
+    speed: float,
+    count: int,
+    *,
+    seed: int = 0,
+    acceleration: float | None = None,
+    hold: float | None = None,
+    tolerance: float = 1e-6,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a machine to a speed from random ball angles and count the verdicts.
+
+    Parameters
+    ----------
+    machine
+        Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected.
+    speed
+        Rotor speed, rad/s.
+    count, seed
+        Number of starts; start i, from 0, has the ball angles of seed ``seed + i``.
+    acceleration
+        Of a ramp from rest, rad/s^2; None starts at ``speed``.
+    hold
+        Time at ``speed``, s; by default :func:`long_enough`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As of :func:`autobalancer.basin` with random starts; its states are the words of the verdict. ``vibration``,
+        ``residual_unbalance``, ``static_deflection`` and ``support_force`` of each run are those of
+        :func:`autobalancer.sweep`.
+
+    Raises
+    ------
+    QuestionError
+        Where no verdict is possible: without unbalance, or with excitations.
+    """
+    if machine.excitations:
+        raise QuestionError(
+            "basin: the machine has excitations, so there is no verdict on its runs; leave out 'excitations', or use "
+            "sweep(machine, {}, seeds=100) for the vibration alone"
+        )
+    hold = hold or long_enough(machine, speed)
+    ramp = speed / acceleration if acceleration else 0.0
+    steady = driven_to(machine, speed, ramp)
+    runs = sweep(
+        steady,
+        {},
+        duration=ramp + hold,
+        seeds=count,
+        seed=seed,
+        tolerance=tolerance,
+        workers=workers,
+        progress=progress,
+    )
+    if (runs["vibration_without_balls"] == 0.0).all():
+        raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
+    found = _ends(runs).merge(_distributions(runs))
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    own: dict[str, Any] = {
+        "title": f"Random starts of {machine.name}",
+        "states": list(ENDS),
+        "speed": speed,
+        "hold": hold,
+    }
+    own["released"] = released((), acceleration, resolve(machine))
+    found.attrs = {**runs.attrs, **own, **({} if rubs else {"friction_text": NONE_GIVEN})}
+    found.attrs |= _falling(machine, 0.0 if acceleration else speed)
+    return found
+
+
+def driven_to(machine: Machine, speed: float, ramp: float) -> Machine:
+    """The machine with its last unbalance and no start angles, at a speed after a ramp from rest of this duration, s."""
+    profile = {"kind": "ramp", "end": speed, "duration": ramp} if ramp else {"kind": "constant", "speed": speed}
+    machine = with_parameter(machine, "start", {})
+    machine = with_parameter(machine, "drive", {"kind": "speed", "profile": profile})
+    for i, unbalance in enumerate(machine.unbalances, start=1):
+        if unbalance.schedule is not None:
+            last = {"time": [0.0], "factor": [unbalance_factor(unbalance, math.inf)]}
+            machine = with_parameter(machine, f"unbalances[{i}].schedule", last)
+    for i, balancer in enumerate(machine.balancers, start=1):
+        for j, race in enumerate(balancer.races, start=1):
+            balls = tuple(group.model_copy(update={"start_angles": None}) for group in race.balls)
+            machine = with_parameter(machine, f"balancers[{i}].races[{j}].balls", balls)
+    return machine
+
+
+def long_enough(machine: Machine, speed: float) -> float:
+    """Ten decay times of the slowest mode of any stable state without gravity in the plane, within REVOLUTIONS, s."""
+    turn = 2.0 * math.pi / speed
+    try:
+        rates = -equilibria(machine.model_copy(update={"gravity": 0.0}), speed)["growth_rate"].values
+    except AutobalancerError:
+        rates = np.zeros(0)
+    slowest = min(rates[rates > 0.0], default=math.inf)
+    return float(np.clip(DECAYS / slowest, REVOLUTIONS[0] * turn, REVOLUTIONS[1] * turn))
+
+
+def _falling(machine: Machine, slowest: float) -> dict[str, str]:
+    """A note where guided balls stay on races from which gravity would take them."""
+    if machine.axis != "horizontal" or is_resolved(machine):
+        return {}
+    border = math.sqrt(float(machine.gravity) / min(ball.orbit_radius for ball in resolve(machine)))
+    if slowest >= border:
+        return {}
+    text = (
+        f"guided balls stay on their races below {border * 30.0 / math.pi:.3g} rpm too, where gravity would make balls fall "
+        "that turn with the rotor; resolved balls do fall"
+    )
+    return {"gravity_text": text}
+
+
+def _ends(runs: xr.Dataset) -> xr.Dataset:
+    """The word of each run and the share of each word."""
+    words = np.where(runs["outcome"].values == "finished", runs["verdict"].values, FAILED)
+    states = np.array([ENDS.index(word) for word in words])
+    counts = np.bincount(states, minlength=len(ENDS))
+    low, high = wilson_interval(counts, states.size)
+    return xr.Dataset(
+        {
+            "state": ("run", states, {"long_name": "verdict on the run", "flag_meanings": list(ENDS)}),
+            "share": ("end", counts / states.size, {"long_name": "share of the starts", "units": "1"}),
+            "share_low": ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"}),
+            "share_high": ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"}),
+        },
+        {"end": list(ENDS), "seed": ("run", runs["seed"].values)},
+    )
+
+
+def _distributions(runs: xr.Dataset) -> xr.Dataset:
+    """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
+    found = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
+    found = found.assign_coords(quantile=list(QUANTILES))
+    finished = runs["outcome"].values == "finished"
+    for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance")):
+        ended = runs[values].values[finished]
+        spread = np.quantile(ended, QUANTILES) if ended.size else np.full(len(QUANTILES), np.nan)
+        found[f"{name}_quantile"] = ("quantile", spread, runs[values].attrs)
+    found["vibration_without_balls"] = float(runs["vibration_without_balls"].max())
+    found["unbalance"] = float((runs["residual_unbalance"] / runs["residual_share"]).median())
+    found["vibration_without_balls"].attrs = dict(runs["vibration_without_balls"].attrs)
+    found["unbalance"].attrs = {"long_name": "unbalance without balls", "units": "kg m"}
+    return found

@@ -1,0 +1,133 @@
+"""Random starts on machines whose balls need not come to rest: an end is the verdict on its run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.studies.random_starts import driven_to, long_enough
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+SPEED = 125.66  # rad/s, 1200 rpm; ten times the critical speed of the drum
+
+
+def _drum(moment: str = "125000 g*mm", **race: object) -> Machine:
+    """A drum of 25 kg on soft supports of 2 Hz, with gravity in its plane."""
+    balls = [{"count": 16, "diameter": "24 mm", "density": "7800 kg/m^3", "start_angles": [0.4 * i for i in range(16)]}]
+    drag = {"law": "beta", "beta": "5e-3 N*m*s"}
+    return Machine.model_validate(
+        {
+            "name": "drum",
+            "axis": "horizontal",
+            "rotor": {
+                "kind": "planar",
+                "mass": "25 kg",
+                "stiffness": "3950 N/m",
+                "damping": "60 N*s/m",
+                "inertia": 1.0,
+            },
+            "unbalances": [{"moment": moment}],
+            "balancers": [{"races": [{"orbit_radius": "250 mm", "balls": balls, "drag": drag} | race]}],
+            "drive": {"kind": "torque", "torque": "1 N*m"},
+        }
+    )
+
+
+def test_a_horizontal_drum_balances_from_every_start_and_gravity_alone_is_left() -> None:
+    found = ab.basin(_drum(), SPEED, random=4, hold=10.0)
+    assert float(found["share"].sel(end="balanced")) == 1.0
+    assert float(found["share_low"].sel(end="balanced")) == pytest.approx(4.0 / (4.0 + 1.959964**2))  # Wilson at n of n
+    assert float(found["unbalance"]) == pytest.approx(0.125)
+    assert found["residual_unbalance"].values.max() < 0.01 * 0.125
+    middle = float(found["vibration_quantile"].sel(quantile=0.5))
+    assert middle == pytest.approx(float(np.median(found["vibration"])))
+    assert np.unique(found["vibration"]).size == 4  # every start is another one
+
+
+def test_each_start_is_the_ordinary_run_of_its_seed_with_the_verdict_of_that_run() -> None:
+    machine = driven_to(_drum(), SPEED, 0.0)
+    found = ab.basin(_drum(), SPEED, random=2, seed=7, hold=10.0)
+    run = ab.simulate(machine, duration=10.0, seed=int(found["seed"][1]), tolerance=1e-6)
+    assert ab.verdict(run).word == found.attrs["states"][int(found["state"][1])]
+    assert ab.verdict(run).residual == pytest.approx(float(found["residual_unbalance"][1]), rel=0.02)
+
+
+def test_every_start_leaves_what_exceeds_the_capability() -> None:
+    capability = ab.summary(_drum()).capability
+    moment = 1.5 * capability
+    found = ab.basin(_drum(f"{moment} kg*m"), SPEED, random=3, hold=10.0)
+    assert float(found["share"].sel(end="partly balanced")) == 1.0
+    # contact gives way: balls pressed together are up to 0.6 % closer than balls side by side
+    assert found["residual_unbalance"].values == pytest.approx(moment - capability, rel=0.01)
+
+
+def test_without_gravity_the_verdicts_are_those_of_the_planar_rule() -> None:
+    discoidal = ab.load_machine(MACHINES / "discoidal.toml")
+    planar = ab.basin(discoidal, SPEED, random=6)
+    horizontal = with_parameter(with_parameter(discoidal, "axis", "horizontal"), "gravity", 1e-9)
+    found = ab.basin(horizontal, SPEED, random=6)
+    assert "stalled" in planar.attrs["states"]
+    assert "stalled" not in found.attrs["states"]
+    for word in ("balanced", "partly balanced", "not balanced"):
+        assert float(found["share"].sel(end=word)) == float(planar["verdict_share"].sel(verdict=word))
+
+
+def test_two_planes_balance_above_both_critical_speeds_and_make_it_worse_below() -> None:
+    machine = ab.load_machine(MACHINES / "two_plane_rotor.toml")
+    above = ab.basin(machine, "4000 rpm", random=2, hold=20.0)
+    below = ab.basin(machine, "500 rpm", random=2, hold=30.0)
+    assert float(above["share"].sel(end="balanced")) == 1.0
+    assert float(below["share"].sel(end="worse than without balls")) == 1.0
+    slowest = -ab.equilibria(machine, "4000 rpm")["growth_rate"].values
+    assert long_enough(machine, 418.9) == pytest.approx(10.0 / slowest[slowest > 0.0].min(), rel=1e-3)
+
+
+def test_the_last_unbalance_counts_from_the_start() -> None:
+    schedule = {"time": [5.0, 5.0], "factor": [0.0, 1.0]}
+    late = with_parameter(_drum(), "unbalances[1].schedule", schedule)
+    found, steady = (ab.basin(machine, SPEED, random=2, hold=2.0) for machine in (late, _drum()))
+    assert found["vibration"].values == pytest.approx(steady["vibration"].values)
+
+
+def test_the_picture_has_bars_of_verdicts_and_both_distributions() -> None:
+    found = ab.basin(_drum(), SPEED, random=3, hold=10.0)
+    figure = ab.plot_basin(found)
+    bars, residual, vibration = figure.axes
+    assert [text.get_text() for text in bars.get_yticklabels()] == ["balanced"]
+    assert residual.get_xlabel() == "residual unbalance (g mm)"
+    assert vibration.get_xlabel() == "vibration (µm)"
+    assert np.sort(found["vibration"]) * 1e6 == pytest.approx(np.asarray(vibration.lines[0].get_xdata(), float))
+
+
+def test_below_the_speed_at_which_balls_fall_a_note_says_that_they_are_guided() -> None:
+    found = ab.basin(_drum(), SPEED, random=2, acceleration=20.0, hold=1.0)
+    assert "59.8 rpm" in found.attrs["gravity_text"]  # sqrt(g/r)
+    assert "gravity_text" not in ab.basin(_drum(), SPEED, random=2, hold=1.0).attrs
+
+
+def test_maps_over_starts_and_questions_without_a_verdict_are_refused_with_what_to_do() -> None:
+    with pytest.raises(QuestionError, match=r"gravity in the plane\. Give a number of random starts instead"):
+        ab.basin(_drum(), SPEED, {"ball_angle[1]": [0.0, 1.0]})
+    with pytest.raises(QuestionError, match="no unbalance"):
+        ab.basin(_drum("0 g*mm"), SPEED, random=2, hold=1.0)
+
+
+def test_the_command_prints_shares_with_their_interval_and_what_is_left(tmp_path: Path) -> None:
+    path = tmp_path / "drum.toml"
+    ab.save_machine(_drum(), path)
+    asked = ["basin", str(path), "--speed", "1200 rpm", "--random", "2", "--hold", "10 s"]
+    table = CliRunner().invoke(app, asked)
+    assert table.exit_code == 0, table.output
+    assert "balanced  100.00  34.24" in " ".join(table.output.split("\n")).replace("   ", "  ")
+    answer = json.loads(CliRunner().invoke(app, [*asked, "--json"]).output)
+    assert answer["share"]["balanced"] == 1.0
+    assert answer["vibration"]["1.0"] < 0.1 * answer["vibration_without_balls"]
