@@ -11,10 +11,12 @@ import pytest
 import xarray as xr
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
+from matplotlib.text import Text
 from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.campbell import THINNEST, WHIRL, plot_campbell
+from autobalancer.plots.end_labels import End, joint_name, moved_apart
 from autobalancer.plots.labels import labels_of
 from autobalancer.plots.modes import plot_modes
 from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
@@ -195,3 +197,40 @@ def test_only_whirls_that_are_drawn_stand_in_the_legend_of_a_campbell_diagram() 
     words = [text.get_text() for text in plot_campbell(found).axes[0].get_legend().get_texts()]
     assert "straight" not in words
     assert "mixed" in words
+
+
+def end_names(axes: Any) -> list[Any]:
+    axes.get_figure().draw_without_rendering()
+    return [text for text in axes.texts if "%" in text.get_text()]
+
+
+def test_branches_on_one_another_have_one_name_and_both_colors() -> None:
+    axes = plot_campbell(campbell(planar(damping=60.0), np.linspace(0.0, 100.0, 21))).axes[0]
+    (name,) = end_names(axes)
+    assert name.get_text().startswith("cylindrical forward, backward, ")
+    dashes = [line for line in axes.get_lines() if to_hex(line.get_color()).upper() in WHIRL.values()]
+    drawn = {to_hex(color).upper() for branch in axes.collections for color in branch.get_colors()}
+    assert drawn == {WHIRL["forward"], WHIRL["backward"]}
+    assert len(dashes) == 1
+    assert dashes[0].get_ydata() == pytest.approx(axes.collections[0].get_segments()[0][0, 1])
+    assert len(labels_of(axes).placed) == 1  # they meet the line of the speed at the same place
+
+
+@pytest.mark.parametrize("highest", [900.0, 5000.0, 20000.0])
+def test_names_of_close_branches_do_not_cover_each_other(highest: float) -> None:
+    found = campbell(rigid(), np.linspace(0.0, highest, 61))
+    names = end_names(plot_campbell(found).axes[0])
+    boxes = [Text.get_window_extent(name) for name in names]  # without the line to the branch
+    heights = [name.xy[1] for name in names]
+    assert heights == sorted(heights)
+    assert [box.y0 for box in boxes] == sorted(box.y0 for box in boxes)
+    for i, one in enumerate(boxes):
+        assert not any(one.overlaps(other) for other in boxes[:i])
+
+
+def test_labels_are_moved_apart_no_farther_than_needed() -> None:
+    assert moved_apart(np.array([0.0, 0.0, 5.0]), 1.0) == pytest.approx([-0.5, 0.5, 5.0])
+    assert moved_apart(np.array([0.0, 3.0]), 1.0) == pytest.approx([0.0, 3.0])
+    ends = [End(2.0, "bending 1 backward", "1 %"), End(2.0, "bending 1 forward", "3 %")]
+    assert joint_name(ends) == "bending 1 forward 3 %, backward 1 %"
+    assert joint_name([End(2.0, "conical x", "1 %"), End(2.0, "bending y", "1 %")]) == "conical x, bending y, 1 %"

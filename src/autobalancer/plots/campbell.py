@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
+from autobalancer.plots.end_labels import SAME, End, end_labels
 from autobalancer.plots.labels import label_point
 from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
 
@@ -22,7 +23,8 @@ def plot_campbell(found: xr.Dataset, *, speed_unit: str = "rpm", frequency_unit:
     """Draw natural frequencies over the speed: color is the direction of whirl, width the damping ratio.
 
     Dashed are the lines of the harmonics; the intersections with them, the critical speeds, are circled and named.
-    Written at the end of each branch are its name and damping ratio.
+    Written at the end of each branch are its name and damping ratio. Branches on one another have one name, and dashes
+    in both colors.
 
     Parameters
     ----------
@@ -50,7 +52,8 @@ def plot_campbell(found: xr.Dataset, *, speed_unit: str = "rpm", frequency_unit:
             axes.plot(speed, line, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label=f"harmonic {h:g}")
         for number in range(found["branch"].size):
             _branch(axes, found.isel(branch=number), speed, up)
-        _end_labels(axes, found, speed, up, top)
+        _coincident(axes, found, speed, up, top)
+        end_labels(axes, float(speed[-1]), _ends(found, up), top)
         _crossings(axes, found, across, up)
         axes.set_xlim(speed[0], speed[-1])
         axes.set_ylim(0.0, top)
@@ -77,36 +80,41 @@ def _branch(axes: Axes, branch: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -
     )
 
 
-def _end_labels(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> None:
-    """Names to the right of the last points, moved apart where they would lie on each other."""
-    entries = []
+def _ends(found: xr.Dataset, unit: AxisUnit) -> list[End]:
+    """The last known point of each branch with its name and damping ratio."""
+    ends = []
     for number in range(found["branch"].size):
         frequency = found["frequency"].values[number]
         known = np.flatnonzero(np.isfinite(frequency))
         if known.size:
             ratio = 100.0 * float(found["damping_ratio"].values[number, known[-1]])
-            text = f"{found['name'].values[number]}, {ratio:.2g} %"
-            entries.append((frequency[known[-1]] * unit.factor, text))
-    entries.sort()
-    level = -np.inf
-    for height, text in entries:
-        level = max(height, level + 0.045 * top)
-        axes.annotate(
-            text,
-            (speed[-1], level),
-            xytext=(5, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=8,
-            color=INK,
-            annotation_clip=False,
-        )
+            height = float(frequency[known[-1]]) * unit.factor
+            ends.append(End(height, str(found["name"].values[number]), f"{ratio:.2g} %"))
+    return ends
+
+
+def _coincident(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> None:
+    """Dashes of the color below where one branch hides another."""
+    frequency, words = found["frequency"].values * unit.factor, found["whirl"].values
+    for upper in range(1, found["branch"].size):
+        for lower in range(upper):
+            hidden = np.abs(frequency[upper] - frequency[lower]) < SAME * top
+            hidden &= words[upper] != words[lower]
+            if hidden.sum() < 2:
+                continue
+            for word in set(words[lower][hidden]):
+                level = np.where(hidden & (words[lower] == word), frequency[lower], np.nan)
+                axes.plot(speed, level, color=WHIRL[str(word)], lw=2.0, ls=(0, (4, 5)), label="_", zorder=2.1)
 
 
 def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
     crossed = zip(found["intersection_speed"].values, found["intersection_harmonic"].values, strict=True)
+    written: list[tuple[float, float]] = []
     for w, h in crossed:
         axes.plot(w * across.factor, h * w * up.factor, "o", ms=6, mfc="white", mec=INK, mew=1.4, zorder=4, label="_")
+        if any(h == other and abs(w - before) < SAME * w for before, other in written):
+            continue  # forward and backward at the same place
+        written.append((w, h))
         text = significant(w * across.factor) if w * across.factor < 1e3 else f"{w * across.factor:.0f}"
         label_point(axes, text, w * across.factor, h * w * up.factor, size=8.0)
 
