@@ -10,10 +10,10 @@ import xarray as xr
 
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.files.machine_file import load_machine
-from autobalancer.stability.equilibria import equilibria_of
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.linear import matrices
-from autobalancer.stability.maps import stability_map
+from autobalancer.stability.borders.stability_map import stability_map
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.states.linear import matrices
+from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, seconds
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"

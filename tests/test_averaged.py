@@ -11,12 +11,16 @@ import pytest
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
-from autobalancer.stability import averaged, averaged_borders, averaged_formulas, averaged_two_balls, speed_windows
-from autobalancer.stability.characteristic import PlanarBalancer, worst_case_border
-from autobalancer.stability.equilibria import Equilibrium, equilibria_of
-from autobalancer.stability.lateral import Plane
-from autobalancer.stability.polygon import directions
-from autobalancer.stability.release import release_border
+from autobalancer.stability.averaged import border as averaged_borders
+from autobalancer.stability.averaged import equations as averaged
+from autobalancer.stability.averaged import formulas as averaged_formulas
+from autobalancer.stability.averaged import phase_windows as speed_windows
+from autobalancer.stability.averaged import two_balls as averaged_two_balls
+from autobalancer.stability.borders.characteristic import PlanarBalancer, worst_case_border
+from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.stall.closed_form import release_border
+from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.stability.states.polygon import directions
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 SPEEDS = (85.0, 112.0, 127.0, 150.0, 310.0)

@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.lateral import plane
+from autobalancer.stability.host.planar import plane
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"

@@ -15,13 +15,13 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine import Machine
-from autobalancer.stability.balanced import EqualBalls, balanced_states
-from autobalancer.stability.borders import borders_of
-from autobalancer.stability.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.equilibria import Equilibrium, equilibria_of
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.linear import eigensystem, kept, matrices
-from autobalancer.stability.spread import spread_range
+from autobalancer.stability.borders.balanced import EqualBalls, balanced_states
+from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border
+from autobalancer.stability.borders.speeds import borders_of
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.stability.states.spread import spread_range
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 BALL = 6.656e-3 * 0.07695  # kg m, table 6.4 of Spannan (2021)

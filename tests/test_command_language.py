@@ -26,8 +26,8 @@ from autobalancer.cli.quantities import listed, parameter_values, speed_range, v
 from autobalancer.cli.sheet import Column, print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
 from autobalancer.results.export import plain_json
-from autobalancer.stability.ranges import stability_ranges
-from autobalancer.stability.states import eigenvalues
+from autobalancer.stability.states.questions import eigenvalues
+from autobalancer.stability.states.ranges import stability_ranges
 
 ROOT = Path(__file__).parents[1]
 DISCOIDAL = str(ROOT / "examples" / "machines" / "discoidal.toml")

@@ -37,19 +37,19 @@ from autobalancer.kernels.system import DRIVE, PRESCRIBED, SEGMENT_COLUMNS, UNBA
 from autobalancer.machine import Machine
 from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
 from autobalancer.plots.branches import plot_branches
-from autobalancer.stability.balanced import planar_balancer_of
-from autobalancer.stability.bifurcation_curves import bifurcation_curves
-from autobalancer.stability.bifurcations import lyapunov_coefficient
-from autobalancer.stability.branches import branches
-from autobalancer.stability.characteristic import growth_rate, worst_case_border
-from autobalancer.stability.collocation import DEGREE, Mesh
-from autobalancer.stability.continuation import Point, Steps, follow, locate
-from autobalancer.stability.explorer import Explorer
-from autobalancer.stability.family import SMOOTH, Family
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.steady import Range, Steady
-from autobalancer.stability.symmetry import expanded, kinds, merged
-from autobalancer.stability.vector_field import Field
+from autobalancer.stability.borders.balanced import planar_balancer_of
+from autobalancer.stability.borders.characteristic import growth_rate, worst_case_border
+from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient
+from autobalancer.stability.continuation.family import SMOOTH, Family
+from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
+from autobalancer.stability.continuation.steady import Range, Steady
+from autobalancer.stability.continuation.symmetry import expanded, kinds, merged
+from autobalancer.stability.continuation.vector_field import Field
+from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.diagrams.curves import bifurcation_curves
+from autobalancer.stability.diagrams.explorer import Explorer
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.periodic.collocation import DEGREE, Mesh
 
 SEEDS = range(20)
 

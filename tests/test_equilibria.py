@@ -26,11 +26,11 @@ from autobalancer.machine import (
     Unbalance,
 )
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.characteristic import PlanarBalancer, planar_eigenvalues
-from autobalancer.stability.equilibria import close_polygon, equilibria_of
-from autobalancer.stability.floquet import Turn, periodic_state
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.linear import eigensystem, matrices, motion_name
+from autobalancer.stability.borders.characteristic import PlanarBalancer, planar_eigenvalues
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.states.floquet import Turn, periodic_state
+from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
+from autobalancer.stability.states.planar import close_polygon, equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

@@ -18,7 +18,7 @@ from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from autobalancer.rotordynamics.response import unbalance_response
-from autobalancer.stability.borders import border_speeds
+from autobalancer.stability.borders.speeds import border_speeds
 
 BALANCER = {
     "name": "ring",

@@ -19,9 +19,9 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.machine import Machine
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.station_states import required
-from autobalancer.stability.stations import stations
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import stations
+from autobalancer.stability.states.stations import required
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"
 

@@ -24,17 +24,17 @@ from autobalancer.machine import Machine
 from autobalancer.plots.border_curve import plot_border_curve
 from autobalancer.plots.stability import plot_stability
 from autobalancer.plots.stability_map import plot_map
-from autobalancer.stability.balanced import balanced_states
-from autobalancer.stability.characteristic import (
+from autobalancer.stability.borders.balanced import balanced_states
+from autobalancer.stability.borders.characteristic import (
     PlanarBalancer,
     growth_rate,
     growth_rates,
     planar_eigenvalues,
     scaled_growth_rates,
 )
-from autobalancer.stability.equilibria import equilibria_of
-from autobalancer.stability.lateral import Plane, plane
-from autobalancer.stability.linear import eigensystem, kept, matrices
+from autobalancer.stability.host.planar import Plane, plane
+from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.planar import equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"

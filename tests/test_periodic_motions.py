@@ -13,15 +13,15 @@ from tests.references.two_balls import RACE, STALL, branch, specials, stall_mach
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.balanced import planar_balancer_of
-from autobalancer.stability.branches import branches
-from autobalancer.stability.characteristic import growth_rate
-from autobalancer.stability.family import Family
-from autobalancer.stability.flow import flow
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.stalled import stalled_orbit
-from autobalancer.stability.steady import Range
-from autobalancer.stability.symmetry import coincident, kinds
+from autobalancer.stability.borders.balanced import planar_balancer_of
+from autobalancer.stability.borders.characteristic import growth_rate
+from autobalancer.stability.continuation.family import Family
+from autobalancer.stability.continuation.steady import Range
+from autobalancer.stability.continuation.symmetry import coincident, kinds
+from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.periodic.integrated import flow
+from autobalancer.stability.periodic.stalled import stalled_orbit
 
 # balls that swing
 

@@ -26,10 +26,10 @@ from autobalancer.measurement.receptance_loop import receptance_loop
 from autobalancer.measurement.receptance_stability import receptance_stability
 from autobalancer.plots.receptance import plot_nyquist, plot_receptance
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.equilibria import Equilibrium
-from autobalancer.stability.lateral import Plane
-from autobalancer.stability.linear import eigensystem, kept, matrices
+from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border
+from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.planar import Equilibrium
 
 FREQUENCY = 2.0 * math.pi * np.linspace(2.0, 40.0, 381)
 ROTOR = (12.27, 68.37, 44654.0)  # kg, N s/m, N/m: Spannan (2021), table 6.4

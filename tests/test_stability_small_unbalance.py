@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from autobalancer.machine import Machine
-from autobalancer.stability.balanced import balanced_states
-from autobalancer.stability.planes import described
-from autobalancer.stability.windows import _edge, stable_windows
+from autobalancer.stability.borders.balanced import balanced_states
+from autobalancer.stability.borders.windows import _edge, stable_windows
+from autobalancer.stability.states.described import described
 
 
 def two_planes(share: float) -> Machine:

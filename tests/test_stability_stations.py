@@ -32,15 +32,16 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.equilibria import equilibria_of
-from autobalancer.stability.harmonic_balance import swing_of
-from autobalancer.stability.lateral import plane
-from autobalancer.stability.linear import eigensystem, matrices
-from autobalancer.stability.station_floquet import exponents_of
-from autobalancer.stability.station_linear import station_matrices
-from autobalancer.stability.station_members import EqualAtOneStation, StationBalls, growth_of, without_exchanges
-from autobalancer.stability.station_states import StationState, balanced_of, states_of
-from autobalancer.stability.stations import Stations, stations
+from autobalancer.stability.borders.balanced_stations import EqualAtOneStation, StationBalls, growth_of
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.harmonic_balance import swing_of
+from autobalancer.stability.states.linear import eigensystem, matrices
+from autobalancer.stability.states.planar import equilibria_of
+from autobalancer.stability.states.station_floquet import exponents_of
+from autobalancer.stability.states.station_linear import station_matrices
+from autobalancer.stability.states.stations import StationState, balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 ENDS = (-0.12, 0.16)

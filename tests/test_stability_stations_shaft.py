@@ -25,11 +25,11 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.linear import eigensystem
-from autobalancer.stability.station_linear import station_matrices
-from autobalancer.stability.station_reduction import reduced
-from autobalancer.stability.station_states import balanced_of
-from autobalancer.stability.stations import Stations, stations
+from autobalancer.stability.host.reduction import reduced
+from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.states.linear import eigensystem
+from autobalancer.stability.states.station_linear import station_matrices
+from autobalancer.stability.states.stations import balanced_of
 
 PLACES = (0.15, 0.45)
 SUPPORTS = tuple(Support(position=z, stiffness=2e4, damping=20.0) for z in (0.05, 0.55))

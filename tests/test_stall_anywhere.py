@@ -28,13 +28,13 @@ from autobalancer.machine import (
     Support,
 )
 from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.borders import Border
-from autobalancer.stability.resistance import release_of
-from autobalancer.stability.stall_release import hanging_ranges
-from autobalancer.stability.stall_states import Balance
-from autobalancer.stability.stalled_groups import Loads, stalled_groups
-from autobalancer.stability.stations import stations
-from autobalancer.stability.whirling import Whirling
+from autobalancer.stability.borders.speeds import Border
+from autobalancer.stability.host.stations import stations
+from autobalancer.stability.stall.borders import release_of
+from autobalancer.stability.stall.groups import Loads, stalled_groups
+from autobalancer.stability.stall.ranges import hanging_ranges
+from autobalancer.stability.stall.states import Balance
+from autobalancer.stability.stall.whirling import Whirling
 
 BOTH = ("release speed", "capture speed")
 BEGUN = 200  # samples, 10 s, until balls have settled at a resonance

@@ -18,7 +18,7 @@ from autobalancer.measurement.receptance_border import receptance_border
 from autobalancer.measurement.receptance_loop import receptance_loop
 from autobalancer.measurement.receptance_stability import receptance_stability
 from autobalancer.plots.receptance import plot_nyquist, plot_receptance
-from autobalancer.stability.characteristic import PlanarBalancer, growth_rate
+from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 fit = fit_receptance(load_receptance(here / "measurements" / "discoidal_hammer.csv"))

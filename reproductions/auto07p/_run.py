@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer import load_machine
-from autobalancer.stability.family import Family
-from autobalancer.stability.flow import flow
-from autobalancer.stability.symmetry import merged
-from autobalancer.stability.vector_field import Field
+from autobalancer.stability.continuation.family import Family
+from autobalancer.stability.continuation.symmetry import merged
+from autobalancer.stability.continuation.vector_field import Field
+from autobalancer.stability.periodic.integrated import flow
 
 HERE = Path(__file__).resolve().parent
 STALL = HERE.parents[1] / "examples" / "machines" / "stall_and_release.toml"

@@ -17,8 +17,8 @@ from autobalancer import load_machine
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
 from autobalancer.plots.branches import plot_branches
-from autobalancer.stability.bifurcation_curves import bifurcation_curves
-from autobalancer.stability.branches import branches
+from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.diagrams.curves import bifurcation_curves
 from reproductions import Found, compared_all
 
 STALL = Path(__file__).resolve().parents[2] / "examples" / "machines" / "stall_and_release.toml"

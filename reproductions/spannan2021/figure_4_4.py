@@ -16,8 +16,8 @@ import numpy as np
 from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability import plot_stability
-from autobalancer.stability.states import eigenvalues
-from autobalancer.stability.windows import stable_windows
+from autobalancer.stability.borders.windows import stable_windows
+from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 
 STIFFNESS = (1.0e5, 1.7e5)  # N/m

@@ -19,8 +19,8 @@ from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.averaged_borders import averaged_border
-from autobalancer.stability.maps import stability_map
+from autobalancer.stability.averaged.border import averaged_border
+from autobalancer.stability.borders.stability_map import stability_map
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"

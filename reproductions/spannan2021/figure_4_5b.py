@@ -18,8 +18,8 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture
-from autobalancer.stability.averaged import averaged_plane, balanced_growth_rate
-from autobalancer.stability.states import eigenvalues
+from autobalancer.stability.averaged.equations import averaged_plane, balanced_growth_rate
+from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS
 

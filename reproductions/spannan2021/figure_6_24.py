@@ -21,9 +21,9 @@ from autobalancer.machine import Machine
 from autobalancer.plots.save import save_picture
 from autobalancer.plots.stability_map import plot_map
 from autobalancer.plots.style import BALLS
-from autobalancer.stability.averaged_formulas import explicit_averaged_border
-from autobalancer.stability.borders_over import border_curve
-from autobalancer.stability.maps import stability_map
+from autobalancer.stability.averaged.formulas import explicit_averaged_border
+from autobalancer.stability.borders.curve import border_curve
+from autobalancer.stability.borders.stability_map import stability_map
 from reproductions import Found, compared_all, said
 
 MASS, STIFFNESS, DAMPING = 12.27, 44654.0, 68.37  # table 6.4

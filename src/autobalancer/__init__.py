@@ -296,17 +296,17 @@ if _TYPE_CHECKING:
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
-    from autobalancer.stability.bifurcation_curves import bifurcation_curves
-    from autobalancer.stability.borders import border_speeds
-    from autobalancer.stability.borders_over import border_curve
-    from autobalancer.stability.branches import branches
-    from autobalancer.stability.held import held_by_friction
-    from autobalancer.stability.maps import stability_map
-    from autobalancer.stability.minimum import minimum_drag, minimum_viscosity
-    from autobalancer.stability.speed_windows import speed_windows
-    from autobalancer.stability.states import eigenvalues, equilibria
-    from autobalancer.stability.summary import summary
-    from autobalancer.stability.windows import stable_windows
+    from autobalancer.stability.averaged.phase_windows import speed_windows
+    from autobalancer.stability.borders.curve import border_curve
+    from autobalancer.stability.borders.minimum import minimum_drag, minimum_viscosity
+    from autobalancer.stability.borders.speeds import border_speeds
+    from autobalancer.stability.borders.stability_map import stability_map
+    from autobalancer.stability.borders.windows import stable_windows
+    from autobalancer.stability.diagrams.branches import branches
+    from autobalancer.stability.diagrams.curves import bifurcation_curves
+    from autobalancer.stability.friction.held import held_by_friction
+    from autobalancer.stability.states.questions import eigenvalues, equilibria
+    from autobalancer.stability.summary.summary import summary
     from autobalancer.studies.basin import basin
     from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_machines import chamber_variant

@@ -11,7 +11,7 @@ import xarray as xr
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Balls, Machine
-from autobalancer.stability.branches import branches
+from autobalancer.stability.diagrams.branches import branches
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
 DISCOIDAL, STALL = (load_machine(MACHINES / f"{name}.toml") for name in ("discoidal", "stall_and_release"))

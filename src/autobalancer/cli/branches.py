@@ -46,7 +46,7 @@ def branches(
     from autobalancer.cli.quantities import interval, named, optional, unit_of
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.branches import plot_branches
-    from autobalancer.stability.branches import branches as ask
+    from autobalancer.stability.diagrams.branches import branches as ask
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -81,7 +81,7 @@ def branches(
 def _branches(found: Any) -> list[dict[str, Any]]:
     import numpy as np
 
-    from autobalancer.stability.tables import stable_ranges
+    from autobalancer.stability.diagrams.tables import stable_ranges
 
     rows = []
     for number, ended in enumerate(found.attrs["branch_ends"], 1):

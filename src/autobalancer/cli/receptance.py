@@ -102,7 +102,7 @@ def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
     from autobalancer import load_machine
     from autobalancer.cli.quantities import quantity
-    from autobalancer.stability.lateral import largest_unbalance
+    from autobalancer.stability.host.planar import largest_unbalance
 
     if text == "any" or (not text and (machine is None or balls.count > 2)):
         return None

@@ -7,7 +7,7 @@ import math
 from autobalancer.cli.words import speed_text
 from autobalancer.laws.balance_quality import grade_name
 from autobalancer.results.number_text import force_text, length_text, velocity_text
-from autobalancer.stability.service import Service
+from autobalancer.stability.summary.service import Service
 
 
 def service_rows(service: Service) -> list[tuple[str, str]]:

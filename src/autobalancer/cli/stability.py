@@ -48,8 +48,8 @@ def stability(
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability import plot_stability
-    from autobalancer.stability.ranges import stability_ranges
-    from autobalancer.stability.states import eigenvalues
+    from autobalancer.stability.states.questions import eigenvalues
+    from autobalancer.stability.states.ranges import stability_ranges
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -100,7 +100,7 @@ def _usual(machine: object) -> np.ndarray:
     import numpy as np
 
     from autobalancer.errors import QuestionError
-    from autobalancer.stability.summary import summary
+    from autobalancer.stability.summary.summary import summary
 
     about = summary(machine)  # type: ignore[arg-type]
     critical = about.critical_speeds

@@ -13,7 +13,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.polygon import directions
+from autobalancer.stability.states.polygon import directions
 
 Floats = NDArray[np.float64]
 LEVELS = 9  # so many ways of standing are gone through for the worst case

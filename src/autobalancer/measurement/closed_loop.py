@@ -12,7 +12,7 @@ m is the mass of the balls if H was measured without them, else 0. The eigenvalu
     a_n = sum s_j^2 e^(i n phi_j) / P_j(s),   P = I s^2 + beta s,   1/H with balls = 1/H + m sigma^2.
 
 Derived for this project; for equal balls it is (P - cN G+/2)(P - cN G-/2) = c^2 |S2|^2 G+ G-/4. For the planar rotor it
-is :mod:`autobalancer.stability.linear`.
+is :mod:`autobalancer.stability.states.linear`.
 """
 
 from __future__ import annotations

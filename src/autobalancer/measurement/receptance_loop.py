@@ -11,7 +11,7 @@ from autobalancer.measurement.closed_loop import PoleModel
 from autobalancer.measurement.rational_fit import pole_model
 from autobalancer.measurement.receptance_stability import receptance_stability
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.polygon import directions
+from autobalancer.stability.states.polygon import directions
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.patience import shows_progress
-from autobalancer.stability.basins import planar_basin
-from autobalancer.stability.lateral import STAND_IN
+from autobalancer.stability.basins.basin import planar_basin
+from autobalancer.stability.host.planar import STAND_IN
 from autobalancer.studies.random_starts import random_starts
 from autobalancer.units import argument, optional_argument
 

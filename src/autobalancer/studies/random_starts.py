@@ -20,9 +20,9 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
-from autobalancer.stability.basin_residuals import QUANTILES
-from autobalancer.stability.basins import REVOLUTIONS, released, wilson_interval
-from autobalancer.stability.states import equilibria
+from autobalancer.stability.basins.basin import REVOLUTIONS, released, wilson_interval
+from autobalancer.stability.basins.residuals import QUANTILES
+from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.sweep import sweep
 
 FAILED = "failed"

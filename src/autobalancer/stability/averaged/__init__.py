@@ -1,0 +1,1 @@
+"""The averaged equations: Spannan (2021), chapter 4."""

@@ -1,0 +1,1 @@
+"""Which end state follows from which start."""

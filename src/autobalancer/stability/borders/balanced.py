@@ -1,0 +1,136 @@
+"""Growth rate of the balanced state over the speed, for any machine without gravity in its plane.
+
+Rotors that tilt or bend: :mod:`autobalancer.stability.borders.balanced_stations`. Planar ones have three routes, the fastest that
+is exact is taken: equal balls in races with one center by the polynomial of degree eight; other
+machines on isotropic supports by the eigenvalues of their linearized equations; orthotropic supports by the multipliers
+over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand
+for it, from the least to the greatest |S2| where that decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.stability.borders.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
+from autobalancer.stability.borders.balanced_stations import members_of
+from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rates
+from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.states.described import Described
+from autobalancer.stability.states.spread import spread_of_two, spread_range
+from autobalancer.stability.states.station_floquet import OnAnisotropicStations
+
+MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
+POINTS = {
+    "polynomial": 1500,
+    "eigenvalues": 240,
+    "multipliers": 100,
+    "stations": 420,
+    "turns": 60,
+}  # speeds at which a border is looked for
+
+
+class Balanced(Protocol):
+    """One balanced state, followed over the speed."""
+
+    @property
+    def route(self) -> str:
+        """polynomial, eigenvalues, multipliers; stations or turns where the rotor tilts or bends."""
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s; nan where there is no such state."""
+
+
+@dataclass(frozen=True)
+class EqualBalls:
+    """Equal balls in races with one center: only |S2| counts. ``place`` in its range: 0 the least, 1 the greatest."""
+
+    plane: Plane
+    place: float = 0.0
+    route: str = "polynomial"
+
+    @cached_property
+    def balancer(self) -> PlanarBalancer:
+        """The numbers of the closed form."""
+        return planar_balancer_of(self.plane)
+
+    def shares(self, speeds: Floats) -> Floats:
+        """Resultant of the balls in units of one ball."""
+        p, center = self.plane, complex(self.plane.offset[0])
+        if center == 0.0:
+            return np.full(speeds.size, abs(p.fixed_load) / p.moment[0])
+        sizes = np.array([abs(target(p, float(w), center)) for w in speeds])
+        return np.asarray(sizes / p.moment[0], np.float64)
+
+    def spreads(self, speeds: Floats) -> Floats:
+        """|S2| at each speed; nan where the balls are too weak."""
+        shares = self.shares(speeds)
+        possible = shares <= self.balancer.count * (1.0 + 1e-12)
+        return np.where(possible, self._spread(np.minimum(shares, self.balancer.count)), np.nan)
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s."""
+        spreads = self.spreads(speeds)
+        rates = growth_rates(self.balancer, speeds, np.nan_to_num(spreads))[0]
+        return np.where(np.isnan(spreads), np.nan, rates)
+
+    def _spread(self, shares: Floats) -> Floats:
+        count = self.balancer.count
+        if count == 2:
+            return spread_of_two(shares)
+        grid, values = self._table
+        return np.asarray(np.interp(shares, grid, values))
+
+    @cached_property
+    def _table(self) -> tuple[Floats, Floats]:
+        """|S2| over the resultant: one value if the race is centric, else a table."""
+        count, center = self.balancer.count, self.plane.offset[0]
+        grid = self.shares(np.ones(1)) if center == 0.0 else np.linspace(0.0, count, 40 * count + 1)
+        low, high = np.array([spread_range(count, min(float(share), float(count))) for share in grid]).T
+        return grid, low + self.place * (high - low)
+
+
+def balanced_states(machine: Machine, p: Described) -> list[Balanced]:
+    """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
+    if p.moment.size == 0:
+        raise QuestionError("the machine has no balls; there is no balanced state")
+    if isinstance(p, Stations):
+        return list(members_of(p)) if p.isotropic else [OnAnisotropicStations(p)]
+    if not p.isotropic:
+        return [OnOrthotropicSupports(machine, p)]
+    count, one_center = p.moment.size, bool(np.all(p.offset == p.offset[0]))
+    if equal_balls(p):
+        return [EqualBalls(p, place) for place in (MEMBERS if count > 2 else (0.0,))]
+    if count > 2 and one_center:
+        return [AnyBalls(p), *sampled(p)]
+    return [AnyBalls(p)]
+
+
+def equal_balls(p: Plane) -> bool:
+    """Whether the polynomial of degree eight holds: isotropic, two or more equal balls, races with one center."""
+    columns = (p.moment, p.inertia, p.drag)
+    return (
+        p.isotropic
+        and p.moment.size >= 2
+        and all(bool(np.all(column == column[0])) for column in columns)
+        and bool(np.all(p.offset == p.offset[0]))
+    )
+
+
+def planar_balancer_of(p: Plane) -> PlanarBalancer:
+    """The numbers of the closed forms."""
+    return PlanarBalancer(
+        mass=p.mass,
+        stiffness=p.stiffness[0],
+        damping=p.damping[0],
+        count=p.moment.size,
+        moment=float(p.moment[0]),
+        inertia=float(p.inertia[0]),
+        drag=float(p.drag[0]),
+    )

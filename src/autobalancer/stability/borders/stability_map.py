@@ -1,0 +1,166 @@
+"""Stability maps: the growth rate of the balanced state over any two parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.quantities import (
+    QUANTITIES,
+    dimension_of,
+    label_of,
+    si_value,
+    value_of,
+    with_quantity,
+)
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
+from autobalancer.results.provenance import provenance
+from autobalancer.stability.borders.balanced import balanced_states
+from autobalancer.stability.borders.map_friction import with_friction, with_held
+from autobalancer.stability.borders.map_marks import with_borders, with_fluids, with_operating_points, with_release
+from autobalancer.stability.borders.map_rates import rates_over, refuse_unbalance
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.states.described import described
+from autobalancer.units import to_si
+
+Axis = Sequence[Any] | Floats
+Progress = Callable[[int, int], None]
+
+
+@shows_progress
+def stability_map(
+    machine: Machine | str | Path,
+    axes: Mapping[str, Axis],
+    *,
+    speed: float | str | None = None,
+    positions: Literal["worst", "best"] = "worst",
+    operating_points: Mapping[str, tuple[Any, Any]] | None = None,
+    borders: int = 61,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Growth rate of the balanced state over two parameters, with the border speeds.
+
+    Two or more equal balls on a planar rotor with isotropic supports use compiled code, about a microsecond per point;
+    for other machines the eigenvalues are computed or, on anisotropic supports, the multipliers of every point.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    axes
+        Two parameters with their values, SI or strings with units: ``"speed"``, names of
+        :data:`autobalancer.assembly.quantities.QUANTITIES` such as ``"viscosity"``, or paths.
+    speed
+        The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
+    positions
+        For more than two balls, which have many balanced positions: use the least or the most stable one.
+    operating_points
+        Name to a pair of values along the axes. The machine itself is one if it has both values.
+    borders
+        With the speed as an axis: number of values of the other parameter at which border speeds are computed; 0 for none,
+        also for no release speed over the plane of two other parameters.
+    workers
+        Threads of the compiled code; by default one for each core.
+    progress
+        Called with (rows done, rows in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        ``growth_rate`` (1/s) over both parameters, nan where there is no balanced state; the borders of
+        :func:`border_curve` over ``<other>_of_border``, or without the speed as an axis ``release_speed`` and
+        ``capture_speed`` over coarser values of both; with friction ``held_share`` over ``<name>_of_friction``: the whirl
+        that friction holds over that of the unbalance alone, above one where balls at rest do not move; ``operating_point``
+        with its values; for a viscosity the fluids of the catalog along it.
+
+    Raises
+    ------
+    QuestionError
+        Unless there are two different axes with values, for an unknown name, a missing speed, no balls, or gravity.
+    MachineError
+        If a combination makes no possible machine; the message names it.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    if len(axes) != 2:
+        raise QuestionError(f"stability map: given {len(axes)} parameters; give two, such as 'speed' and 'viscosity'")
+    if positions not in ("worst", "best"):
+        raise QuestionError(f"positions: given {positions!r}; must be 'worst' or 'best'")
+    values = {name: _numbers(machine, name, axis) for name, axis in axes.items()}
+    fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
+    if "speed" in axes and speed is not None:
+        raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
+    rates = rates_over(machine, values, fixed, positions == "worst", workers, progress)
+    found = _dataset(machine, values, rates, fixed, positions)
+    if "speed" in axes and borders > 0:
+        found = with_borders(found, machine, values, borders)
+    elif borders > 0:
+        found = with_release(found, machine, values)
+    found = with_held(found, machine, values)
+    found = with_operating_points(found, machine, list(values), operating_points or {})
+    return with_fluids(found, machine, list(values))
+
+
+def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
+    refuse_unbalance(machine, name)
+    points = [value.item() if isinstance(value, np.generic) else value for value in axis]
+    if not points:
+        raise QuestionError(f"{name}: given no values; give at least one")
+    if name not in ("speed", *QUANTITIES) and "." not in name:
+        raise QuestionError(
+            f"{name!r} is not a parameter; available are speed, {', '.join(QUANTITIES)}, and paths with dots"
+        )
+    if name != "speed":
+        with_quantity(machine, name, points[0])  # says what is wrong before the work begins
+        return np.array([si_value(machine, name, value) for value in points], np.float64)
+    numbers = np.array([float(to_si(value, "rad/s")) for value in points])
+    if not (numbers > 0.0).all():
+        raise QuestionError(f"speed: given {float(numbers.min()):.6g} rad/s; must be greater than zero")
+    return numbers
+
+
+def _fixed_speed(machine: Machine, speed: float | str | None) -> float:
+    if speed is not None:
+        value = float(to_si(speed, "rad/s"))
+        if not value > 0.0:
+            raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+        return value
+    value = value_of(machine, "speed")
+    if not value > 0.0:
+        raise QuestionError("speed: it is neither an axis nor prescribed by the machine's drive; give one, in rad/s")
+    return value
+
+
+def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: float, positions: str) -> xr.Dataset:
+    dims = tuple(dimension_of(name) for name in values)
+    found = xr.Dataset()
+    for dim, (name, numbers) in zip(dims, values.items(), strict=True):
+        text, unit = label_of(name)
+        found = found.assign_coords({dim: (dim, numbers, {"long_name": text, "units": unit})})
+    found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
+    p = described(machine, None)
+    route = balanced_states(machine, p)[0].route
+    found.attrs = {
+        "title": f"Stability map of {machine.name}",
+        **provenance(),
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "parameters": list(values),
+        "positions": positions if p.moment.size > 2 else "only ones",
+        "unbalance": abs(p.unbalance),
+        "theory": f"exact: full equations, {route}",
+        "ignores": ", ".join(ignored_at_rest(with_friction(machine, values))),
+    }
+    if not math.isnan(speed):
+        found.attrs["speed"] = speed
+    return found

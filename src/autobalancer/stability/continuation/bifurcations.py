@@ -1,0 +1,161 @@
+"""Special points of a curve of steady states: folds, branch points and Hopf points with their first Lyapunov coefficient.
+
+Kuznetsov (2004): fold, the parameter turns back (section 10.2.1); Hopf, a pair of eigenvalues crosses the imaginary axis;
+its coefficient is eq. (5.62). Branch points of groups of equal balls are found by scalar tests that belong to one symmetry
+each: two groups meet, or one falls apart (:mod:`autobalancer.stability.continuation.symmetry`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from autobalancer.stability.continuation.follow import CORRECTIONS, NoConvergence, Point, locate
+from autobalancer.stability.continuation.special import Special, crossing_at
+from autobalancer.stability.continuation.steady import CONTINUUM, Steady
+from autobalancer.stability.continuation.symmetric_points import symmetric_points
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+
+SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
+SINGULAR = 1e-6  # singular value below which the equations have two curves through a point
+
+
+def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
+    """All special points between two points of a curve, in order."""
+    found = _hopf_points(problem, a, b)
+    if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
+        found += [
+            replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)
+        ]
+    else:
+        found += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
+    chord = (b.u - a.u) * problem.weight
+    return sorted(found, key=lambda s: float(chord @ s.point.u))
+
+
+def growing(values: Complexes) -> Floats:
+    """Real parts of the pairs of complex eigenvalues, greatest first."""
+    return np.sort(values.real[values.imag > SMALL * np.abs(values).max()])[::-1]
+
+
+def _hopf_points(problem: Steady, a: Point, b: Point) -> list[Special]:
+    before, after = (int((growing(problem.eigenvalues(p.u)) > 0.0).sum()) for p in (a, b))
+    found = []
+    for rank in range(min(before, after), max(before, after)):
+
+        def crossing(p: Point, rank: int = rank) -> float:
+            rates = growing(problem.eigenvalues(p.u))
+            return float(rates[rank]) if rank < rates.size else -problem.span.frequency
+
+        try:
+            point = locate(problem, a, b, crossing)
+            if abs(crossing(point)) < 1e-6 * problem.span.frequency:
+                found.append(hopf_point(problem, point))
+        except NoConvergence:
+            continue
+    return found
+
+
+def hopf_point(problem: Steady, guess: Point) -> Special:
+    """The Hopf point near a guess, exactly, with frequency, mode and Lyapunov coefficient.
+
+    Newton's method on F = 0, (J - i w) q = 0, c.q = 1 for state, parameter, frequency w and mode q.
+    """
+    u, d = np.array(guess.u), guess.u.size - 1
+    values, vectors = np.linalg.eig(problem.jacobian(u))
+    chosen = int(np.argmin(np.where(values.imag > SMALL, np.abs(values.real), np.inf)))
+    q, w = vectors[:, chosen].astype(np.complex128), float(values[chosen].imag)
+    c = np.conj(q) / np.vdot(q, q)
+    for _ in range(CORRECTIONS):
+        matrix, miss = hopf_equations(problem, u, w, q, c)
+        step = np.linalg.lstsq(matrix, -miss, rcond=CONTINUUM)[0] if problem.loose else np.linalg.solve(matrix, -miss)
+        u, w = u + step[: d + 1], w + float(step[d + 1])
+        q = q + step[d + 2 : 2 * d + 2] + 1j * step[2 * d + 2 :]
+        if np.abs(step).max() < 1e-12 or not np.all(np.isfinite(step)):
+            break
+    if not (np.all(np.isfinite(u)) and abs(u[-1] - guess.u[-1]) < 1e-3):
+        raise NoConvergence
+    q = as_ball_angle(q)
+    # along a continuum the drift of its other states takes part: no coefficient of one mode decides
+    lyapunov = math.nan if problem.loose else lyapunov_coefficient(problem, u, q, w)
+    return Special("Hopf", Point(u, guess.tangent), w * problem.span.frequency, lyapunov, q)
+
+
+def hopf_equations(problem: Steady, u: Floats, w: float, q: Complexes, c: Complexes) -> tuple[Matrix, Floats]:
+    """Derivative and mismatch of F = 0, (J - i w) q = 0, c.q = 1 in state, share, w, Re q, Im q."""
+    d = u.size - 1
+    eye, j = np.eye(d), problem.jacobian(u)
+    shares, weights = problem.span.offsets(float(u[-1]))
+    moved = sum(m * problem.jacobian(np.append(u[:-1], s)) @ q for s, m in zip(shares, weights, strict=True))
+    bent = problem.second(u, np.broadcast_to(q, (d, d)), eye.astype(np.complex128)).T
+    turning = j - 1j * w * eye
+    rows = np.column_stack([bent, moved, -1j * q, turning, 1j * turning])
+    norm = np.concatenate([np.zeros(d + 2), c, 1j * c])
+    state_rows = np.column_stack([j, problem.slope(u), np.zeros((d, 2 * d + 1))])
+    miss, length = turning @ q, c @ q - 1.0
+    matrix = np.vstack([state_rows, rows.real, rows.imag, norm.real, norm.imag])
+    return matrix, np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
+
+
+def as_ball_angle(q: Complexes) -> Complexes:
+    """The mode 2 Re(q e^iwt) scaled to a greatest ball angle of 1 rad, that ball at its turning point at t = 0."""
+    balls = q[4 : 4 + (q.size - 4) // 2]
+    largest = balls[np.argmax(np.abs(balls))]
+    return np.asarray(0.5 * q / largest, np.complex128)
+
+
+def lyapunov_coefficient(problem: Steady, u: Floats, q: Complexes, w: float) -> float:
+    """Kuznetsov (2004), eq. (5.62): amplitude a' = ... + w l1 a^3 in scaled time; below zero, a small stable cycle is born."""
+    j = problem.jacobian(u)
+    values, left = np.linalg.eig(j.T)
+    p = np.conj(left[:, np.argmin(np.abs(values - 1j * w))])
+    p = p / np.conj(np.vdot(p, q))
+    conj = np.conj(q)
+    mean = np.linalg.solve(j, problem.second(u, q, conj))
+    twice = np.linalg.solve(2j * w * np.eye(j.shape[0]) - j, problem.second(u, q, q))
+    total = (
+        problem.third(u, q, conj)
+        - 2.0 * problem.second(u, q, mean.astype(np.complex128))
+        + problem.second(u, conj, twice)
+    )
+    return float((np.vdot(p, total)).real / (2.0 * w))
+
+
+def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Special]:
+    if a.tangent[-1] * b.tangent[-1] < 0.0:
+        point = _try(problem, a, b, lambda p: float(p.tangent[-1]))
+        return (
+            []
+            if point is None
+            else [Special("fold", point)]
+            if _regular(problem, point)
+            else [crossing_at(problem, point, True)]
+        )
+
+    if problem.loose:
+        return []
+
+    def orientation(p: Point) -> float:
+        return float(np.linalg.slogdet(problem.bordered(p.u, p.tangent))[0])
+
+    if orientation(a) * orientation(b) < 0.0:
+        point = _try(problem, a, b, orientation)
+        if point is not None and not _regular(problem, point):
+            return [crossing_at(problem, point, False)]
+    return []
+
+
+def _regular(problem: Steady, point: Point) -> bool:
+    rows = problem.bordered(point.u, point.tangent)[:-1]
+    return bool(np.linalg.svd(rows, compute_uv=False)[-1] > SINGULAR)
+
+
+def _try(problem: Steady, a: Point, b: Point, test: Callable[[Point], float]) -> Point | None:
+    """:func:`locate`, or ``None`` where the curve cannot be followed."""
+    try:
+        return locate(problem, a, b, test)
+    except (NoConvergence, np.linalg.LinAlgError):
+        return None

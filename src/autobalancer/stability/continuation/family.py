@@ -1,0 +1,154 @@
+"""A machine with one or several of its numbers free: the vector field as a function of parameters.
+
+A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, ``plateau`` and
+``rolling_resistance``, or a path such as ``"balancers[1].races[1].balls[1].diameter"``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from autobalancer.assembly.quantities import QUANTITIES, label_of, si_value, value_of, with_quantity
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
+from autobalancer.machine.profile import Constant
+from autobalancer.stability.continuation.vector_field import Field
+from autobalancer.stability.host.planar import STAND_IN, Plane, plane
+from autobalancer.units import to_si
+
+FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly
+SMOOTH = ("speed", *(name for name in QUANTITIES if name not in FIXED))
+
+
+class Family:
+    """Vector fields of a machine at values of its free parameters, SI.
+
+    Parameters
+    ----------
+    machine
+        Isotropic, without gravity in the plane.
+    parameters
+        Names or paths; every later call gives one value for each.
+    speed
+        Rotor speed where it is not a parameter; by default that of a machine with a prescribed constant speed.
+
+    Raises
+    ------
+    QuestionError
+        For an unknown parameter, one that has no effect or is no number, a missing speed, orthotropic supports, gravity.
+    """
+
+    def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
+        rotor = machine.rotor
+        if not isinstance(rotor, PlanarRotor):
+            raise QuestionError(
+                f"branches: given a rotor of kind {rotor.kind!r}; branches are followed on planar rotors only. "
+                f"equilibria lists the steady states of any rotor at one speed, eigenvalues over the speed; {STAND_IN}"
+            )
+        if not rotor.isotropic:
+            raise QuestionError(
+                "branches: the supports are not isotropic, so that no state rests in the rotor; "
+                "use stability() for its Floquet multipliers, or simulate it"
+            )
+        self.machine, self.parameters = machine, tuple(parameters)
+        for name in self.parameters:
+            self._check(name)
+        if "speed" not in self.parameters:
+            speed = _constant_speed(machine) if speed is None else speed
+            if not (math.isfinite(speed) and speed > 0.0):
+                raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
+        self._speed, self._plane = speed, plane(machine)
+        self._at = lru_cache(maxsize=64)(self._build)
+
+    def __call__(self, *values: float) -> Field:
+        """The field at these values."""
+        return self._at(tuple(float(value) for value in values))
+
+    def read(self, index: int, value: float | str) -> float:
+        """A value of parameter ``index`` in SI; texts have a unit."""
+        name = self.parameters[index]
+        return float(to_si(value, "rad/s") if name == "speed" else si_value(self.machine, name, value))
+
+    def now(self, index: int) -> float:
+        """The value that the machine itself has; nan if it has none, or not one for all."""
+        return value_of(self.machine, self.parameters[index])
+
+    def label(self, index: int) -> tuple[str, str]:
+        """Long name and SI unit of a parameter."""
+        return label_of(self.parameters[index])
+
+    def _build(self, values: tuple[float, ...]) -> Field:
+        machine, speed = self.machine, self._speed
+        quick: dict[str, float] = {}
+        for name, value in zip(self.parameters, values, strict=True):
+            if name == "speed":
+                speed = value
+            elif name in ("unbalance", "drag", "damping", "stiffness", "viscosity", "ball_mass"):
+                quick[name] = value
+            else:
+                machine = with_quantity(machine, name, value)
+        p = self._plane if machine is self.machine else plane(machine)
+        for name, value in quick.items():
+            p = _changed(p, machine, name, value)
+        assert speed is not None
+        return Field(p, speed)
+
+    def _check(self, name: str) -> None:
+        if name != "speed" and "." not in name and name not in SMOOTH:
+            raise QuestionError(
+                f"parameter: given {name!r}; must be one of {', '.join(SMOOTH)}, or a path like 'rotor.mass'"
+            )
+        if re.match(r"(drive|start|run)\b", name):
+            raise QuestionError(
+                f"parameter {name!r}: has no effect on steady states; for the rotor speed write 'speed'"
+            )
+        if name == "speed":
+            return
+        try:
+            value = value_of(self.machine, name)
+        except (AttributeError, IndexError):
+            with_quantity(self.machine, name, 1.0)  # says what there is
+            raise
+        if name in ("viscosity", "ball_diameter"):
+            with_quantity(self.machine, name, 1e-3 if math.isnan(value) else value)  # says why it cannot change
+        if name.endswith(".count"):
+            raise QuestionError(f"parameter {name!r}: must be a number that can change smoothly")
+
+
+def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
+    """What ``with_quantity`` would give, without going through the description of the machine."""
+    if name == "unbalance":
+        size = abs(p.unbalance)
+        return replace(p, unbalance=value * (p.unbalance / size if size else 1.0))
+    if name == "damping":
+        return replace(p, damping=(value, value))
+    if name == "stiffness":
+        return replace(p, stiffness=(value, value))
+    if name == "drag":
+        return replace(p, drag=np.full(p.moment.size, value))
+    if name == "viscosity":
+        now = value_of(machine, "viscosity")
+        if math.isnan(now):
+            return plane(with_quantity(machine, name, value), p.unbalance)
+        return replace(p, drag=p.drag * value / now)
+    balls, rotor = resolve(machine), machine.rotor
+    assert isinstance(rotor, PlanarRotor)
+    mass = np.array([value - ball.displaced for ball in balls])
+    orbit = np.array([ball.orbit_radius for ball in balls])
+    spin = np.array([ball.spin_ratio for ball in balls])
+    fluid = np.array([ball.virtual_mass * ball.displaced for ball in balls])
+    inertia = ((1.0 + spin) * value + fluid) * orbit**2
+    return replace(p, mass=float(rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia)
+
+
+def _constant_speed(machine: Machine) -> float:
+    if isinstance(machine.drive, PrescribedSpeed) and isinstance(machine.drive.profile, Constant):
+        return float(machine.drive.profile.speed)
+    raise QuestionError("speed: the machine has no constant prescribed speed; give one, in rad/s")

@@ -1,0 +1,161 @@
+"""Steady states as points of a curve: the equations F(x, parameter) = 0 in scaled unknowns, of balls merged in groups."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Self
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.stability.continuation.family import Family
+from autobalancer.stability.continuation.symmetry import Groups, expanded, merged
+from autobalancer.stability.continuation.vector_field import Field, Numbers
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
+
+DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
+
+LARGEST_RESONANCE = 100.0
+CONTINUUM = 1e-9  # singular value, over the greatest, that counts as zero along a continuum of states
+TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
+
+
+class Range:
+    """The free parameter between its ends, and the sizes in which states are counted."""
+
+    def __init__(self, family: Family, start: float, end: float, others: tuple[float, ...] = ()) -> None:
+        self.family, self.start, self.end, self.others = family, start, end, others
+        plane = family(start, *others).plane
+        self.frequency = math.sqrt(plane.stiffness[0] / plane.mass)
+        self.length = size(plane)
+
+    def moved(self, *others: float) -> Range:
+        """The same range at other values of the further parameters of the family."""
+        span = copy.copy(self)
+        span.others = others
+        return span
+
+    def value(self, share: float) -> float:
+        """The parameter at a share of the range."""
+        return self.start + (self.end - self.start) * share
+
+    def share(self, value: float) -> float:
+        """Where in the range a value lies, 0 to 1."""
+        return (value - self.start) / (self.end - self.start)
+
+    def field(self, share: float, groups: Groups) -> Field:
+        """The vector field there, of balls in groups."""
+        whole = self.family(self.value(share), *self.others)
+        return Field(merged(whole.plane, groups), whole.speed)
+
+    def whole(self, share: float) -> Field:
+        """The vector field there, of all balls."""
+        return self.family(self.value(share), *self.others)
+
+    def scale(self, balls: int) -> Floats:
+        """Size of each component of a state."""
+        w, z = self.frequency, self.length
+        return np.concatenate([[z, z, z * w, z * w], np.ones(balls), np.full(balls, w)])
+
+    def offsets(self, share: float) -> tuple[Floats, Floats]:
+        """Shares at which a derivative by the parameter takes its values, and with which weights."""
+        step = DIFFERENCE * (abs(self.value(share)) or abs(self.end - self.start)) / abs(self.end - self.start)
+        if self.value(share) == 0.0:  # an entry of a machine may refuse to be negative
+            way = step if self.end > self.start else -step
+            return share + way * np.arange(5.0), np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / (12.0 * way)
+        return share + step * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * step)
+
+
+def size(plane: Plane) -> float:
+    """A length that suits the deflections of a machine at resonance, m."""
+    drives = abs(plane.unbalance) + float(plane.moment.sum())
+    length = drives / plane.mass + float(np.abs(plane.offset).max(initial=0.0))
+    length *= min(
+        max(1.0, math.sqrt(plane.stiffness[0] * plane.mass) / max(plane.damping[0], 1e-300)), LARGEST_RESONANCE
+    )
+    if length == 0.0:
+        raise QuestionError("branches: the machine has neither unbalance nor balls; nothing can be followed")
+    return length
+
+
+def running_true(p: Plane, state: Floats, length: float) -> int | None:
+    """Dimension of the continuum of a state in which races run true; ``None`` if none of them does."""
+    center = complex(state[0], state[1]) + p.offset
+    true = np.abs(center) < TRUE_RACE * length
+    if not true.any():
+        return None
+    return sum(max(int((true & (p.offset == place)).sum()) - 2, 0) for place in set(p.offset[true].tolist()))
+
+
+class Steady:
+    """Unknowns: scaled state of the merged balls, then the share of the parameter's range.
+
+    ``loose``: the states are a continuum even in the merged balls; the curve goes across it by the shortest way.
+    """
+
+    def __init__(self, span: Range, groups: Groups, loose: bool = False) -> None:
+        self.span, self.groups, self.loose = span, groups, loose
+        self.scale = span.scale(len(groups))
+        self.weight = np.ones(self.scale.size + 1)
+
+    def field(self, u: Floats) -> Field:
+        """The vector field at a point."""
+        return self.span.field(float(u[-1]), self.groups)
+
+    def residual(self, u: Floats) -> Floats:
+        return np.asarray(self.field(u)(u[:-1] * self.scale) / (self.scale * self.span.frequency))
+
+    def jacobian(self, u: Floats) -> Matrix:
+        """Derivative of the scaled field with respect to the scaled state."""
+        return np.asarray(
+            self.field(u).jacobian(u[:-1] * self.scale) * self.scale / self.scale[:, None] / self.span.frequency
+        )
+
+    def slope(self, u: Floats) -> Floats:
+        """Derivative of the residual with respect to the parameter's share."""
+        shares, weights = self.span.offsets(float(u[-1]))
+        return np.asarray(sum(w * self.residual(np.append(u[:-1], s)) for s, w in zip(shares, weights, strict=True)))
+
+    def bordered(self, u: Floats, row: Floats) -> Matrix:
+        """Derivative with respect to all unknowns, and ``row`` below."""
+        return np.vstack([np.column_stack([self.jacobian(u), self.slope(u)]), row])
+
+    def solve(self, u: Floats, row: Floats, right: Floats, last: float) -> Floats:
+        matrix, sides = self.bordered(u, row), np.append(right, last)
+        if self.loose:
+            return np.asarray(np.linalg.lstsq(matrix, sides, rcond=CONTINUUM)[0])
+        return np.asarray(np.linalg.solve(matrix, sides))
+
+    def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
+        return self, u, tangent
+
+    def state(self, u: Floats) -> Floats:
+        """The state of all balls, SI."""
+        return expanded(u[:-1] * self.scale, self.groups)
+
+    def freedom_or_none(self, u: Floats) -> int | None:
+        """Dimension of the continuum of balanced states of the merged balls; ``None`` where no race runs true."""
+        return running_true(self.field(u).plane, u[:-1] * self.scale, self.span.length)
+
+    def eigenvalues(self, u: Floats) -> Complexes:
+        """Of the merged balls, 1/s, greatest real part first."""
+        values = np.linalg.eigvals(self.jacobian(u)) * self.span.frequency
+        return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+    def all_eigenvalues(self, u: Floats) -> Complexes:
+        """Of all balls, 1/s: those of the merged balls and of groups that fall apart."""
+        whole = self.span.whole(float(u[-1]))
+        scale = self.span.scale(whole.balls)
+        values = np.linalg.eigvals(whole.jacobian(self.state(u)) * scale / scale[:, None])
+        return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+    def second(self, u: Floats, a: Numbers, b: Numbers) -> Numbers:
+        """Second derivatives of the scaled field along scaled directions."""
+        found = self.field(u).second(u[:-1] * self.scale, a * self.scale, b * self.scale)
+        return np.asarray(found / (self.scale * self.span.frequency))
+
+    def third(self, u: Floats, a: Numbers, b: Numbers) -> Numbers:
+        """Third derivatives C(a, a, b) of the scaled field."""
+        found = self.field(u).third(u[:-1] * self.scale, a * self.scale, b * self.scale)
+        return np.asarray(found / (self.scale * self.span.frequency))

@@ -1,0 +1,1 @@
+"""What friction holds, and where balls with friction stop."""

@@ -1,0 +1,361 @@
+"""What friction holds: the whirl below which balls at rest do not move, and the residual unbalance they leave."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.profile import greatest_rise, highest_prescribed
+from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
+from autobalancer.laws.rest_interval import rest_ends
+from autobalancer.machine import Machine, PlanarRotor, Unbalance
+from autobalancer.random_numbers import generator
+from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.stability.friction.stopping import Races, stopped
+from autobalancer.stability.host.planar import Complexes, Floats
+from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.states.described import described, service_speed
+from autobalancer.stability.states.stations import required
+from autobalancer.stability.states.why_never import yields
+from autobalancer.units import to_si, unbalance_argument
+
+STARTS = 400
+RELEASED = "released at rest at this speed at random places (not a run-up)"
+PART_GIVEN = "some races have no friction: their balls are ideal"
+
+
+@dataclass(frozen=True)
+class HeldPlane:
+    """What friction does to the balls of one plane at one speed; SI.
+
+    ``held_whirl``: distance of the race from the axis of rotation below which no ball at rest moves, at any angle.
+    ``unbalance_whirl``: what the unbalance makes there while the balls are spread evenly, and ``largest_whirl`` the greatest
+    at a critical speed on the way up. ``held_residual``: residual
+    unbalance that makes the held whirl; the balls may rest at any smaller one. ``worst_residual``: the largest at which
+    they can stop on their way to balance. ``median_residual`` and ``residual_95``: half, and 95 %, of the balls released at
+    rest at this constant speed at random places end below; ``trapped_share`` of them end above the worst one, with balls in
+    line that balance next to nothing.
+    ``rest_interval``: to each side of its balanced place a ball stays within it while the others stand right.
+    ``heavy_interval``: balls that stand within it about the heavy place all stay there, and add to the unbalance. Angles in rad.
+    ``greatest_acceleration``: of the rotor, rad/s^2, up to which adherence alone takes a ball along that rests.
+    ``drive_acceleration``: the greatest that the drive prescribes above this speed, rad/s^2, reduced by the square of the
+    speed where it is higher, because friction holds more there; None if the speed follows from a torque.
+    """
+
+    name: str
+    adherence: float
+    rolling_resistance: float
+    held_whirl: float
+    unbalance_whirl: float
+    largest_whirl: float
+    required: float
+    capability: float
+    held_residual: float
+    worst_residual: float
+    median_residual: float
+    residual_95: float
+    trapped_share: float
+    median_whirl: float
+    whirl_95: float
+    rest_interval: float
+    heavy_interval: float
+    greatest_acceleration: float
+    drive_acceleration: float | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether evenly spread balls at rest do not move under the unbalance."""
+        return self.unbalance_whirl <= self.held_whirl
+
+    @property
+    def sentence(self) -> str:
+        """All that in words."""
+        if self.held_whirl <= 0.0:
+            return "the weight of the balls moves them in each turn; friction does not hold them at rest"
+        first = (
+            f"balls at rest stay put below a whirl of {length_text(self.held_whirl)}; the unbalance of "
+            f"{moment_text(self.required)} alone makes {length_text(self.unbalance_whirl)}"
+        )
+        residual = f"residual up to {moment_text(self.worst_residual)}"
+        often = f"{RELEASED}: median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
+        if self.trapped_share > 0.0:
+            ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
+            often += f", {100.0 * self.trapped_share:.2g} % {ended}"
+        if self.holds:
+            before = (
+                f"; on the way up the whirl of {length_text(self.largest_whirl)} at a critical speed may have moved them"
+                if self.largest_whirl > self.held_whirl
+                else "; nor does any whirl on the way up"
+            )
+            return f"{first}: THE BALLS WILL NOT MOVE at this speed{before}; {residual}, unbalance and balls together; {often}"
+        return (
+            f"{first}; {residual}; {often}; each ball rests within {_deg(self.rest_interval)} of its balanced place, and "
+            f"balls within {_deg(self.heavy_interval)} of the heavy place stay there"
+        )
+
+    @property
+    def settled_sentence(self) -> str:
+        """What is left if the balls settle at this speed, and the speed then rises without moving them."""
+        return (
+            f"balls that settle there: residual up to {moment_text(self.worst_residual)}; {RELEASED}: median "
+            f"{moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}; they stay while the speed "
+            f"then rises by less than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
+        )
+
+    @property
+    def carried_on(self) -> bool | None:
+        """Whether the drive rises too fast for resting balls to stay; None where it does not prescribe the speed."""
+        return None if self.drive_acceleration is None else self.drive_acceleration >= self.greatest_acceleration
+
+    @property
+    def _drive(self) -> str:
+        if not self.drive_acceleration:  # a torque, or no rise at all
+            return ""
+        if self.carried_on:
+            return f"; the drive rises by {self.drive_acceleration:.3g} rad/s^2 and carries them on"
+        return "; the drive rises more slowly"
+
+
+@dataclass(frozen=True)
+class HeldByFriction:
+    """What friction holds in each plane with balls at a speed (rad/s), with ``starts`` random starts; and a note.
+
+    Without friction ``planes`` is empty and the note says so.
+    """
+
+    speed: float
+    starts: int
+    planes: tuple[HeldPlane, ...]
+    note: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        planes = [
+            {**asdict(plane), "holds": plane.holds, "carried_on": plane.carried_on, "sentence": plane.sentence}
+            for plane in self.planes
+        ]
+        return {**asdict(self), "planes": planes}
+
+
+def held_by_friction(
+    machine: Machine | str | Path,
+    speed: float | str | None = None,
+    *,
+    unbalance: complex | float | str | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+) -> HeldByFriction:
+    """The whirl below which friction holds balls at rest, and the residual unbalance that it leaves, at constant speed.
+
+    A ball rests while the force along its race is below adherence times the wall force, so that no ball moves while its race
+    runs less than ``mu eps / sqrt(1 + mu^2)`` beside the axis of rotation (Spannan 2021, section 4.2.3, in words). Where balls
+    stop is found for random starts at rest in the rotor, which follows its balls without delay.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file; any rotor.
+    speed
+        rad/s or a string with a unit; by default the highest that the drive prescribes, else three times the lowest critical
+        speed.
+    unbalance
+        As in :func:`autobalancer.border_speeds`.
+    starts, seed
+        Number of random starts of the distribution, and their seed.
+
+    Raises
+    ------
+    QuestionError
+        If the machine has no balls, balls feel the tilt of their race, or the speed is not above zero.
+    """
+    unbalance = unbalance_argument(unbalance)
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    balls = resolve(machine)
+    if not balls:
+        raise QuestionError("held by friction: the machine has no balls")
+    st = _stations(machine, unbalance)
+    at = service_speed(st, highest_prescribed(machine)) if speed is None else float(to_si(speed, "rad/s"))
+    if not (math.isfinite(at) and at > 0.0):
+        raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+    holding, rolling = _coefficients(machine, balls)
+    if not holding.any():
+        return HeldByFriction(at, 0, (), NONE_GIVEN)
+    races = _races(st, at, balls, holding, rolling)
+    angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
+    found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
+    rise = greatest_rise(machine, at)
+    planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
+    return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
+
+
+def held_share(machine: Machine, speeds: Floats) -> Floats:
+    """The whirl that friction holds over that of the unbalance alone, at each speed; the greatest of all planes.
+
+    Above one balls at rest do not move there; zero without friction.
+    """
+    st, balls = _stations(machine, None), resolve(machine)
+    holding, _ = _coefficients(machine, balls)
+    orbits = np.array([ball.orbit_radius for ball in balls])
+    shares = []
+    for speed in speeds.tolist():
+        weight = _weight(machine, speed)
+        pairs = zip(orbits.tolist(), holding.tolist(), strict=True)
+        held = np.array([max(held_whirl(orbit, mu, weight=weight), 0.0) for orbit, mu in pairs])
+        try:
+            alone = unbalance_whirl(st, speed)[st.station]
+        except QuestionError:  # a critical speed of an undamped rotor
+            alone = np.full(held.size, np.inf)
+        shares.append(float(np.max(held / np.maximum(alone, 1e-300))))
+    return np.array(shares)
+
+
+def _coefficients(machine: Machine, balls: tuple[Ball, ...]) -> tuple[Floats, Floats]:
+    """Adherence and rolling resistance of each ball."""
+    frictions = [machine.balancers[ball.balancer].races[ball.race].friction for ball in balls]
+    holding = np.array([0.0 if one is None else one.holding for one in frictions])
+    rolling = np.array([0.0 if one is None else float(one.rolling_resistance) for one in frictions])
+    return holding, rolling
+
+
+def _weight(machine: Machine, speed: float) -> float:
+    return machine.gravity / speed**2 if machine.axis == "horizontal" else 0.0
+
+
+def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
+    weightless = machine.model_copy(update={"gravity": 0.0})
+    if unbalance is not None and isinstance(machine.rotor, PlanarRotor):
+        vector = described(weightless, unbalance).unbalance
+        one = Unbalance(moment=abs(vector), angle=cmath.phase(vector))
+        return stations(weightless.model_copy(update={"unbalances": (one,) if vector else ()}))
+    return stations(weightless, unbalance, largest=unbalance is None)
+
+
+def unbalance_whirl(st: Stations, speed: float) -> Floats:
+    """How far each station whirls under all that does not move, (P,) m; on anisotropic supports at most."""
+    load = st.fixed_load * speed**2
+    if st.isotropic:
+        return np.abs(st.rows @ st.compliance(speed) @ load)
+    pairs = st.model.pairs
+    both = st.whole_compliance(speed)[:, : 2 * pairs] @ np.concatenate([load, -1j * load])
+    x, y = st.rows @ both[:pairs], st.rows @ both[pairs : 2 * pairs]
+    return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x.conj() + 1j * y.conj())))
+
+
+def _races(st: Stations, speed: float, balls: tuple[Ball, ...], holding: Floats, rolling: Floats) -> Races:
+    compliance = st.rows @ st.compliance(speed) * speed**2
+    return Races(
+        whirl=compliance @ st.fixed_load,
+        host=np.asarray(compliance @ st.rows.T, np.complex128),
+        place=st.station,
+        offset=st.offset,
+        moment=st.moment,
+        orbit=np.array([ball.orbit_radius for ball in balls]),
+        adherence=holding,
+        rolling=rolling,
+        push=st.moment * speed**2 / st.inertia,
+        decay=st.drag / st.inertia,
+    )
+
+
+def _shaken(races: Races, weight: float) -> Races:
+    """Races whose balls the weight pulls to and fro once a turn: it takes from what friction holds, on either side."""
+    taken = weight / races.orbit
+    return races._replace(
+        adherence=np.maximum(races.adherence - taken, 0.0), rolling=np.maximum(races.rolling - taken, 0.0)
+    )
+
+
+def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: float) -> tuple[HeldPlane, ...]:
+    count = range(len(st.names))
+    held = np.array([_held(races, place, weight) for place in count])
+    center = np.array([races.offset[races.place == place].mean() for place in count])
+    stiff = np.asarray(np.linalg.pinv(races.host, rcond=1e-11), np.complex128)  # moment per whirl, kg
+    needed = np.abs(required(st, speed))
+    alone = unbalance_whirl(st, speed)
+    damped = bool(np.any(st.model.damping != 0.0))
+    passed = [critical for critical in st.critical_speeds if critical <= speed]
+    below = [unbalance_whirl(st, critical) if damped else np.full(alone.size, math.inf) for critical in passed]
+    greatest = np.max([alone, *below], axis=0)
+    residual = np.abs((whirl + center) @ stiff.T)
+    worst = _worst(races, stiff, needed, held)
+    if yields(st, speed):  # balls gather on the heavy side
+        worst = needed + np.bincount(races.place, races.moment, needed.size)
+    found = []
+    for place, name in enumerate(st.names):
+        here = races.place == place
+        loads = float(np.abs(stiff[place]) @ np.maximum(held, 0.0))
+        total = needed[place] + races.moment[here].sum()
+        deflection = np.abs(whirl[:, place])
+        found.append(
+            HeldPlane(
+                name=name,
+                adherence=float(races.adherence[here].max()),
+                rolling_resistance=float(races.rolling[here].max()),
+                held_whirl=float(held[place]),
+                unbalance_whirl=float(alone[place]),
+                largest_whirl=float(greatest[place]),
+                required=float(needed[place]),
+                capability=float(st.capability[place]),
+                held_residual=min(loads, float(total)),
+                worst_residual=float(worst[place]),
+                median_residual=float(np.median(residual[:, place])),
+                residual_95=float(np.quantile(residual[:, place], 0.95)),
+                trapped_share=float((residual[:, place] > worst[place] * (1.0 + 1e-9)).mean()),
+                median_whirl=float(np.median(deflection)),
+                whirl_95=float(np.quantile(deflection, 0.95)),
+                rest_interval=_interval(_shaken(races, weight), here, complex(races.host[place, place])),
+                greatest_acceleration=max(float(held[place]), 0.0) * speed**2 / float(races.orbit[here].max()),
+                heavy_interval=math.asin(min(loads / total, 1.0)) if loads < total else math.pi,
+            )
+        )
+    return tuple(found)
+
+
+def _held(races: Races, place: int, weight: float) -> float:
+    here = races.place == place
+    kinds = set(zip(races.orbit[here].tolist(), races.adherence[here].tolist(), strict=True))
+    return max(held_whirl(orbit, mu, weight=weight) for orbit, mu in kinds)
+
+
+def _worst(races: Races, stiff: Complexes, needed: Floats, held: Floats) -> Floats:
+    """Largest residuals at which balls stop; whirls of other planes change what a plane needs, so that all are found together."""
+    count = needed.size
+    whirl = np.maximum(held, 0.0)
+    size = np.abs(stiff)
+    own = np.diag(size)
+    for _ in range(6):
+        before = whirl.copy()
+        for place in range(count):
+            others = float(size[place] @ before - own[place] * before[place])
+            span = (max(needed[place] - others, 0.0), needed[place] + others)
+            phase = -float(np.angle(stiff[place, place]))
+            most = largest_held_residual(
+                span, races.moment[races.place == place].tolist(), own[place] * max(held[place], 0.0), phase=phase
+            )
+            whirl[place] = max(most / own[place], before[place]) if own[place] > 0.0 else before[place]
+        if np.allclose(whirl, before, rtol=1e-3):
+            break
+    total = needed + np.bincount(races.place, races.moment, count)
+    return np.asarray(np.minimum(size @ whirl, total), np.float64)
+
+
+def _interval(races: Races, here: np.ndarray[Any, Any], gain: complex) -> float:
+    widest = 0.0
+    for moment, orbit, mu in set(zip(races.moment[here], races.orbit[here], races.adherence[here], strict=True)):
+        ends = rest_ends(gain, float(moment), float(moment), float(orbit), float(mu)) if mu > 0.0 else None
+        widest = max(widest, *(abs(end) for end in ends)) if ends else widest
+    return float(widest)
+
+
+def _deg(angle: float) -> str:
+    return f"{math.degrees(angle):.2g} deg"

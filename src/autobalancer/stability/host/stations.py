@@ -1,0 +1,205 @@
+"""What stability needs of a machine whose rotor tilts or bends: its matrices, the stations of its balls, its unbalance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
+from autobalancer.assembly.rotors.critical import critical_speeds
+from autobalancer.assembly.rotors.planes import planes_of
+from autobalancer.catalog.race_capability import capability_of
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine, Unbalance
+from autobalancer.stability.host.critical import lowest_frequency
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+
+
+@dataclass(frozen=True)
+class Stations:
+    """A machine at constant speed W without gravity across its axis, SI; P stations carry n balls.
+
+    The planar machine is the limit of one station and one pair of coordinates;
+    :class:`~autobalancer.stability.host.planar.Plane` is the same for it, and faster.
+    """
+
+    model: LateralModel  # with the effective mass of the balls in their planes
+    names: tuple[str, ...]  # (P,)
+    rows: Matrix  # (P, pairs) deflections of the stations
+    load: Complexes  # (pairs,) of all unbalances in the rotor
+    unbalance: complex  # resultant of the point unbalances, kg m
+    ball_mass: Floats  # (n,) effective
+    moment: Floats  # (n,) effective mass x orbit radius
+    inertia: Floats  # (n,) of the ball angle
+    drag: Floats  # (n,)
+    station: NDArray[np.int64]  # (n,) number of the ball's station, from 0
+    race: NDArray[np.int64]  # (n,) number of its race, from 0
+    offset: Complexes  # (n,) race center in the rotor
+    capability: Floats  # (P,) of balls side by side, kg m
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether x and y are alike."""
+        return self.model.isotropic
+
+    @cached_property
+    def critical_speeds(self) -> tuple[float, ...]:
+        """Undamped, rad/s, ascending: those an unbalance excites; may be empty."""
+        return critical_speeds(self.model)
+
+    @cached_property
+    def scale_speed(self) -> float:
+        """A speed of the size of the machine's own, rad/s: the lowest critical speed, or frequency at rest."""
+        return self.critical_speeds[0] if self.critical_speeds else lowest_frequency(self.model)
+
+    @property
+    def fixed_load(self) -> Complexes:
+        """Unbalances and the eccentric masses of the balls, (pairs,)."""
+        eccentric = np.zeros(len(self.names), np.complex128)
+        np.add.at(eccentric, self.station, self.ball_mass * self.offset)
+        return self.load + self.rows.T @ eccentric
+
+    def moments(self, angles: Floats) -> Complexes:
+        """Resultant m eps e^(i phi) of the balls of each station, (P,) kg m."""
+        found = np.zeros(len(self.names), np.complex128)
+        np.add.at(found, self.station, self.moment * np.exp(1j * angles))
+        return found
+
+    def compliance(self, speed: float) -> Complexes:
+        """Forward synchronous whirl of the coordinates for loads that turn with the rotor, (pairs, pairs).
+
+        On anisotropic supports the forward component of the whirl.
+
+        Raises
+        ------
+        QuestionError
+            At a critical speed of an undamped rotor.
+        """
+        n, model = self.model.pairs, self.model
+        try:
+            if self.isotropic:
+                mass, turning, stiffness = model.complex_matrices(speed)
+                return np.asarray(np.linalg.inv(stiffness + 1j * speed * turning - speed**2 * mass))
+            found = self.whole_compliance(speed)
+        except np.linalg.LinAlgError:
+            raise QuestionError(
+                f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor; no steady state exists there"
+            ) from None
+        xx, xy, yx, yy = found[:n, :n], found[:n, n : 2 * n], found[n : 2 * n, :n], found[n : 2 * n, n : 2 * n]
+        return np.asarray(0.5 * (xx + yy + 1j * (yx - xy)))
+
+    def whole_compliance(self, speed: float) -> Complexes:
+        """Complex amplitudes of all coordinates for forces e^(i W t), (N, N)."""
+        model = self.model
+        turning = model.damping_at(speed) + speed * model.gyroscopic
+        dynamic = model.stiffness_at(speed) + 1j * speed * turning - speed**2 * model.mass
+        return np.asarray(np.linalg.inv(dynamic), np.complex128)
+
+    def coordinates(self, speed: float, angles: Floats) -> Complexes:
+        """Forward whirl of the coordinates, seen in the rotor, with the balls at rest at these angles, (pairs,)."""
+        total = self.fixed_load + self.rows.T @ self.moments(angles)
+        return np.asarray(speed**2 * (self.compliance(speed) @ total))
+
+
+def stations(machine: Machine, unbalance: complex | float | None = None, *, largest: bool = False) -> Stations:
+    """The stations of a machine.
+
+    Parameters
+    ----------
+    machine
+        Any machine without gravity across its axis.
+    unbalance
+        Size (kg m, its direction is kept) or vector of the machine's unbalance, which must then be a single one.
+    largest
+        Take the unbalances at the time at which they are largest, else those after all schedules.
+
+    Raises
+    ------
+    QuestionError
+        If gravity acts across the axis, balls feel the tilt of their race, or ``unbalance`` is given and the machine has
+        not just one.
+    """
+    if machine.axis == "horizontal" and machine.gravity > 0.0:
+        raise QuestionError(
+            "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
+            "or ask basin with random starts"
+        )
+    if machine.tilting_races == "full":
+        raise QuestionError(
+            "tilting_races: given 'full'; stability is known for balls that feel the deflection of their race only. Take "
+            'tilting_races = "deflection", or simulate the machine'
+        )
+    bare = lateral_model(machine)
+    model = with_ball_mass(machine, bare)
+    balls = resolve(machine)
+    planes = planes_of(machine, bare)
+    races = sorted({(ball.balancer, ball.race) for ball in balls})
+    load, resultant = _loads(machine, bare, largest)
+    if unbalance is not None:
+        load, resultant = _replaced(machine, bare, unbalance)
+    return Stations(
+        model=model,
+        names=planes.names,
+        rows=rows_matrix(list(planes.rows)).reshape(len(planes.rows), model.pairs),
+        load=load,
+        unbalance=resultant,
+        ball_mass=np.array([ball.effective_mass for ball in balls]),
+        moment=np.array([ball.moment for ball in balls]),
+        inertia=np.array([ball.inertia for ball in balls]),
+        drag=np.array([ball.drag for ball in balls]),
+        station=np.array([planes.of_balancer[ball.balancer] for ball in balls], np.int64),
+        race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
+        offset=np.array([ball.eccentricity for ball in balls], np.complex128),
+        capability=np.array(
+            [
+                capability_of(ball for ball in balls if planes.of_balancer[ball.balancer] == number)
+                for number in range(len(planes.rows))
+            ],
+            np.float64,
+        ),
+    )
+
+
+def _loads(machine: Machine, model: LateralModel, largest: bool) -> tuple[Complexes, complex]:
+    """Load and resultant after all schedules, or at the time at which the load is largest."""
+    if not largest:
+        return _load_at(machine, model, 1e300, False)
+    inverse = np.linalg.inv(model.mass[: model.pairs, : model.pairs])
+    found = loads_at_corners(machine, model)
+    return max(found, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
+
+
+def loads_at_corners(machine: Machine, model: LateralModel) -> list[tuple[Complexes, complex]]:
+    """Load and resultant just before and after each time of all schedules; between two of them both change linearly."""
+    times = {0.0, *(float(t) for u in machine.unbalances if u.schedule is not None for t in u.schedule.time)}
+    return [_load_at(machine, model, time, before) for time in sorted(times) for before in (False, True)]
+
+
+def _load_at(machine: Machine, model: LateralModel, time: float, before: bool) -> tuple[Complexes, complex]:
+    load, resultant = np.zeros(model.pairs, np.complex128), 0j
+    for number, part in enumerate(machine.unbalances):
+        factor = unbalance_factor(part, time, before=before)
+        load = load + factor * unbalance_shape(machine, model, number)
+        resultant += factor * part.size * complex(np.exp(1j * float(part.angle)))
+    return load, resultant
+
+
+def _replaced(machine: Machine, model: LateralModel, unbalance: complex | float) -> tuple[Complexes, complex]:
+    if len(machine.unbalances) != 1 or machine.unbalances[0].is_couple:
+        raise QuestionError(
+            f"unbalance: the machine has {len(machine.unbalances)} unbalances along its axis; change the one you mean in "
+            "the machine, such as 'unbalances[1].moment'"
+        )
+    value, part = complex(unbalance), machine.unbalances[0]
+    if not np.isfinite(value) or (not isinstance(unbalance, complex) and value.real < 0.0):
+        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
+    direction = complex(np.exp(1j * float(part.angle)))
+    if isinstance(unbalance, complex):
+        value = value / direction
+    one = machine.model_copy(update={"unbalances": (Unbalance(moment=1.0, angle=part.angle, station=part.station),)})
+    return np.asarray(value * unbalance_shape(one, model, 0)), value * direction

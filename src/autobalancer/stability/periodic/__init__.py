@@ -1,0 +1,1 @@
+"""Periodic motions in the frame of the rotor: as points of a curve, and their special points."""

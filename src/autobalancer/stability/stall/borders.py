@@ -1,0 +1,117 @@
+"""Release and capture speed of a machine: balls with any drag law and rolling resistance, on any rotor.
+
+Equal balls on a planar rotor have the curve of :mod:`autobalancer.laws.stall`; with linear drag and no friction the release
+speed has a closed form, :mod:`autobalancer.stability.stall.closed_form`. Others are balanced jointly: unequal balls, several
+planes, rotors that tilt or bend, :mod:`autobalancer.stability.stall.joint`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.laws.stall import (
+    Receptance,
+    StalledBall,
+    StallRange,
+    parting_speeds,
+    planar_receptance,
+    stall_ranges,
+)
+from autobalancer.machine import Machine
+from autobalancer.stability.border import Border
+from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.stall.capture import STEADY
+from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
+from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
+from autobalancer.stability.stall.joint import joint_borders
+from autobalancer.stability.stall.notes import (
+    CAPTURE,
+    DRAGLESS,
+    EXACTLY,
+    HOW,
+    PASS,
+    RELEASE,
+    WORTH,
+    capture_border,
+    never,
+)
+from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
+
+CARRIED = "balls between partitions are carried along and never stall"
+
+
+def release_of(
+    machine: Machine, p: Described, *, capture: bool = True, up_to: float | None = None
+) -> tuple[Border, ...]:
+    """*release speed* and, if wanted and where balls stall and are released, *capture speed*.
+
+    On rotors that tilt or bend, of the resonances that a run-up to ``up_to`` (rad/s) meets; by default to the highest
+    speed that the drive prescribes, else all.
+    """
+    place = p.station if isinstance(p, Stations) else np.zeros(p.moment.size, np.int64)
+    groups = stalled_groups(machine, place.tolist())
+    if not groups:
+        return (Border(RELEASE, math.nan, CARRIED),)
+    left_out = sum(group.count for group in groups) < p.moment.size
+    top = highest_searched(p)
+    limit = _limit(machine, p) if up_to is None else up_to
+    if isinstance(p, Stations):
+        found = joint_borders(p, Loads(groups), top, limit, capture)
+    elif len(groups) > 1 or left_out:
+        closed = release_border(p) if not left_out and p.isotropic and all(group.plain for group in groups) else None
+        found = joint_borders(stations(machine, largest=True), Loads(groups), top, math.inf, capture, closed)
+    else:
+        found = _in_one_plane(p, groups[0], capture)
+    if left_out:
+        found = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in found)
+    return found
+
+
+def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border, ...]:
+    """Equal balls on a planar rotor."""
+    if not all(b > 0.0 for b in p.damping):
+        return never(UNDAMPED, capture)
+    if not group.carries:
+        return never(DRAGLESS, capture)
+
+    def drag(slip: Floats) -> Floats:
+        return p.drag[0] * slip if group.ball.drag_curve is None else group.drag(slip)
+
+    critical, receptance = p.critical_speeds, planar_receptance(p.mass, p.stiffness, p.damping)
+    ball = StalledBall(float(p.moment[0]), float(p.moment.sum()), group.ball.orbit_radius, drag, group.rolling)
+    folds = stall_ranges(ball, receptance, critical)
+    if folds and math.isinf(folds[-1].release):
+        return never("never: no drag is enough at a resonance", capture)
+    released = release_border(p) if group.plain and p.isotropic else _released(ball, receptance, p, folds, group.count)
+    if not capture:
+        return (released,)
+    caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
+    reason = PASS if math.isnan(released.speed) else STEADY
+    return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
+
+
+def _released(ball: StalledBall, receptance: Receptance, p: Plane, folds: tuple[StallRange, ...], count: int) -> Border:
+    """In a fold, or where several balls part before it."""
+    ends = [(fold.release, fold.release_whirl) for fold in folds]
+    if count > 1:
+        parted = parting_speeds(ball, receptance, p.critical_speeds)
+        ends = [end for end in ends if not any(whirl <= end[1] and whirl > 0.8 * end[1] for _, whirl in parted)]
+        ends += parted
+    if not ends:
+        return Border(RELEASE, math.nan, PASS)
+    speed, _ = max(ends)
+    notes = [f"{HOW}, highest of all resonances" if len(p.critical_speeds) > 1 else HOW]
+    if folds and folds[-1].release > (1.0 + WORTH) * speed:
+        notes.append(EXACTLY.format(folds[-1].release))
+    return Border(RELEASE, speed, "; ".join(notes))
+
+
+def _limit(machine: Machine, p: Described) -> float:
+    """The highest prescribed speed; infinite without one, or if it is below all critical speeds."""
+    highest = highest_prescribed(machine)
+    return highest if highest is not None and highest > lower_critical_speed(p) else math.inf

@@ -1,0 +1,175 @@
+"""The rotor speed below which balls in line fall back to a resonance, on any rotor.
+
+Balls of one race that lie on each other turn a little slower than the rotor, beyond a resonance, with the phase between the
+planes that balances. This state is followed downward from the highest speed at which it is stable to where it ends: in a
+fold, or where it begins to swing. There balls fall back to the resonance if they can stall there. If nothing holds all of
+them there, the planes lose step with each other; then each is followed alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.stall.branch import Leaving, followed
+from autobalancer.stability.stall.groups import Loads
+from autobalancer.stability.stall.linear import growth, past
+from autobalancer.stability.stall.ranges import FAR, grid
+from autobalancer.stability.stall.states import Balance, States
+from autobalancer.stability.stall.whirling import Whirling
+
+BESIDE = 1e-3  # of the speed below the end of a branch, where one looks for where balls go
+LIKE, LITTLE = 2.0, 0.25  # slips that count as about the same; share of the speed that counts as turning with the rotor
+TINY = 1e-9  # slip over speed where balls just begin to slip
+TURNS = 4  # states in line through which they may go on
+LOST = "the planes lose synchronism at {0:.4g} rad/s and then fall back gradually; there is no single speed of capture"
+AGAIN = "; they stall together from {0:.4g} rad/s down"
+STEADY = "balls in line fall back gradually through the resonance; there is no single speed of capture"
+HELD = "rolling resistance holds balls in line at all speeds that were tried, or not all of them slip at one"
+NEVER = "balls of the planes do not stay in line with each other at any speed that was tried"
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Rotor speed (rad/s) and the whirl speed to which balls fall; nan with a ``reason`` where there is none.
+
+    ``lost`` is the speed at which planes lose step before, nan if they do not.
+    """
+
+    speed: float
+    whirl: float = math.nan
+    cause: str = ""
+    reason: str = ""
+    lost: float = math.nan
+
+
+def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Capture:
+    """Where balls in line are caught in a slow run-down from above ``released``; of resonances below ``limit``, rad/s."""
+    speeds = grid(rotor, top)
+    highest = min(max(limit, 0.0), FAR * max(rotor.st.critical_speeds, default=top))
+    speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
+    balance = Balance(rotor, loads)
+    if balance.rolling.any():
+        return _let_down(balance, speeds)
+    begun = _begun(balance, speeds)
+    if begun is None:
+        return Capture(math.nan, reason=NEVER)
+    found = _down(balance, begun, float(speeds[0]))
+    if math.isnan(found.speed) and not math.isnan(found.lost):
+        return replace(found, reason=found.reason + _again(balance, speeds[speeds < found.lost], found.lost))
+    return found
+
+
+def _again(balance: Balance, speeds: Floats, lost: float) -> str:
+    """From where on down all stall together."""
+    for speed in speeds[::-1].tolist():
+        here = stands(balance, speed)
+        stalled = np.flatnonzero(past(balance, here) <= 0.0)
+        if stalled.size:
+            return AGAIN.format(followed(balance, here.some(stalled[-1:]), lost, ("fold", "swinging")).speed)
+    return ""
+
+
+def _down(balance: Balance, begun: States, lowest: float) -> Capture:
+    """Where balls fall back from a state in line."""
+    for _ in range(TURNS):  # it may go on in another one
+        causes = ("fold", "swinging", "passing") if past(balance, begun)[0] > 0.0 else ("fold", "swinging")
+        leaving = followed(balance, begun, lowest, causes)
+        if leaving.cause in ("", "passing"):
+            return Capture(math.nan, reason=STEADY)
+        beyond = bool(past(balance, leaving.state)[0] > 0.0)
+        below = stands(balance, (1.0 - BESIDE) * leaving.speed)
+        kept = np.flatnonzero(_in_line(balance, below, beyond, leaving.speed - leaving.whirl))
+        if below.speed.size == 0:
+            return _apart(balance, leaving, lowest)
+        if kept.size == 0:
+            return Capture(leaving.speed, float(below.whirl[-1]), leaving.cause)
+        begun = below.some(kept[:1])
+    return Capture(leaving.speed, leaving.whirl, leaving.cause)
+
+
+def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
+    """What the balls of each station do where those of all lose step."""
+    places, speed = balance.loads.station, leaving.speed
+    if len(set(places.tolist())) == 1:
+        return Capture(speed, math.nan, leaving.cause)
+    found, beyond = [], bool(past(balance, leaving.state)[0] > 0.0)
+    for place in sorted(set(places.tolist())):
+        alone = Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(places == place).tolist())))
+        below = stands(alone, (1.0 - BESIDE) * speed)
+        kept = np.flatnonzero(_in_line(alone, below, beyond, speed - leaving.whirl))
+        if kept.size:
+            found.append(_down(alone, below.some(kept[:1]), lowest))
+        elif below.speed.size:
+            found.append(Capture(speed, float(below.whirl[-1]), leaving.cause))
+    known = [one for one in found if not math.isnan(one.speed)]
+    if not known:
+        return Capture(math.nan, reason=LOST.format(speed), lost=speed)
+    first = max(known, key=lambda one: one.speed)
+    return Capture(first.speed, first.whirl, first.cause, lost=speed)
+
+
+def _in_line(balance: Balance, states: States, beyond: bool, slip: float) -> NDArray[np.bool_]:
+    """Whether balls still turn nearly with the rotor: beyond a resonance as before, else with about the slip they had."""
+    if beyond:
+        return np.asarray(past(balance, states) > 0.0)
+    return np.asarray(states.speed - states.whirl < LIKE * slip)
+
+
+def stands(balance: Balance, speed: float) -> States:
+    """Stable balances at one rotor speed, of groups whose balls stay together, those that lag least first."""
+    (found,) = balance.found(np.array([speed]))
+    return found.some(np.flatnonzero(growth(balance, found) < 0.0))
+
+
+def _let_down(balance: Balance, speeds: Floats) -> Capture:
+    """The same where rolling resistance holds balls at rest: from where on it no longer holds them where they all slip alike."""
+    begun = _slipping(balance, speeds)
+    if begun is None:
+        return Capture(math.nan, reason=HELD)
+    speed = float(begun.speed[0])
+    slower = stands(balance, (1.0 - 0.1 * BESIDE) * speed)
+    if slower.speed.size and slower.whirl[0] > (1.0 - 2.0 * BESIDE) * speed:
+        return _down(balance, slower.some(np.array([0])), float(speeds[0]))
+    below = stands(balance, (1.0 - BESIDE) * speed)
+    return Capture(speed, float(below.whirl[-1]) if below.speed.size else math.nan, "fold")
+
+
+def _slipping(balance: Balance, speeds: Floats) -> States | None:
+    """The highest rotor speed at which all groups just begin to slip, none if there is none; of one or two groups."""
+    from scipy.optimize import brentq
+
+    if len(balance.loads.groups) > 2:
+        return None
+
+    def arcs(at: Floats) -> list[tuple[Floats, Floats]]:
+        return balance.arcs(at, balance.rotor.all_modes(at), (at * (1.0 - TINY))[:, None])
+
+    found = []
+    for k, (rest, _) in enumerate(arcs(speeds)):
+        for i in np.flatnonzero(rest[1:, 0] * rest[:-1, 0] <= 0.0)[-1:]:
+            speed = float(
+                brentq(
+                    lambda w, k=k: float(arcs(np.array([w]))[k][0][0, 0]),
+                    speeds[i],
+                    speeds[i + 1],
+                    xtol=1e-13 * speeds[i],
+                )
+            )
+            phase = float(arcs(np.array([speed]))[k][1][0, 0])
+            y = [math.log(TINY * speed), phase][: len(balance.loads.groups)]
+            found.append(States(np.array([speed]), np.array([y])))
+    return max(found, key=lambda one: float(one.speed[0]), default=None)
+
+
+def _begun(balance: Balance, speeds: Floats) -> States | None:
+    """The state that lags least, at the highest speed at which one lags little."""
+    for speed in speeds[::-1].tolist():
+        here = stands(balance, speed)
+        if here.speed.size and here.whirl[0] > (1.0 - LITTLE) * speed:
+            return here.some(np.array([0]))
+    return None

@@ -1,0 +1,79 @@
+"""Whether a stalled state is stable: the equations of motion linearized in axes that turn with its whirl.
+
+There the state is at rest, so that its eigenvalues say everything (on anisotropic supports after the mean over the whirl).
+Small motions: a of the modes, Da = (pole - i v) a + left f, and delta of the groups,
+
+    f = n s e^(i psi) (i v^2 delta + 2 v D delta - i DD delta),    X = e^(-i psi) (sum of right pole^2 a + B f),
+    I DD delta = - s Im(q X) - s v^2 Re(q h) delta - (dT/dW - 2 mu s eps v) D delta,
+
+B f the acceleration that loads give at once. Turning the whole picture changes nothing: one eigenvalue is zero. Balls of a
+group that part from each other leave the whirl alone, so that this motion has its own equation, I DD delta + dT/dW D delta
++ s v^2 Re(q h) delta = 0: they stay together while Re(q h) > 0. With one mode this ends exactly at its resonance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.stall.states import STEEP, Balance, States
+
+
+def growth(balance: Balance, states: States) -> Floats:
+    """Of groups that stay together: greatest real part of all eigenvalues but the one of turning, 1/s, (n,)."""
+    n, loads = states.speed.size, balance.loads
+    groups = loads.count.size
+    if n == 0:
+        return np.zeros(0)
+    modes = balance.rotor.all_modes(states.speed)
+    v, slip, place = states.whirl, np.exp(states.y[:, 0]), loads.station
+    right, left = modes.right[:, :, place], modes.left[:, :, place]
+    turned, rolled = np.exp(1j * states.phases), 1.0 + 1j * balance.rolling
+    load = loads.count * loads.moment * turned
+    felt = left * load[:, None, :]  # (n, K, G)
+    seen = np.swapaxes(right * modes.pole[:, :, None] ** 2, 1, 2) * (rolled / turned)[:, :, None]  # (n, G, K)
+    at_once = np.swapaxes(right * modes.pole[:, :, None], 1, 2) * (rolled / turned)[:, :, None] @ felt  # (n, G, G)
+    slope = (balance.drag(slip * (1.0 + STEEP)) - balance.drag(slip)) / (STEEP * slip[:, None])
+    slope = slope - 2.0 * balance.rolling * loads.moment * balance.orbit * v[:, None]
+    held = loads.moment * v[:, None] ** 2 * balance.deflections(states, modes).real
+    inertia = np.array([group.ball.inertia for group in loads.groups])
+    s, own = loads.moment[None, :, None], np.eye(groups)
+    v1 = v[:, None, None]
+    mass = inertia[None, :, None] * own - s * at_once.real
+    by_angle = -s * (1j * v1**2 * at_once).imag - held[:, :, None] * own
+    by_rate = -s * (2.0 * v1 * at_once).imag - slope[:, :, None] * own
+    by_modes = np.concatenate([-s * seen.imag, -s * seen.real], axis=2)
+    accelerations = np.linalg.solve(mass, np.concatenate([by_modes, by_angle, by_rate], axis=2))  # (n, G, 2K + 2G)
+    count = modes.pole.shape[1]
+    size = 2 * count + 2 * groups
+    whole = np.zeros((n, size, size))
+    k, own_k = np.arange(count), modes.pole - 1j * v[:, None]
+    whole[:, k, k], whole[:, count + k, count + k] = own_k.real, own_k.real
+    whole[:, k, count + k], whole[:, count + k, k] = -own_k.imag, own_k.imag
+    pushed = -1j * felt @ accelerations
+    pushed[:, :, 2 * count : 2 * count + groups] += 1j * v1**2 * felt
+    pushed[:, :, 2 * count + groups :] += 2.0 * v1 * felt
+    whole[:, :count] += pushed.real
+    whole[:, count : 2 * count] += pushed.imag
+    whole[:, 2 * count : 2 * count + groups, 2 * count + groups :] = own
+    whole[:, 2 * count + groups :] = accelerations
+    values = np.linalg.eigvals(whole)
+    turning = np.abs(values).argmin(axis=1)
+    values[np.arange(n), turning] = -np.inf
+    return np.asarray(values.real.max(axis=1))
+
+
+def together(balance: Balance, states: States) -> Floats:
+    """Least of Re(q h) over the orbit radius of the groups of several balls, (n,): above zero they do not part."""
+    several = balance.loads.count > 1.0
+    if not several.any() or not states.speed.size:
+        return np.full(states.speed.size, np.inf)
+    return np.asarray((balance.deflections(states).real / balance.orbit)[:, several].min(axis=1))
+
+
+def past(balance: Balance, states: States) -> Floats:
+    """How far balls are beyond the resonance, over the orbit radius, (n,): above zero the whirl moves against them."""
+    if not states.speed.size:
+        return np.zeros(0)
+    weight = balance.loads.count * balance.loads.moment
+    return np.asarray(-(balance.deflections(states).real / balance.orbit) @ weight / weight.sum())

@@ -1,0 +1,67 @@
+"""What the borders of stalled balls say of themselves."""
+
+from __future__ import annotations
+
+import math
+
+from autobalancer.stability.border import Border
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.stall.groups import Loads
+from autobalancer.stability.stall.ranges import HangingRange
+
+RELEASE, CAPTURE = "release speed", "capture speed"
+HOW = "torque balance of stalled balls in line"
+PASS = "the balls never stall: drag and friction carry them through"
+DRAGLESS = "never: a ball without drag is not dragged along"
+EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
+NO_CAPTURE = "not computed where balls are never released"
+FREE = "parting, others free"
+OTHERS = 4  # further release speeds in a note
+WORTH = 0.002  # relative difference from which on a second release speed is said
+
+
+def never(why: str, capture: bool) -> tuple[Border, ...]:
+    """Balls that are never released."""
+    release = Border(RELEASE, math.inf, why)
+    return (release, Border(CAPTURE, math.nan, NO_CAPTURE, False)) if capture else (release,)
+
+
+def capture_border(speed: float, which: str) -> Border:
+    """Of balls in line."""
+    return Border(CAPTURE, speed, f"{HOW}: below it balls in line fall back to the resonance{which}")
+
+
+def which(st: Stations, loads: Loads, one: HangingRange) -> str:
+    """Which balls hang, if not all."""
+    if len(one.groups) == len(loads.groups):
+        return ""
+    places = {group.station for group in loads.groups}
+    held = {loads.groups[g].station for g in one.groups}
+    if len(held) < len(places):
+        names = ", ".join(st.names[place] for place in sorted(held))
+        shift = (
+            "" if one.cause == FREE or math.isinf(one.end) else "; those of other planes may shift it by some percent"
+        )
+        return f", balls of {names} alone, those of other planes are free already{shift}"
+    return ", the strongest balls alone"
+
+
+def others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRange) -> list[str]:
+    """The next lower ends, each resonance and set once."""
+    rest = sorted((one for one in met if one is not last and math.isfinite(one.end)), key=lambda one: -one.end)
+    found: list[str] = []
+    for one in rest:
+        held = {loads.groups[g].station for g in one.groups}
+        alone = (
+            "" if len(one.groups) == len(loads.groups) else f" ({', '.join(st.names[p] for p in sorted(held))} alone)"
+        )
+        text = f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s{alone}"
+        if text not in found:
+            found.append(text)
+    return found[:OTHERS]
+
+
+def again(one: HangingRange) -> str:
+    """A range that no run-up meets."""
+    to = "" if math.isinf(one.end) else f" to {one.end:.4g}"
+    return f"from {one.begin:.4g}{to} rad/s on balls can stall again, at a resonance that rises with the speed, never passed"

@@ -1,0 +1,266 @@
+"""Stalled states of a set of groups at one speed of the rotor: all angles between the planes that balance.
+
+The groups g of a set stall together at the whirl speed v. With E = n s e^(i psi), h = v^2 e^(-i psi) H E and q = 1 + i mu
+(rolling resistance mu) each is in balance where
+
+    - s v^2 Im(q h) = T_drag(W - v) + mu s eps v^2 .
+
+The phase between planes is free: it is neither 0 nor pi but what balances. For two groups the first balance, at a given v,
+is solved for the phase in closed form (two arcs), and the second has a sign along each arc; so no state is missed but where
+two nearly meet. Of more groups states are sought by Newton's method from the angles that one mode alone would set.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from autobalancer.stability.host.planar import Complexes, Floats
+from autobalancer.stability.stall.groups import Loads
+from autobalancer.stability.stall.whirling import SEEN, AllModes, Indices, Whirling
+
+SLIPS = np.geomspace(1e-5, 0.75, 160)  # shares of the rotor speed by which balls may lag
+AROUND = np.concatenate([-np.geomspace(60.0, 0.02, 24), [0.0], np.geomspace(0.02, 60.0, 24)])  # decay rates from a mode
+OFFS = np.array([-3.0, -1.2, -0.4, 0.0, 0.4, 1.2, 3.0])  # the same, where more than two groups are begun
+ROUNDS, CLOSE = 25, 1e-10  # of Newton's method; its last step
+SAME = 1e-6  # states nearer than this are one
+STEEP = 1e-6  # relative difference for slopes
+
+
+@dataclass(frozen=True)
+class States:
+    """n balances of G groups: ``y`` holds the log of the slip W - v and the phases of all groups but the first."""
+
+    speed: Floats  # (n,) of the rotor, rad/s
+    y: Floats  # (n, G)
+
+    @property
+    def whirl(self) -> Floats:
+        """Speed of the balls, rad/s, (n,)."""
+        return np.asarray(self.speed - np.exp(self.y[:, 0]))
+
+    @property
+    def phases(self) -> Floats:
+        """Of the groups, that of the first zero, (n, G)."""
+        return np.hstack([np.zeros((self.speed.size, 1)), self.y[:, 1:]])
+
+    def some(self, chosen: Indices) -> States:
+        """Some of them."""
+        return States(self.speed[chosen], self.y[chosen])
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A set of groups on a rotor."""
+
+    rotor: Whirling
+    loads: Loads
+
+    @cached_property
+    def rolling(self) -> Floats:
+        """Coefficient of rolling resistance of each group."""
+        return np.array([group.rolling for group in self.loads.groups])
+
+    @cached_property
+    def orbit(self) -> Floats:
+        """Orbit radius of each group, m."""
+        return np.array([group.ball.orbit_radius for group in self.loads.groups])
+
+    def drag(self, slip: Floats) -> Floats:
+        """Torque of the fluid on one ball of each group, (n, G), N m."""
+        return np.stack([group.drag(slip) for group in self.loads.groups], axis=-1)
+
+    def needed(self, slip: Floats, whirl: Floats) -> Floats:
+        """Right side of the balance, (n, G)."""
+        pressed = self.rolling * self.loads.moment * self.orbit * whirl[..., None] ** 2
+        return np.asarray(self.drag(slip) + pressed)
+
+    def answers(self, modes: AllModes, whirl: Floats) -> tuple[Complexes, Complexes]:
+        """H between the groups and its slope over v at one whirl speed for each of n rotor speeds, (n, G, G)."""
+        place = self.loads.station
+        right, left = modes.right[:, :, place], modes.left[:, :, place]
+        gain = 1.0 / (1j * whirl[:, None] - modes.pole)
+        turned = np.swapaxes(right, 1, 2)
+        return turned * gain[:, None, :] @ left, turned * (-1j * gain**2)[:, None, :] @ left
+
+    def deflections(self, states: States, modes: AllModes | None = None) -> Complexes:
+        """q h of each group, (n, G), m."""
+        modes = self.rotor.all_modes(states.speed) if modes is None else modes
+        host, _ = self.answers(modes, states.whirl)
+        turned = np.exp(1j * states.phases)
+        load = self.loads.count * self.loads.moment * turned
+        whirl = states.whirl[:, None] ** 2 * (host @ load[:, :, None])[:, :, 0] / turned
+        return np.asarray((1.0 + 1j * self.rolling) * whirl)
+
+    def misfit(self, states: States, modes: AllModes | None = None) -> tuple[Floats, Floats]:
+        """Brake over need less one, (n, G), and its slopes over y, (n, G, G)."""
+        modes = self.rotor.all_modes(states.speed) if modes is None else modes
+        loads, v, slip = self.loads, states.whirl, np.exp(states.y[:, 0])
+        host, slope = self.answers(modes, v)
+        turned = np.exp(1j * states.phases)
+        load = loads.count * loads.moment * turned
+        factor = (1.0 + 1j * self.rolling) * (-loads.moment) * v[:, None] ** 4 / turned
+        parts = factor[:, :, None] * host * load[:, None, :]
+        whole = parts.sum(axis=2)
+        brake, need = whole.imag, self.needed(slip, v)
+        steeper = self.needed(slip * (1.0 + STEEP), v - STEEP * slip)
+        over_slip = -slip[:, None] * (
+            4.0 * whole / v[:, None] + (factor[:, :, None] * slope * load[:, None, :]).sum(axis=2)
+        )
+        by_slip = (over_slip.imag - brake * ((steeper - need) / STEEP) / need) / need
+        by_phase = ((1j * parts).imag - np.eye(loads.count.size) * (1j * whole).imag[:, :, None]) / need[:, :, None]
+        return brake / need - 1.0, np.concatenate([by_slip[:, :, None], by_phase[:, :, 1:]], axis=2)
+
+    def corrected(self, states: States) -> States:
+        """By Newton's method, those that converge."""
+        if not states.speed.size:
+            return states
+        modes = self.rotor.all_modes(states.speed)
+        y, done = states.y.copy(), np.zeros(states.speed.size, bool)
+        active = np.arange(states.speed.size)
+        for _ in range(ROUNDS):
+            miss, jacobian = self.misfit(States(states.speed[active], y[active]), modes.at(active))
+            change = _solved(jacobian, -miss)
+            size = np.abs(change).max(axis=1)
+            y[active] += change * np.minimum(1.0, 0.5 / np.maximum(size, 1e-12))[:, None]
+            done[active] = size < CLOSE
+            lost = ~np.isfinite(size) | (np.exp(y[active, 0]) > 0.999 * states.speed[active])
+            y[active[lost]] = np.nan
+            active = active[~lost & (size >= CLOSE)]
+            if not active.size:
+                break
+        return States(states.speed[done], y[done])
+
+    def found(self, speeds: Floats) -> list[States]:
+        """All balances at each rotor speed, those that lag least first."""
+        modes = self.rotor.all_modes(speeds)
+        if len(self.loads.groups) > 2:
+            begun = self._guessed(speeds)
+        else:
+            begun = self._scanned(speeds, modes)
+        known = self.corrected(begun)
+        order = np.lexsort((*known.y.T[::-1], known.speed))
+        known = known.some(order)
+        return [_distinct(known.some(np.flatnonzero(known.speed == speed))) for speed in speeds]
+
+    def _scanned(self, speeds: Floats, modes: AllModes) -> States:
+        """Where the last balance changes its sign along the arcs on which the first one holds."""
+        whirl = self._whirls(speeds, modes)
+        log_slip, arcs = np.log(speeds[:, None] - whirl), self.arcs(speeds, modes, whirl)
+        starts = [_crossings(speeds, log_slip, rest, phase) for rest, phase in arcs]
+        if len(arcs) == 2:
+            starts += _joints(speeds, log_slip, arcs)
+        y = np.vstack([y[:, : len(self.loads.groups)] for _, y in starts])
+        return States(np.concatenate([one for one, _ in starts]), y)
+
+    def arcs(self, speeds: Floats, modes: AllModes, whirl: Floats) -> list[tuple[Floats, Floats]]:
+        """Of one or two groups: surplus of the last brake over the need where the first are equal, and the phase, (s, n).
+
+        nan where no phase makes them equal.
+        """
+        loads, count, place = self.loads, len(self.loads.groups), self.loads.station
+        slip = speeds[:, None] - whirl
+        gain = 1.0 / (1j * whirl[:, :, None] - modes.pole[:, None])
+        left, right = modes.left[:, None][..., place], modes.right[:, None][..., place]
+        need = self.needed(slip.ravel(), whirl.ravel()).reshape(*slip.shape, count)
+        power = -(whirl**4)[:, :, None] * loads.moment * (1.0 + 1j * self.rolling)
+        strength = loads.count * loads.moment
+
+        def host(p: int, q: int) -> Complexes:
+            return np.asarray((gain * right[..., p] * left[..., q]).sum(axis=2) * power[:, :, p] * strength[q])
+
+        if count == 1:
+            return [(host(0, 0).imag - need[:, :, 0], np.zeros_like(whirl))]
+        across, own = host(0, 1), host(0, 0)
+        found = []
+        with np.errstate(invalid="ignore", divide="ignore"):
+            lag = np.arcsin((need[:, :, 0] - own.imag) / np.abs(across))
+            for angle in (lag, np.pi - lag):
+                phase = angle - np.angle(across)
+                rest = (host(1, 1) + host(1, 0) * np.exp(-1j * phase)).imag - need[:, :, 1]
+                found.append((rest, phase))
+        return found
+
+    def _whirls(self, speeds: Floats, modes: AllModes) -> Floats:
+        """Whirl speeds at which to look, ascending, (s, n)."""
+        seen = (np.abs(modes.right[:, :, self.loads.station]) * np.abs(modes.left[:, :, self.loads.station])).max(
+            axis=2
+        )
+        ahead = (modes.pole.imag > 0.0) & (modes.pole.imag < speeds[:, None])
+        ahead &= seen * modes.pole.imag > SEEN * (seen * modes.pole.imag).max(axis=1, keepdims=True)
+        slips = speeds[:, None] * SLIPS
+        order = np.argsort(np.where(ahead, modes.pole.imag, np.inf), axis=1)[:, : int(ahead.sum(axis=1).max(initial=0))]
+        pole = np.where(ahead, modes.pole, 0.0)[np.arange(speeds.size)[:, None], order]
+        near = pole.imag[:, :, None] - pole.real[:, :, None] * AROUND
+        slip = np.hstack([slips, (speeds[:, None, None] - near).reshape(speeds.size, -1)])
+        slip = np.clip(slip, slips[:, :1], slips[:, -1:])
+        return np.asarray(speeds[:, None] - np.sort(slip, axis=1)[:, ::-1])
+
+    def _guessed(self, speeds: Floats) -> States:
+        """The angles at which a mode alone would balance, a little off its resonance."""
+        found_speed, found_y = [], []
+        loads = self.loads
+        for speed in speeds.tolist():
+            modes = self.rotor.modes(speed)
+            for k in np.flatnonzero(modes.frequency < speed):
+                at = modes.frequency[k] + OFFS * modes.decay[k]
+                at = at[(at < speed) & (at > 0.2 * speed)]
+                carried = self.needed(speed - at, at)
+                strength = loads.moment * np.sqrt(np.abs(modes.right[k] * modes.left[k]))[loads.station]
+                gain = at[:, None] ** 4 / max(float(modes.decay[k]), 1e-300)
+                sines = carried / (strength * np.sqrt(gain * (loads.count * carried).sum(axis=1)[:, None]))
+                theta = np.arcsin(np.minimum(sines, 1.0))
+                phases = theta - np.angle(modes.left[k])[loads.station]
+                found_y.append(np.column_stack([np.log(speed - at), (phases - phases[:, :1])[:, 1:]]))
+                found_speed.append(np.full(at.size, speed))
+        if not found_y:
+            return States(np.zeros(0), np.zeros((0, loads.count.size)))
+        return States(np.concatenate(found_speed), np.vstack(found_y))
+
+
+Starts = tuple[Floats, Floats]
+
+
+def _crossings(speeds: Floats, log_slip: Floats, rest: Floats, phase: Floats) -> Starts:
+    """Where a balance changes its sign between two whirl speeds."""
+    at, k = np.nonzero(rest[:, 1:] * rest[:, :-1] <= 0.0)
+    share = rest[at, k] / (rest[at, k] - rest[at, k + 1] + 1e-300)
+    turn = np.angle(np.exp(1j * (phase[at, k + 1] - phase[at, k])))
+    slip = log_slip[at, k] + share * (log_slip[at, k + 1] - log_slip[at, k])
+    return speeds[at], np.column_stack([slip, phase[at, k] + share * turn])
+
+
+def _joints(speeds: Floats, log_slip: Floats, arcs: list[tuple[Floats, Floats]]) -> list[Starts]:
+    """Where it changes its sign from one arc to the other, at an end at which both meet between two whirl speeds."""
+    (one, phase), (other, far) = arcs
+    known = np.isfinite(one) & np.isfinite(other)
+    turn = np.angle(np.exp(1j * (far - phase)))
+    found = []
+    for here, beyond in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+        at, k = np.nonzero(known[:, here] & ~known[:, beyond] & (one[:, here] * other[:, here] <= 0.0))
+        k = k if here.stop == -1 else k + 1
+        y = np.column_stack([log_slip[at, k], phase[at, k] + 0.5 * turn[at, k]])
+        found.append((speeds[at], y))
+    return found
+
+
+def _solved(matrices: Floats, right: Floats) -> Floats:
+    """Solutions (n, G), nan where there is none."""
+    good = np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
+    good = good[np.abs(np.linalg.det(matrices[good])) > 1e-300]
+    found = np.full(right.shape, np.nan)
+    found[good] = np.linalg.solve(matrices[good], right[good][:, :, None])[:, :, 0]
+    return found
+
+
+def _distinct(states: States) -> States:
+    """Each once."""
+    kept: list[int] = []
+    for i in range(states.speed.size):
+        turned = [float(np.abs(np.exp(1j * (states.y[i, 1:] - states.y[k, 1:])) - 1.0).max(initial=0.0)) for k in kept]
+        near = [abs(float(states.y[i, 0] - states.y[k, 0])) for k in kept]
+        if not any(max(a, b) < SAME for a, b in zip(turned, near, strict=True)):
+            kept.append(i)
+    return states.some(np.array(kept, np.int64))

@@ -1,0 +1,118 @@
+"""A rotor that runs at W, under loads that circle forward at another speed v: receptance at its stations and modes.
+
+Gyroscopic terms are those of W. So are tables of supports, which mean the frequency of the load but are taken at the speed of
+the rotor everywhere, in simulations too. On anisotropic supports the forward component of the answer counts,
+H = (H_xx + H_yy + i (H_yx - H_xy))/2; the backward one turns against the balls and averages out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Stations
+
+Indices = NDArray[np.int64]
+
+SEEN = 1e-7  # least share of a mode in the whirl at the stations at which balls can hang at it
+
+
+@dataclass(frozen=True)
+class ForwardModes:
+    """Modes with forward whirl at one rotor speed, k of them, ascending; H = sum of right left/(i v - pole)."""
+
+    frequency: Floats  # (k,) rad/s
+    decay: Floats  # (k,) 1/s
+    right: Complexes  # (k, P)
+    left: Complexes  # (k, P)
+
+
+@dataclass(frozen=True)
+class AllModes:
+    """Every mode at each of s rotor speeds, K of them: H = sum of right left/(i v - pole) at whirl speeds v."""
+
+    pole: Complexes  # (s, K) 1/s
+    right: Complexes  # (s, K, P)
+    left: Complexes  # (s, K, P)
+
+    def at(self, speeds: Indices) -> AllModes:
+        """Of some of the rotor speeds, by their numbers."""
+        return AllModes(self.pole[speeds], self.right[speeds], self.left[speeds])
+
+
+class Whirling:
+    """Answers of a rotor at its stations; remembers the modes of speeds that were asked."""
+
+    def __init__(self, st: Stations) -> None:
+        model = st.model
+        self.st = st
+        self._fixed = model.speeds.size == 1 and not model.gyroscopic.any()
+        self._modes: dict[float, ForwardModes] = {}
+        self._all: dict[float, tuple[Complexes, Complexes, Complexes]] = {}
+        self._mass, self._turning = self._seen(model.mass), self._seen(model.gyroscopic)
+        self._held = self._at(0.0)
+        if st.isotropic:
+            self._load, self._read = st.rows.T.astype(complex), st.rows.astype(complex)
+        else:
+            both, count = model.both(st.rows), st.rows.shape[0]
+            x, y = both[:count], both[count:]
+            self._load, self._read = (x - 1j * y).T / np.sqrt(2.0), (x + 1j * y) / np.sqrt(2.0)
+
+    def _seen(self, matrix: Matrix) -> Complexes:
+        """Of an isotropic rotor over z = q_x + i q_y, else over all coordinates."""
+        n = self.st.model.pairs
+        joined = matrix[:n, :n] + 1j * matrix[n : 2 * n, :n] if self.st.isotropic else matrix
+        return np.asarray(joined, np.complex128)
+
+    def _at(self, speed: float) -> tuple[Complexes, Complexes]:
+        """Damping and stiffness of the supports while the rotor runs at ``speed``."""
+        return self._seen(self.st.model.damping_at(speed)), self._seen(self.st.model.stiffness_at(speed))
+
+    def receptance(self, whirl: Floats, speed: Floats | float) -> Complexes:
+        """Forward receptance between the stations at whirl speeds (n,) and one rotor speed or one each, (n, P, P), m/N."""
+        v, w = np.broadcast_arrays(np.asarray(whirl, float), np.asarray(speed, float))
+        damping, stiffness = self._held
+        if self.st.model.speeds.size > 1:
+            parts = [self._at(float(one)) for one in (w if np.ndim(speed) else w[:1])]
+            damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
+        v, w = v[:, None, None], w[:, None, None]
+        dynamic = stiffness + 1j * v * (damping + w * self._turning) - v**2 * self._mass
+        return np.asarray(self._read @ np.linalg.solve(dynamic, self._load[None]))
+
+    def modes(self, speed: float) -> ForwardModes:
+        """Modes with forward whirl that the stations see."""
+        key = 0.0 if self._fixed else speed
+        if key not in self._modes:
+            poles, right, left = self._known(speed)
+            share = (np.abs(right) * np.abs(left)).max(axis=1) * np.abs(poles.imag)
+            forward = (poles.imag > 0.0) & (share > SEEN * share.max(initial=0.0))
+            order = np.flatnonzero(forward)[np.argsort(poles.imag[forward])]
+            self._modes[key] = ForwardModes(poles.imag[order], -poles.real[order], right[order], left[order])
+        return self._modes[key]
+
+    def all_modes(self, speeds: Floats) -> AllModes:
+        """Every mode at rotor speeds (s,)."""
+        found = [self._known(float(speed)) for speed in speeds]
+        return AllModes(*(np.stack(parts) for parts in zip(*found, strict=True)))
+
+    def _known(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+        key = 0.0 if self._fixed else speed
+        if key not in self._all:
+            self._all[key] = self._decomposed(key)
+        return self._all[key]
+
+    def _decomposed(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+        """Poles (K,), and what the stations see and feel of them, (K, P)."""
+        damping, stiffness = self._at(speed)
+        n = self._mass.shape[0]
+        load, read = self._load, self._read
+        by_mass = np.linalg.solve(self._mass, np.hstack([stiffness, damping + speed * self._turning, load]))
+        whole = np.zeros((2 * n, 2 * n), np.complex128)
+        whole[:n, n:] = np.eye(n)
+        whole[n:] = -by_mass[:, : 2 * n]
+        poles, vectors = np.linalg.eig(whole)
+        left = np.linalg.lstsq(vectors, np.vstack([np.zeros_like(load), by_mass[:, 2 * n :]]), rcond=None)[0]
+        return poles, np.asarray((read @ vectors[:n]).T), left

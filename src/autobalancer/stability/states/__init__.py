@@ -1,0 +1,1 @@
+"""All states in which the balls rest in the rotor, and which of them are stable."""

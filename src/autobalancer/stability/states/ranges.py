@@ -1,0 +1,76 @@
+"""Ranges of speed with one verdict, their ends found by bisection."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.stability.states.questions import eigenvalues
+
+CLOSE = 1e-7  # of a speed: how closely a change of the verdict is located
+
+
+def stability_ranges(machine: Machine, found: xr.Dataset, unbalance: complex | float | None = None) -> xr.Dataset:
+    """Ranges of speed in which a state keeps its verdict.
+
+    Parameters
+    ----------
+    machine
+        The machine of ``found``.
+    found
+        From :func:`~autobalancer.stability.states.questions.eigenvalues`. Where the verdict changes between two of its speeds,
+        the speed of the change is sought by bisection; a range that lies between two speeds of ``found`` is not seen.
+    unbalance
+        As it was given there.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``range``: ``from_speed``, ``to_speed`` (rad/s), ``verdict``, the greatest ``growth_rate`` at the speeds of
+        ``found`` (1/s), and the ``leading_motion`` there.
+    """
+    speeds, rates, verdicts, motions = (
+        found[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
+    )
+    missing = np.asarray(found.attrs["speeds_without_state"], np.float64)
+    rows: list[list[Any]] = []
+    for i, speed in enumerate(speeds):
+        gap = i > 0 and bool(np.any((missing > speeds[i - 1]) & (missing < speed)))
+        if not rows or gap or verdicts[i] != rows[-1][2]:
+            rows.append([speed, speed, verdicts[i], rates[i], motions[i], gap])
+        else:
+            rows[-1][1] = speed
+            if rates[i] > rows[-1][3]:
+                rows[-1][3:5] = rates[i], motions[i]
+    for left, right in pairwise(rows):
+        change = None if right[5] else _change(machine, found.attrs["state"], unbalance, left, right)
+        if change is not None:
+            left[1] = right[0] = change
+    names = ("from_speed", "to_speed", "verdict", "growth_rate", "leading_motion")
+    units = ("rad/s", "rad/s", "", "1/s", "")
+    return xr.Dataset(
+        {
+            name: ("range", [row[k] for row in rows], {"long_name": name.replace("_", " "), "units": unit})
+            for k, (name, unit) in enumerate(zip(names, units, strict=True))
+        }
+    )
+
+
+def _change(
+    machine: Machine, state: Any, unbalance: complex | float | None, left: list[Any], right: list[Any]
+) -> float | None:
+    """The speed at which the verdict of the left range ends; ``None`` where there is no state in between."""
+    low, high = float(left[1]), float(right[0])
+    while high - low > CLOSE * high:
+        middle = 0.5 * (low + high)
+        try:
+            at = eigenvalues(machine, [middle], state=state, unbalance=unbalance)
+        except QuestionError:
+            return None
+        low, high = (middle, high) if at["verdict"].values[0] == left[2] else (low, middle)
+    return 0.5 * (low + high)

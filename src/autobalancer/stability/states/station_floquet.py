@@ -1,0 +1,129 @@
+"""Floquet multipliers of balls on any rotor: its equations linearized about a periodic state and taken around a turn.
+
+The variational equations are linear with coefficients that repeat, mirrored, after half a turn. They are integrated by
+the Gauss method of four stages (order eight) in equal steps, all steps at once; multipliers of the whole turn are the
+squares of those of the mirrored half.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.harmonic_balance import Swing, swing_of
+from autobalancer.stability.states.linear import kept
+from autobalancer.stability.states.stations import StationState, balanced_of
+
+STEPS = 24  # in half a turn, at least
+PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor
+
+
+@dataclass(frozen=True)
+class OnAnisotropicStations:
+    """Balanced states on anisotropic supports; of several the most stable one, of a continuum one member."""
+
+    stations: Stations
+    route: str = "turns"
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s; nan where there is no such state."""
+        return np.array([self._rate(float(speed)) for speed in speeds])
+
+    def _rate(self, speed: float) -> float:
+        found = []
+        try:
+            states = without_exchanges(self.stations, balanced_of(self.stations, speed))
+        except QuestionError:  # exactly a critical speed of an undamped rotor
+            return math.nan
+        for state in states:
+            try:
+                values = exponents_of(self.stations, speed, state)
+            except QuestionError:  # no periodic state there
+                continue
+            found.append(float(kept(values, state.freedom).real.max()))
+        return min(found, default=math.nan)
+
+
+def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
+    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first; (2 N + 2 n,).
+
+    Raises
+    ------
+    QuestionError
+        If there is no periodic state near the guess.
+    """
+    half = half_turn(st, swing_of(st, speed, guess))
+    multipliers = np.linalg.eigvals(half) ** 2
+    values = np.log(multipliers) * speed / (2.0 * math.pi)
+    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def half_turn(st: Stations, swing: Swing) -> Matrix:
+    """Small motions (q, phi, q', phi') half a turn later, seen from axes turned by half a turn."""
+    model, n = st.model, st.moment.size
+    fastest = math.sqrt(
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness_at(swing.speed)))).max())
+    )
+    steps = max(STEPS, math.ceil(PER_PERIOD * fastest / (2.0 * swing.speed)))
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    inner = _integrals(nodes)
+    width = math.pi / steps
+    turn = width * (np.arange(steps)[:, None] + nodes)
+    rates = _rates(st, swing, turn.ravel()).reshape(steps, 4, 2 * (model.size + n), -1)
+    size, h = rates.shape[-1], width / swing.speed
+    left = np.eye(4 * size) - h * np.einsum("ij,sikl->sikjl", inner, rates).reshape(steps, 4 * size, 4 * size)
+    stages = np.linalg.solve(left, rates.reshape(steps, 4 * size, size)).reshape(steps, 4, size, size)
+    maps = np.eye(size) + h * np.einsum("i,sikl->skl", weights, stages)
+    whole = np.eye(size)
+    for one in maps:
+        whole = one @ whole
+    mirror = np.tile(np.concatenate([np.full(model.size, -1.0), np.ones(n)]), 2)
+    return np.asarray(mirror[:, None] * whole)
+
+
+def _integrals(nodes: Floats) -> Matrix:
+    """Integrals of the Lagrange polynomials from 0 to each node."""
+    powers = np.vander(nodes, increasing=True)
+    order = np.arange(1, nodes.size + 1)
+    return np.asarray((nodes[:, None] ** order / order) @ np.linalg.inv(powers))
+
+
+def _rates(st: Stations, swing: Swing, turn: Floats) -> Matrix:
+    """y' = rates y at rotor angles, y = (q, phi, q', phi'); (k, 2 (N + n), 2 (N + n))."""
+    model, n, w = st.model, st.moment.size, swing.speed
+    size, both = model.size, model.both(st.rows)
+    places, count = len(st.names), turn.size
+    angle, rate, change, acceleration = swing.at(turn)
+    ahead = st.moment[:, None] * np.exp(1j * (turn + angle))  # (n, k)
+    row_x, row_y = both[st.station], both[places + st.station]  # (n, N)
+
+    def along(vector: Complexes) -> Matrix:
+        """Forces of the balls on the coordinates, (k, N, n)."""
+        return np.asarray(np.einsum("nk,na->kan", vector.real, row_x) + np.einsum("nk,na->kan", vector.imag, row_y))
+
+    mass = np.zeros((count, size + n, size + n))
+    mass[:, :size, :size] = model.mass
+    mass[:, :size, size:] = along(1j * ahead)
+    mass[:, size:, :size] = mass[:, :size, size:].transpose(0, 2, 1)
+    mass[:, range(size, size + n), range(size, size + n)] = st.inertia
+    right = np.zeros((count, size + n, 2 * (size + n)))
+    right[:, :size, :size] = -model.stiffness_at(w)
+    right[:, :size, size : size + n] = along((1j * (w + rate) ** 2 + change) * ahead)
+    right[:, :size, size + n : 2 * size + n] = -(model.damping_at(w) + w * model.gyroscopic)
+    right[:, :size, 2 * size + n :] = along(2.0 * (w + rate) * ahead)
+    ball = np.arange(n)
+    seen = (ahead.conj() * acceleration[st.station]).real
+    center = st.moment[:, None] * w * w * (np.exp(-1j * angle) * st.offset[:, None]).real
+    right[:, size + ball, size + ball] = (seen - center).T
+    right[:, size + ball, 2 * size + n + ball] = -st.drag
+    whole = np.zeros((count, 2 * (size + n), 2 * (size + n)))
+    whole[:, : size + n, size + n :] = np.eye(size + n)
+    whole[:, size + n :] = np.linalg.solve(mass, right)
+    return whole

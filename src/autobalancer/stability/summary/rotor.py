@@ -1,0 +1,117 @@
+"""Masses, critical speeds and damping of the rotor in a machine, whatever its kind; and what each station has to balance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.system import total_mass
+from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.stability.host.stations import Stations, loads_at_corners, stations
+from autobalancer.stability.states.described import service_speed
+from autobalancer.stability.states.stations import required
+
+SHOWN = 6  # critical speeds of a rotor that tilts or bends
+
+
+@dataclass(frozen=True)
+class StationSummary:
+    """A plane of balancers: what its balls can balance, and what they have to so that all stations are at rest, kg m.
+
+    ``required`` is the greatest over time of what this station needs, where unbalances change by a schedule; stations may
+    need their greatest at different times. ``speed`` (rad/s) is that for which ``required`` holds; on a rigid rotor with
+    two planes it holds for any.
+    """
+
+    name: str
+    capability: float
+    required: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Rotor and supports as a whole, SI."""
+
+    rotor_mass: float
+    total_mass: float
+    critical_speeds: tuple[float, ...]  # undamped, with the balls on the rotor; a planar rotor: along x, y
+    damping_ratios: tuple[float, ...]
+    stations: tuple[StationSummary, ...] = ()
+
+
+def frame_of(machine: Machine, highest: float | None) -> Frame:
+    """The frame of a machine; ``highest`` is the speed for which its stations are asked."""
+    rotor = machine.rotor
+    if not isinstance(rotor, PlanarRotor):
+        return _spatial(machine, highest)
+    mass = total_mass(machine, resolve(machine))
+    springs = planar_rotor(machine)
+    pairs = list(zip(springs.stiffness_xy, springs.damping_xy, strict=True))
+    if rotor.isotropic:
+        pairs = pairs[:1]
+    return Frame(
+        float(rotor.mass),
+        mass,
+        tuple(math.sqrt(k / mass) for k, _ in pairs),
+        tuple(b / (2.0 * math.sqrt(k * mass)) for k, b in pairs),
+    )
+
+
+def _spatial(machine: Machine, highest: float | None) -> Frame:
+    weightless = machine.model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
+    st = stations(weightless, largest=True)
+    speeds = st.critical_speeds[:SHOWN]
+    return Frame(
+        lateral_model(machine).total_mass,
+        st.model.total_mass,
+        speeds,
+        tuple(_damping_ratio(st, speed) for speed in speeds),
+        _needs(weightless, st, highest),
+    )
+
+
+def _damping_ratio(st: Stations, speed: float) -> float:
+    """Of the free whirl that turns with the rotor at a critical speed."""
+    model = st.model
+    mass: NDArray[Any]
+    stiffness: NDArray[Any]
+    turning: NDArray[Any]
+    if st.isotropic:
+        mass, turning, stiffness = model.complex_matrices(speed)
+    else:
+        mass, stiffness = model.mass, model.stiffness_at(speed)
+        turning = model.damping_at(speed) + speed * model.gyroscopic
+    n = mass.shape[0]
+    first = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, turning)],
+        ]
+    )
+    values = np.linalg.eigvals(first)
+    own = values[np.argmin(np.abs(values - 1j * speed))]
+    return float(-own.real / abs(own))
+
+
+def _needs(machine: Machine, st: Stations, highest: float | None) -> tuple[StationSummary, ...]:
+    if st.moment.size == 0:
+        return ()
+    speed = service_speed(st, highest)
+    try:
+        loads = [load for load, _ in loads_at_corners(machine, st.model)]
+        needed = np.max([np.abs(required(replace(st, load=load), speed)) for load in loads], axis=0)
+    except QuestionError:  # a critical speed of an undamped rotor
+        needed = np.full(len(st.names), math.nan)
+    return tuple(
+        StationSummary(name, float(have), float(need), float(speed))
+        for name, have, need in zip(st.names, st.capability, needed, strict=True)
+    )

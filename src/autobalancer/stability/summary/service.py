@@ -1,0 +1,58 @@
+"""What the rotor does at its service speed without balancing: the state of things before balls do anything."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.place_response import plane_unbalances, without_balancing
+from autobalancer.assembly.places import Places, places_of, turning_mass
+from autobalancer.assembly.system import Assembly
+from autobalancer.laws.balance_quality import balance_grade
+from autobalancer.machine import Machine
+from autobalancer.stability.host.planar import final_unbalance
+
+LATE = 1e300  # a time after all schedules, s
+
+
+@dataclass(frozen=True)
+class Service:
+    """At the highest speed of the drive, steady, with the balls spread evenly and held, after all schedules; SI.
+
+    ``grade`` is U W/M (m/s), a thousand times the grade G of ISO 21940-11, with the unbalance U of the rotor in its plane
+    or summed over several planes. ``vibration`` is the greatest at each place, ``force`` that on each support; empty where
+    the machine is shaken from outside.
+    """
+
+    speed: float
+    grade: float
+    vibration: tuple[tuple[str, float], ...]
+    force: tuple[tuple[str, float], ...]
+
+
+def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> Service | None:
+    """The service of a machine; None where its drive does not say how fast it runs, or it has no unbalance."""
+    if highest is None or not highest > 0.0:
+        return None
+    places = places_of(machine, assembly)
+    unbalance = _unbalance(machine, places, highest)
+    if not (math.isfinite(unbalance) and unbalance > 0.0):
+        return None
+    grade = balance_grade(unbalance, turning_mass(places), highest)
+    if machine.excitations:
+        return Service(highest, grade, (), ())
+    vibration, force = (found.tolist() for found in without_balancing(places, LATE, highest))
+    return Service(
+        highest,
+        grade,
+        tuple(zip(places.names, vibration, strict=True)),
+        tuple(zip(places.supports, force, strict=True)),
+    )
+
+
+def _unbalance(machine: Machine, places: Places, speed: float) -> float:
+    if len(places.planes) > 1:
+        return float(np.abs(plane_unbalances(places, np.array([LATE]), np.array([speed]))).sum())
+    return abs(final_unbalance(machine))

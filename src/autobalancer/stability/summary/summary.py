@@ -1,0 +1,260 @@
+"""What is known of a machine before a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.system import assemble
+from autobalancer.catalog.odd_sizes import odd_sizes
+from autobalancer.catalog.race_capability import race_capability
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.shown import html_table, speed_cells, text_table
+from autobalancer.simulation.fluid_lag import diffusing_lags
+from autobalancer.stability.borders.speeds import Border, border_speeds
+from autobalancer.stability.friction.held import HeldByFriction, held_by_friction
+from autobalancer.stability.host.planar import largest_unbalance
+from autobalancer.stability.summary.rotor import StationSummary, frame_of
+from autobalancer.stability.summary.service import Service, service_of
+
+ABOVE = 1.05  # of the highest border speed: where balls that settle are held least
+
+
+@dataclass(frozen=True)
+class RaceSummary:
+    """One race with its balls, SI."""
+
+    balancer: int
+    race: int
+    balls: int
+    ball_mass: float
+    effective_mass: float
+    occupied_angle: float
+    capability: float
+    drag: tuple[float, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class Summary:
+    """Masses, critical speeds, capability, drag, S, border speeds, and what looks wrong. SI."""
+
+    name: str
+    axis: str
+    rotor_mass: float
+    ball_mass: float
+    total_mass: float
+    critical_speeds: tuple[float, ...]
+    damping_ratios: tuple[float, ...]
+    unbalance: float
+    unbalance_varies: bool
+    races: tuple[RaceSummary, ...]
+    capability: float
+    sommerfeld_number: float
+    borders: tuple[Border, ...]
+    no_borders_because: str
+    highest_speed: float | None
+    warnings: tuple[str, ...]
+    rotor: str = "planar"
+    stations: tuple[StationSummary, ...] = ()
+    service: Service | None = None  # None where the drive names no speed, or without unbalance
+    friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
+    friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
+
+    def __repr__(self) -> str:
+        return f"Summary of {self.name}\n{text_table(('', ''), self._rows()).strip()}"
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), self._rows(), f"Summary of {self.name}")
+
+    def _rows(self) -> list[tuple[str, str]]:
+        speeds = [("critical speed", speed) for speed in self.critical_speeds]
+        speeds += [(border.name, border.speed) for border in self.borders]
+        masses = f"rotor {self.rotor_mass:.4g} kg, balls {self.ball_mass:.4g} kg"
+        rows = [("rotor", f"{self.rotor}, {self.axis} axis"), ("masses", masses)]
+        rows += [(name, "{} rad/s, {} rpm".format(*speed_cells(speed))) for name, speed in speeds]
+        rows += [("unbalance", f"{1e6 * self.unbalance:.4g} g mm"), ("capability", f"{1e6 * self.capability:.4g} g mm")]
+        return rows + [("warning", text) for text in self.warnings]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        held = {name: getattr(self, name) for name in ("friction", "friction_settled")}
+        return {**asdict(self), **{name: one.as_dict() if one is not None else None for name, one in held.items()}}
+
+
+def summary(machine: Machine | str | Path) -> Summary:
+    """What is known of a machine before a run.
+
+    Critical speeds are undamped and with the balls on the rotor: sqrt(k/M) along x and y, or of a rotor that tilts or
+    bends the lowest ones that an unbalance excites. For these ``unbalance`` is the resultant of the point unbalances, and
+    ``stations`` gives what each plane has to balance, including couples.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described.
+    """
+    if not isinstance(machine, Machine):
+        machine = load_machine(machine)
+    balls = resolve(machine)
+    assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
+    places = sorted({(ball.balancer, ball.race) for ball in balls})
+    races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
+    unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
+    highest = highest_prescribed(machine)
+    frame = frame_of(machine, highest)
+    critical = frame.critical_speeds
+    borders: tuple[Border, ...] = ()
+    reason = ""
+    try:
+        borders = border_speeds(machine)
+    except QuestionError as error:
+        reason = str(error)
+    friction = _held(machine) if balls else None
+    return Summary(
+        name=machine.name,
+        axis=machine.axis,
+        rotor_mass=frame.rotor_mass,
+        ball_mass=sum(ball.mass for ball in balls),
+        total_mass=frame.total_mass,
+        critical_speeds=critical,
+        damping_ratios=frame.damping_ratios,
+        unbalance=unbalance,
+        unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
+        races=races,
+        capability=capability,
+        sommerfeld_number=_sommerfeld_number(machine, balls, frame.total_mass),
+        borders=borders,
+        no_borders_because=reason,
+        highest_speed=highest,
+        warnings=_gravity_note(machine)
+        + _warnings(
+            unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
+        )
+        + _short(frame.stations)
+        + odd_sizes(machine, balls),
+        rotor=machine.rotor.kind,
+        stations=frame.stations,
+        service=service_of(machine, assembly, highest),
+        friction=friction,
+        friction_settled=_settled(machine, friction, borders, critical),
+    )
+
+
+def _settled(
+    machine: Machine, held: HeldByFriction | None, borders: tuple[Border, ...], critical: tuple[float, ...]
+) -> HeldByFriction | None:
+    """What friction holds a little above the exact border and the release speed; None where the machine is not faster."""
+    if held is None or not held.planes:
+        return None
+    decisive = {border.name: border.speed for border in borders if border.name in ("exact border", "release speed")}
+    known = [speed for speed in decisive.values() if not math.isnan(speed)]
+    if not known or not all(math.isfinite(speed) for speed in known):
+        return None
+    reached = [speed for speed in critical if speed < held.speed]
+    at = ABOVE * max(*known, *reached)
+    return held_by_friction(machine, at) if at < held.speed else None
+
+
+def _held(machine: Machine) -> HeldByFriction | None:
+    try:
+        return held_by_friction(machine)
+    except QuestionError:  # balls that feel the tilt of their race
+        return None
+
+
+def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
+    return tuple(
+        f"the balls at {plane.name!r} can balance {plane.capability * 1e6:.4g} g mm of the {plane.required * 1e6:.4g} g mm "
+        f"that this plane needs at {plane.speed:.4g} rad/s; take more or heavier balls there"
+        for plane in planes
+        if plane.required > plane.capability
+    )
+
+
+def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
+    """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
+    kinds = {(ball.moment, ball.drag) for ball in balls}
+    rotor = machine.rotor
+    if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic:
+        return math.nan
+    springs = planar_rotor(machine)
+    (moment, drag), damping = kinds.pop(), springs.damping_xy[0]
+    if damping * drag == 0.0:
+        return math.inf
+    return moment**2 * springs.stiffness_xy[0] / mass / (damping * drag)
+
+
+def _race(balls: list[Ball]) -> RaceSummary:
+    return RaceSummary(
+        balancer=balls[0].balancer + 1,
+        race=balls[0].race + 1,
+        balls=len(balls),
+        ball_mass=sum(ball.mass for ball in balls),
+        effective_mass=sum(ball.effective_mass for ball in balls),
+        occupied_angle=occupied_angle(balls),
+        capability=race_capability(balls),
+        drag=tuple(sorted({ball.drag for ball in balls})),
+    )
+
+
+def _gravity_note(machine: Machine) -> tuple[str, ...]:
+    """That weight acts on balls in tilting races, which nobody wrote down."""
+    if machine.tilting_races != "full" or machine.axis != "vertical" or machine.gravity == 0.0 or not machine.balancers:
+        return ()
+    return (
+        f"gravity of {float(machine.gravity):g} m/s^2 acts along the axis, as tilting_races = 'full' has it: a race "
+        "that tilts drives its balls downhill; gravity = 0 leaves it out",
+    )
+
+
+def _warnings(
+    unbalance: float,
+    capability: float,
+    critical: tuple[float, ...],
+    highest: float | None,
+    borders: tuple[Border, ...],
+    has_balls: bool,
+    planar: bool,
+) -> tuple[str, ...]:
+    found = []
+    if has_balls and unbalance > capability:
+        found.append(
+            f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; "
+            "take more or heavier balls"
+        )
+    if has_balls and highest is not None and highest < min(critical, default=0.0):
+        found.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
+    elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
+        found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+    exact = [border.speed for border in borders if border.name == "exact border"]
+    windows = any("stable also" in border.note for border in borders if border.name == "exact border")
+    if (
+        highest is not None
+        and exact
+        and highest > (max if planar else min)(critical, default=0.0)
+        and exact[0] >= highest
+    ):
+        found.append(
+            "the highest speed is below the exact border; "
+            + ("there the balanced state is stable only in the ranges that the note of this border names" if windows
+               else "the balanced state is not stable there; "
+               f"{'take a thicker fluid' if planar else 'see the note on this border'}")
+        )  # fmt: skip
+    release = [border.speed for border in borders if border.name == "release speed"]
+    if (
+        highest is not None
+        and release
+        and highest > (max if planar else min)(critical, default=0.0)
+        and release[0] > highest
+    ):
+        found.append(
+            "the highest speed is below the release speed: balls that stall at a resonance in a slow run-up stay there"
+        )
+    return tuple(found)
