@@ -40,6 +40,30 @@ def plane_unbalances(places: Places, time: Floats, speed: Floats) -> Complexes:
     return found
 
 
+def off_center_unbalances(places: Places, speed: float) -> Complexes:
+    """Residual unbalance of each plane for each meter by which the race of a plane is off the axis, kg, (P, P).
+
+    Balls that rest in the rotor hold the centers of their races at rest, so the axis of the rotor is as far off the axis of
+    rotation as the race is off the axis: of a planar rotor the residual is (M - (k + i b w)/w^2) E in the rotor. nan where
+    the races cannot all be at rest, as in more than two planes of a rigid rotor, or without speed.
+    """
+    count = len(places.planes)
+    if not speed:
+        return np.full((count, count), np.nan + 0j)
+    circles = (
+        places.rows[:count, 0] - 1j * places.rows[:count, 1]
+    ).T  # force of a unit vector that turns with the rotor
+    dynamic = _dynamic_stiffness(places, np.array([float(speed)]))[0]
+    try:
+        moved = 0.5 * circles.conj().T @ np.linalg.solve(dynamic, circles)
+        scale = np.abs(moved).max(initial=0.0)
+        if np.linalg.matrix_rank(moved, tol=1e-9 * scale) < count:
+            raise np.linalg.LinAlgError
+        return np.asarray(-np.linalg.inv(moved) / speed**2, np.complex128)
+    except np.linalg.LinAlgError:
+        return np.full((count, count), np.nan + 0j)
+
+
 def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
     """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
 

@@ -81,6 +81,8 @@ def check(
     if found.friction_settled is not None:
         for row in settled_rows(found.friction_settled):
             table.add_row(*row)
+    if found.off_center is not None and found.off_center.sentence:
+        table.add_row("race eccentricity", found.off_center.sentence)
     if found.borders:
         if not math.isnan(found.sommerfeld_number):
             table.add_row("S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)")

@@ -16,6 +16,8 @@ from autobalancer.results.places import plane_vectors, residual_unbalance, suppo
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
 
+NOTES = ("left_race_text", "friction_text", "eccentricity_text")  # attributes of a run that are its remarks
+
 
 @dataclass(frozen=True)
 class PlaceVerdict:
@@ -149,7 +151,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         raise QuestionError(
             "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
         )
-    notes = tuple(str(run.attrs[name]) for name in ("left_race_text", "friction_text") if name in run.attrs)
+    notes = tuple(str(run.attrs[name]) for name in NOTES if name in run.attrs)
     peak, other_peak = (None if one is None else _peak(one) for one in (run, held))
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":

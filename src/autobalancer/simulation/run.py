@@ -30,11 +30,13 @@ from autobalancer.kernels.integrators.memory import (
 )
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
+from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.simulation.coincidence import coincidence_text
 from autobalancer.simulation.dataset import run_dataset
 from autobalancer.simulation.drag_range import drag_range_attributes
+from autobalancer.simulation.eccentricity_text import eccentricity_text
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
@@ -142,6 +144,7 @@ def simulate(
         return assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
 
     assembly = assembled()
+    places = places_of(machine, assembly)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
     pair = _tableau(method)
@@ -172,7 +175,7 @@ def simulate(
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last)
     run = run_dataset(
         assembly,
-        places_of(machine, assembly),
+        places,
         record,
         state,
         names,
@@ -203,6 +206,8 @@ def simulate(
     orbits = {} if hold_balls else {(ball.balancer, ball.race): ball.orbit_radius for ball in resolve(machine)}
     if friction := friction_text(machine, orbits, run):
         run.attrs["friction_text"] = friction
+    if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
+        run.attrs["eccentricity_text"] = eccentric
     text = coincidence_text(
         machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
     )

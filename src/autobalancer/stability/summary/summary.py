@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from autobalancer.assembly.off_center import OffCenter, off_center
+from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.odd_sizes import odd_sizes
@@ -66,6 +68,7 @@ class Summary:
     service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
     friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
+    off_center: OffCenter | None = None  # what races off the axis leave; None without balls
 
     def __repr__(self) -> str:
         return f"Summary of {self.name}\n{text_table(('', ''), self._rows()).strip()}"
@@ -117,6 +120,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     except QuestionError as error:
         reason = str(error)
     friction = _held(machine) if balls else None
+    service = friction.speed if friction is not None else highest or 3.0 * max(critical, default=0.0)
     return Summary(
         name=machine.name,
         axis=machine.axis,
@@ -144,6 +148,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         service=service_of(machine, assembly, highest),
         friction=friction,
         friction_settled=_settled(machine, friction, borders, critical),
+        off_center=off_center(places_of(machine, assembly), balls, service),
     )
 
 

@@ -1,0 +1,87 @@
+"""Races off the axis: what they leave although the balls balance, and what is said where nobody gives an eccentricity."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.assembly.off_center import OffCenter, off_center
+from autobalancer.assembly.places import places_of
+from autobalancer.assembly.system import assemble
+from autobalancer.catalog.run_out import ring_eccentricity
+from autobalancer.cli.main import app
+from autobalancer.machine import Machine
+
+MACHINES = Path("examples/machines")
+RACE = "balancers[1].races[1]"
+
+
+def predicted(machine: Machine, speed: float) -> OffCenter:
+    assembly = assemble(machine)
+    found = off_center(places_of(machine, assembly), assembly.balls, speed)
+    assert found is not None
+    return found
+
+
+def test_balls_in_an_eccentric_race_leave_what_is_predicted_without_a_run() -> None:
+    machine = ab.load_machine(MACHINES / "eccentric_race.toml")
+    found = predicted(machine, 593.13).planes[0]
+    end = ab.verdict(ab.simulate(machine))
+    assert found.eccentricity == pytest.approx(1e-4) == pytest.approx(end.places[0].vibration, rel=1e-6)
+    assert found.residual == pytest.approx(end.residual, rel=1e-6)
+    assert found.residual == pytest.approx(1e-4 * abs(10.015 - (625e3 + 593.13j * 100.0) / 593.13**2), rel=1e-12)
+    assert "100 µm leaves a vibration of 100 µm and 824 g mm" in end.notes[-1]
+
+
+def test_each_of_two_eccentric_races_keeps_its_own_vibration_and_residual() -> None:
+    machine = ab.load_machine(Path("docs/machines/two_planes.toml"))  # tilting, with a table over the speed
+    for path, value in (("[1].races[1].eccentricity", 20e-6), ("[2].races[1].eccentricity", 30e-6)):
+        machine = ab.with_parameter(machine, f"balancers{path}", value)
+    machine = ab.with_parameter(machine, "balancers[2].races[1].eccentricity_angle", "70 deg")
+    run = ab.simulate(machine, duration=40.0, save=ab.LastRevolutions())
+    found = predicted(machine, float(run["turn_speed"][-1]))
+    left = ab.residual_unbalance(run)["residual"].values
+    assert [plane.residual for plane in found.planes] == pytest.approx(left, rel=1e-4)
+    assert ab.vibration(run)["greatest"].values[:2] == pytest.approx([20e-6, 30e-6], rel=1e-4)
+
+
+def test_more_planes_than_a_rotor_has_motions_have_no_residual_of_their_own() -> None:
+    machine = ab.load_machine(Path("docs/machines/two_planes.toml"))
+    third = machine.balancers[1].model_copy(update={"station": 0.0})
+    three = ab.with_parameter(machine, "balancers", (*machine.balancers, third))
+    found = predicted(three, 400.0)
+    assert np.isnan([plane.residual for plane in found.planes]).all()
+    assert "unbalance" not in found.sentence
+
+
+def test_check_says_what_a_typical_eccentricity_would_leave_until_one_is_given(tmp_path: Path) -> None:
+    machine = ab.load_machine(MACHINES / "discoidal.toml")
+    found = ab.summary(machine).off_center
+    assert found is not None
+    assert not found.given
+    w = found.speed
+    wanted = 22.5e-6 * abs(12.2833 - (44654.0 + 68.37j * w) / w**2)  # a ring of 166 mm may run out by 45 µm
+    assert found.planes[0].residual == pytest.approx(wanted, rel=1e-5)
+    said = CliRunner().invoke(app, ["check", str(MACHINES / "discoidal.toml")]).stdout
+    assert "race eccentricity" in said
+    assert "213 g mm" in said
+    centered = ab.with_parameter(machine, f"{RACE}.eccentricity", 0.0)
+    ab.save_machine(centered, tmp_path / "centered.toml")
+    assert "race eccentricity" not in CliRunner().invoke(app, ["check", str(tmp_path / "centered.toml")]).stdout
+
+
+def test_a_run_mentions_a_typical_eccentricity_only_where_it_matters() -> None:
+    short = {"duration": 0.2, "save": ab.LastRevolutions()}
+    plain = ab.load_machine(MACHINES / "stall_and_release.toml")
+    plain = ab.with_parameter(plain, "drive.profile", {"kind": "constant", "speed": 600.0})
+    assert "not given" in ab.simulate(plain, **short).attrs["eccentricity_text"]
+    heavy = ab.with_parameter(plain, "unbalances", [{"moment": "0.2 kg*m"}])  # whirls by 20 mm
+    assert "eccentricity_text" not in ab.simulate(heavy, **short).attrs
+    assert "eccentricity_text" not in ab.simulate(plain, hold_balls=True, **short).attrs
+
+
+def test_larger_bearing_rings_may_run_out_more() -> None:
+    offsets = [ring_eccentricity(size) for size in (0.02, 0.05, 0.1, 0.166, 0.3, 5.0)]
+    assert offsets == pytest.approx([7.5e-6, 10e-6, 17.5e-6, 22.5e-6, 30e-6, 60e-6])
