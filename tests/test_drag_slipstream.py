@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autobalancer.errors import QuestionError
-from autobalancer.laws.slipstream import race_factors, slipstream_factor
+from autobalancer.laws.slipstream import slipstream_factor, slipstream_factors
 
 
 @pytest.mark.parametrize("re", [0.0, 40.0, 300.0])
@@ -34,22 +34,24 @@ def test_outside_of_its_range_the_fit_is_clamped_not_extrapolated() -> None:
 
 def test_the_ball_behind_is_shielded_and_the_direction_of_motion_says_which_that_is() -> None:
     angles, orbit, d, nu = [0.0, 0.5], 0.077, 0.0123, 1e-4
-    forward = race_factors(angles, [1.0, 1.0], orbit, d, nu)
-    back = race_factors(angles, [-1.0, -1.0], orbit, d, nu)
+    forward = slipstream_factors(angles, [1.0, 1.0], orbit, d, nu)
+    back = slipstream_factors(angles, [-1.0, -1.0], orbit, d, nu)
     assert forward[0] == pytest.approx(float(slipstream_factor(d / nu, 0.5 * orbit / d)), rel=1e-12)
     assert back[1] == forward[0] < 0.9
     assert forward[1] == back[0] == 1.0  # for the leader it is farther ahead along the race than the wake reaches
-    np.testing.assert_array_equal(race_factors(angles, [0.0, 0.0], orbit, d, nu), 1.0)
-    np.testing.assert_array_equal(race_factors([0.3], [2.0], orbit, d, nu), 1.0)
+    np.testing.assert_array_equal(slipstream_factors(angles, [0.0, 0.0], orbit, d, nu), 1.0)
+    np.testing.assert_array_equal(slipstream_factors([0.3], [2.0], orbit, d, nu), 1.0)
 
 
 def test_balls_that_pass_each_other_hand_over_the_shield_without_a_jump() -> None:
     orbit, d, nu = 0.077, 0.0123, 1e-4
     for steps, most in ((401, 2e-1), (4001, 2e-2)):
-        path = [race_factors([a, 0.0, 0.03], [1.0, 1.0, 2.0], orbit, d, nu) for a in np.linspace(-0.3, 0.3, steps)]
+        path = [
+            slipstream_factors([a, 0.0, 0.03], [1.0, 1.0, 2.0], orbit, d, nu) for a in np.linspace(-0.3, 0.3, steps)
+        ]
         assert np.abs(np.diff(path, axis=0)).max() < most
 
 
 def test_each_ball_needs_a_velocity() -> None:
     with pytest.raises(QuestionError, match="2 angles and 1"):
-        race_factors([0.0, 1.0], [1.0], 0.077, 0.0123, 1e-6)
+        slipstream_factors([0.0, 1.0], [1.0], 0.077, 0.0123, 1e-6)

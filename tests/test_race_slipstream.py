@@ -20,7 +20,7 @@ from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.guided_race import real_race
 from autobalancer.kernels.system import BALLS
-from autobalancer.laws.slipstream import race_factors, slipstream_factor
+from autobalancer.laws.slipstream import slipstream_factor, slipstream_factors
 from autobalancer.machine import Machine
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.sampling import Samples
@@ -58,7 +58,7 @@ def test_the_drag_of_each_ball_has_the_factor_of_the_law(law: dict[str, Any], la
         angles = np.cumsum(random.uniform(0.11, 1.2, 4)) + random.integers(-2, 3, 4) * 2.0 * math.pi
         rates = random.uniform(-3.0, 3.0, 4)
         on, off = (accelerations(race(s, angles.tolist(), drag=law), lag)(angles, rates) for s in (True, False))
-        expected = race_factors(angles, ORBIT * (rates + lag), ORBIT, DIAMETER, VISCOSITY)
+        expected = slipstream_factors(angles, ORBIT * (rates + lag), ORBIT, DIAMETER, VISCOSITY)
         np.testing.assert_allclose(on / off, expected, rtol=1e-8)
         shares.append(expected)
     assert np.min(shares) < 0.75
@@ -172,7 +172,9 @@ def test_stalled_balls_line_up_in_their_slipstream_and_are_released_where_less_d
     def excess(speed: float) -> float:
         slip = [(critical - speed) * ball.orbit_radius] * 2
         share = (
-            race_factors([0.0, touching], slip, ball.orbit_radius, ball.diameter, viscosity).mean() if shielded else 1.0
+            slipstream_factors([0.0, touching], slip, ball.orbit_radius, ball.diameter, viscosity).mean()
+            if shielded
+            else 1.0
         )
         return critical + (alone - critical) / float(share) - speed
 

@@ -15,12 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.style import BALLS, heading, legend, look, picture
-from autobalancer.results.chamber_balls import residual_of_balls
-from autobalancer.results.chamber_measures import chamber_measures
-from autobalancer.results.chamber_shape import unbalance_of
-from autobalancer.simulation.chamber import simulate_chamber
+import autobalancer as ab
+from autobalancer.machine import ChamberMachine
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 described = tomllib.loads((here / "machines" / "released_body.toml").read_text())
@@ -33,17 +29,17 @@ machines = {
     "one layer": described | {"chambers": [layer]},
     "one deep chamber": described | {"chambers": [deep]},
 }
-runs = {name: simulate_chamber(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
+runs = {name: ab.simulate_chamber(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
 
 # %%
 # What is left of unbalance and couple, the greatest in each tenth of a second.
 
-static, couple = unbalance_of(runs["two chambers"])
-with look():
-    figure = picture(8.0, 6.0)
+static, couple = ab.unbalance_of(runs["two chambers"])
+with ab.style.look():
+    figure = ab.style.picture(8.0, 6.0)
     axes = figure.subplots(2, 1, sharex=True)
-    for (name, run), color in zip(runs.items(), BALLS, strict=False):
-        left = residual_of_balls(run, static, couple).isel(time=slice(1, None)).coarsen(time=100, boundary="trim")
+    for (name, run), color in zip(runs.items(), ab.style.BALLS, strict=False):
+        left = ab.residual_of_balls(run, static, couple).isel(time=slice(1, None)).coarsen(time=100, boundary="trim")
         highest, time = left.max(), left.mean()["time"]
         axes[0].plot(time, 100.0 * highest["static"] / abs(static), color=color, label=name)
         axes[1].plot(time, 100.0 * highest["couple"] / abs(couple), color=color)
@@ -51,14 +47,14 @@ with look():
     axes[1].set(ylabel="couple left (%)", xlabel="time (s)")
     for each in axes:
         each.set(yscale="log", ylim=(0.1, 1000.0))
-    heading(figure, "What balls leave of unbalance and couple")
-    legend(axes[0])
+    ab.style.heading(figure, "What balls leave of unbalance and couple")
+    ab.style.legend(axes[0])
 
 # %%
 # In numbers: what is left in the last second, the tilting of the body, the force of a bearing about its mean.
 
 for name, run in runs.items():
-    measured = chamber_measures(run, last=1.0)
+    measured = ab.chamber_measures(run, last=1.0)
     late = run.isel(time=slice(-1000, None))
     tilt = np.abs(late["body_rotation"] - late["body_rotation"].mean("time")).max()
     force = np.sqrt(((late["bearing_force"] - late["bearing_force"].mean("time")) ** 2).sum("axis").mean("time")).max()
@@ -66,5 +62,5 @@ for name, run in runs.items():
         f"{name:26} unbalance {measured['residual_unbalance'] / abs(static):7.4f}  couple "
         f"{measured['residual_couple'] / abs(couple):7.4f}  tilt {1e6 * tilt:6.0f} urad  bearing {force:6.1f} N"
     )
-assert float(chamber_measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
-assert float(chamber_measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)
+assert float(ab.chamber_measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
+assert float(ab.chamber_measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "eccentric_race.toml")
-run = ab.simulate(machine, save=[Samples(20_001), Envelope(1000), LastRevolutions(10)])
+run = ab.simulate(machine, save=[ab.Samples(20_001), ab.Envelope(1000), ab.LastRevolutions(10)])
 
 # %%
 # The balls start on the heavy side, so the vibration is strong at first. It falls to the eccentricity, and no further.

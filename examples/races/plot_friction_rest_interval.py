@@ -9,9 +9,6 @@ adherence holds, and so leaves some vibration. The interval of these rests has a
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.machine import Machine
-from autobalancer.plots.style import BALLS, FILL, heading, legend, look, picture
-from autobalancer.simulation.sampling import Samples
 
 mass, stiffness, orbit, ball, speed, adherence = 10.0, 4e5, 0.1, 0.01, 300.0, 4e-4
 race = {
@@ -25,7 +22,7 @@ race = {
 def rest(start):
     """Angle at which a ball from ``start`` comes to rest."""
     placed = race | {"balls": [race["balls"][0] | {"start_angles": [np.pi + start]}]}
-    machine = Machine(
+    machine = ab.machine.Machine(
         name="one ball that sticks",
         axis="vertical",
         rotor={"mass": mass, "stiffness": stiffness, "damping": 200.0},
@@ -33,7 +30,7 @@ def rest(start):
         balancers=[{"races": [placed]}],
         drive={"kind": "speed", "profile": {"kind": "constant", "speed": speed}},
     )
-    run = ab.simulate(machine, duration=20.0, save=Samples(201))
+    run = ab.simulate(machine, duration=20.0, save=ab.Samples(201))
     assert bool(run["ball_at_rest"][-1, 0])
     return float(run["ball_angle_in_rotor"][-1, 0]) - np.pi
 
@@ -46,16 +43,18 @@ rests = np.array([rest(start) for start in starts])
 rotor = {"mass": mass + ball, "stiffness": stiffness, "damping": 200.0, "speed": speed}
 low, high = ab.rest_interval(ball * orbit, ball * orbit, orbit, adherence, **rotor)
 
-with look():
-    figure = picture(7.5, 4.0)
+with ab.style.look():
+    figure = ab.style.picture(7.5, 4.0)
     axes = figure.subplots()
-    axes.axhspan(np.degrees(low), np.degrees(high), color=FILL, alpha=0.5, lw=0.0, label="may rest, closed form")
-    axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, color=BALLS[0], label="rests, simulated")
+    axes.axhspan(
+        np.degrees(low), np.degrees(high), color=ab.style.FILL, alpha=0.5, lw=0.0, label="may rest, closed form"
+    )
+    axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, color=ab.style.BALLS[0], label="rests, simulated")
     axes.set(
         xlabel="start, from the balanced place (°)", ylabel="rest, from the balanced place (°)", ylim=(-16.0, 16.0)
     )
-    heading(figure, "Where adherence lets one ball rest")
-    legend(axes)
+    ab.style.heading(figure, "Where adherence lets one ball rest")
+    ab.style.legend(axes)
 print(f"rests from {np.degrees(rests.min()):.3f} to {np.degrees(rests.max()):.3f} deg")
 print(f"closed form {np.degrees(low):.3f} to {np.degrees(high):.3f} deg")
 assert low < rests.min() < 0.0 < rests.max() < high

@@ -12,9 +12,6 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
-from autobalancer.simulation.sampling import Samples
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "oval_race.toml")
@@ -29,13 +26,13 @@ places = np.radians(np.arange(0, 360, 15))
 def rests(race, places=places):
     angles = []
     for place in places:
-        run = ab.simulate(with_parameter(race, "unbalances[1].angle", float(place)), save=Samples(2))
+        run = ab.simulate(ab.with_parameter(race, "unbalances[1].angle", float(place)), save=ab.Samples(2))
         angles.append(float(run["ball_angle_in_rotor"][-1, 0]))
     return np.array(angles)
 
 
 oval = rests(machine)
-circle = rests(with_parameter(machine, "balancers[1].races[1].harmonics", []))
+circle = rests(ab.with_parameter(machine, "balancers[1].races[1].harmonics", []))
 
 # %%
 # The same oval for a ball that is resolved in contact: an elastic wall, which it may leave and on which it may slip.
@@ -43,7 +40,7 @@ circle = rests(with_parameter(machine, "balancers[1].races[1].harmonics", []))
 law = {"stiffness": "1000 kN/m", "restitution": 0.5, "sliding_friction": 0.1}
 law |= {"slip_speed": "10 mm/s", "rest_speed": "1 mm/s"}
 some = places[::4]
-free = rests(with_parameter(machine, "balancers[1].races[1].resolved", law), some)
+free = rests(ab.with_parameter(machine, "balancers[1].races[1].resolved", law), some)
 
 # %%
 # The deviation from the ideal place, opposite to the unbalance, has two periods per turn.
@@ -53,16 +50,24 @@ def miss(angles, places=places):
     return np.degrees(np.angle(np.exp(1j * (angles - places - np.pi))))
 
 
-with look():
-    figure = picture(7.5, 4.0)
+with ab.style.look():
+    figure = ab.style.picture(7.5, 4.0)
     axes = figure.subplots()
-    axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=INK, label="circular race")
-    axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=BALLS[0], label="oval race, 10 µm")
-    axes.plot(np.degrees(some), miss(free, some), "x", ms=7, mew=1.8, color=BALLS[1], label="oval race, resolved ball")
+    axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=ab.style.INK, label="circular race")
+    axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=ab.style.BALLS[0], label="oval race, 10 µm")
+    axes.plot(
+        np.degrees(some),
+        miss(free, some),
+        "x",
+        ms=7,
+        mew=1.8,
+        color=ab.style.BALLS[1],
+        label="oval race, resolved ball",
+    )
     axes.set(xlabel="direction of the unbalance (°)", ylabel="rest, from opposite of the unbalance (°)")
     axes.set_xticks(range(0, 361, 45))
-    heading(figure, "Where a ball comes to rest in an oval race")
-    legend(axes)
+    ab.style.heading(figure, "Where a ball comes to rest in an oval race")
+    ab.style.legend(axes)
 
 # %%
 # Of all rests on the oval, more than half are within 45 deg of a wide place.

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "resolved_balls.toml")
@@ -22,27 +21,31 @@ run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastR
 # Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
 
 early = run.sel(time=slice(0.0, 8.0))
-with look():
-    figure = picture(7.5, 5.0)
+with ab.style.look():
+    figure = ab.style.picture(7.5, 5.0)
     above, below = figure.subplots(2, 1, sharex=True)
     for number, width in ((0, 3.0), (1, 1.3)):
         above.plot(
-            early.time, 1e3 * early.ball_gap[:, number], color=BALLS[number], lw=width, label=f"ball {number + 1}"
+            early.time,
+            1e3 * early.ball_gap[:, number],
+            color=ab.style.BALLS[number],
+            lw=width,
+            label=f"ball {number + 1}",
         )
-        below.plot(early.time, early.ball_normal_force[:, number], color=BALLS[number], lw=width)
+        below.plot(early.time, early.ball_normal_force[:, number], color=ab.style.BALLS[number], lw=width)
     below.plot(
         early.time,
         float(run.ball_moment[0]) * early.speed**2,
         "--",
-        color=INK,
+        color=ab.style.INK,
         lw=1.0,
         label="$m \\varepsilon \\Omega^2$",
     )
     above.set_ylabel("distance from the wall (mm)")
     below.set(xlabel="time (s)", ylabel="normal force (N)")
-    heading(figure, "Two balls find their race")
-    legend(above)
-    legend(below)
+    ab.style.heading(figure, "Two balls find their race")
+    ab.style.legend(above)
+    ab.style.legend(below)
 
 # %%
 # From then on it is the run-up of a balancer.

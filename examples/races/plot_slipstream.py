@@ -16,10 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.errors import RangeWarning
-from autobalancer.plots.style import BALLS, heading, legend, look, picture
 
-warnings.simplefilter("ignore", RangeWarning)
+warnings.simplefilter("ignore", ab.errors.RangeWarning)
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 alone = ab.load_machine(here / "machines" / "discoidal.toml")
 shielded = ab.with_parameter(alone, "balancers[1].races[1].slipstream", True)
@@ -30,10 +28,10 @@ runs = {"each ball alone": ab.simulate(alone), "slipstream": ab.simulate(shielde
 # each other, as the vibration of the rotor alone holds them together.
 
 stalled = {}
-with look():
-    figure = picture(7.5, 5.0)
+with ab.style.look():
+    figure = ab.style.picture(7.5, 5.0)
     gaps, speeds = figure.subplots(2, sharex=True)
-    for (name, run), color in zip(runs.items(), BALLS, strict=False):
+    for (name, run), color in zip(runs.items(), ab.style.BALLS, strict=False):
         one, other = (run.ball_angle_in_rotor.sel(ball=number) for number in (1, 2))
         gap = np.degrees(np.abs(np.angle(np.exp(1j * (one - other)))))
         stalls = (run.ball_speed_in_rotor.mean("ball") < -5.0) & (run.speed > 65.0)
@@ -42,8 +40,8 @@ with look():
         speeds.plot(run.speed, run.ball_speed_in_space.mean("ball"), color=color)
     gaps.set(ylabel="angle between the balls (°)", xlim=(50.0, 85.0))
     speeds.set(xlabel="rotor speed (rad/s)", ylabel="speed of the balls in space (rad/s)", ylim=(40.0, 85.0))
-    heading(figure, "Two balls at the critical speed")
-    legend(gaps)
+    ab.style.heading(figure, "Two balls at the critical speed")
+    ab.style.legend(gaps)
 for name, (gap, release) in stalled.items():
     print(f"{name}: {gap:.1f} deg apart at most in 9/10 of the stalled time, released at {release:.1f} rad/s")
 assert stalled["slipstream"][0] < 10.0 < 20.0 < stalled["each ball alone"][0]

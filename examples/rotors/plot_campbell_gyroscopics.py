@@ -13,17 +13,12 @@ import math
 
 import numpy as np
 
-from autobalancer.machine import Machine
-from autobalancer.plots.campbell import plot_campbell
-from autobalancer.plots.modes import plot_modes
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.modes import eigenfrequencies
+import autobalancer as ab
 
 
-def rotor(name: str, polar_inertia: str) -> Machine:
+def rotor(name: str, polar_inertia: str) -> ab.machine.Machine:
     support = {"stiffness": "40 kN/m", "damping": "20 N*s/m"}
-    return Machine(
+    return ab.machine.Machine(
         name=name,
         axis="vertical",
         rotor={
@@ -39,27 +34,29 @@ def rotor(name: str, polar_inertia: str) -> Machine:
 
 long, disc = rotor("long rotor", "0.008 kg*m^2"), rotor("disc", "0.03 kg*m^2")
 speeds = np.linspace(0.0, 600.0, 121)
-figure = plot_campbell(campbell(long, speeds))
+figure = ab.plot_campbell(ab.campbell(long, speeds))
 
 # %%
 # The forward conical whirl of the disc runs away from the synchronous line and never meets it.
 
-figure = plot_campbell(campbell(disc, speeds))
-found = critical_speeds(disc)
+figure = ab.plot_campbell(ab.campbell(disc, speeds))
+found = ab.critical_speeds(disc)
 for speed, name in zip(found["critical_speed"].values, found["name"].values, strict=True):
     print(f"{name}: {speed * 30.0 / math.pi:.0f} rpm")
 
 # %%
 # What the names mean is seen in the shapes along the axis.
 
-figure = plot_modes(eigenfrequencies(long, 300.0))
+figure = ab.plot_modes(ab.eigenfrequencies(long, 300.0))
 
 # %%
 # The critical speeds have closed forms: the inertia against tilting is the transverse less the polar one for forward
 # whirl, and the sum of both for backward whirl.
 
 tilting = 2.0 * 40e3 * 0.12**2
-by_name = dict(zip(critical_speeds(long)["name"].values, critical_speeds(long)["critical_speed"].values, strict=True))
+by_name = dict(
+    zip(ab.critical_speeds(long)["name"].values, ab.critical_speeds(long)["critical_speed"].values, strict=True)
+)
 assert math.isclose(by_name["conical forward"], math.sqrt(tilting / (0.02 - 0.008)), rel_tol=1e-9)
 assert math.isclose(by_name["conical backward"], math.sqrt(tilting / (0.02 + 0.008)), rel_tol=1e-9)
 assert "conical forward" not in found["name"].values

@@ -12,19 +12,14 @@ transverse one, so its natural frequencies change much with the speed, and only 
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.files.rigs import rig
-from autobalancer.plots.campbell import plot_campbell
-from autobalancer.plots.modes import plot_modes
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.modes import eigenfrequencies
 
-machine = rig("cfrp_rig")
-figure = plot_campbell(campbell(machine, np.linspace(0.0, 60.0, 61), balls=False, modes=4), speed_unit="rad/s")
+machine = ab.rig("cfrp_rig")
+figure = ab.plot_campbell(ab.campbell(machine, np.linspace(0.0, 60.0, 61), balls=False, modes=4), speed_unit="rad/s")
 
 # %%
 # The first mode swings about the clamp, the second about the race: there the balls do not feel it.
 
-figure = plot_modes(eigenfrequencies(machine, balls=False, modes=4))
+figure = ab.plot_modes(ab.eigenfrequencies(machine, balls=False, modes=4))
 
 # %%
 # Two balls of 4.4 g in silicone oil take 300 g mm away once the rotor has passed its critical speed at 4.4 Hz.

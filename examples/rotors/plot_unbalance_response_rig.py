@@ -11,38 +11,33 @@ against its rotation. The rig is that of Rodrigues et al. (2011), without balls.
 
 import numpy as np
 
-from autobalancer.files.rigs import rig
-from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
-from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
-from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.peaks import response_peaks
-from autobalancer.rotordynamics.response import unbalance_response
+import autobalancer as ab
 
-machine = rig("rodrigues_rig")
+machine = ab.rig("rodrigues_rig")
 rpm = np.pi / 30.0
-found = unbalance_response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
-figure = plot_unbalance_response(found)
+found = ab.unbalance_response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
+figure = ab.plot_unbalance_response(found)
 
 # %%
 # The same in the complex plane of the rotor: each resonance is a loop.
 
-figure = plot_polar_response(found)
+figure = ab.plot_polar_response(found)
 
 # %%
 # Near the second peak the orbits at the two bearings are passed in opposite directions.
 
-orbits = whirl_orbits(machine, 1675.0 * rpm)
-figure = plot_whirl_orbits(orbits)
+orbits = ab.whirl_orbits(machine, 1675.0 * rpm)
+figure = ab.plot_whirl_orbits(orbits)
 
 # %%
 # Along the axis it is seen why: where the ellipse is a line, the direction changes.
 
-figure = plot_whirl_along_axis(orbits)
+figure = ab.plot_whirl_along_axis(orbits)
 
 # %%
 # Four peaks, of two cylindrical and two conical whirls.
 
-peaks = response_peaks(machine, 1000.0 * rpm, 3000.0 * rpm, ["B1", "B2"])
+peaks = ab.response_peaks(machine, 1000.0 * rpm, 3000.0 * rpm, ["B1", "B2"])
 print((peaks["peak_speed"].values / rpm).round(1), "rpm")
 assert peaks.sizes["peak"] == 4
 assert list(orbits["whirl"].values[:2]) == ["backward", "forward"]

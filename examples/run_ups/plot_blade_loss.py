@@ -15,6 +15,7 @@ import autobalancer as ab
 from autobalancer.machine import (
     Balancer,
     Balls,
+    Constant,
     DragTorque,
     Machine,
     PlanarRotor,
@@ -23,7 +24,6 @@ from autobalancer.machine import (
     Schedule,
     Unbalance,
 )
-from autobalancer.machine.profile import Constant
 
 balls = Balls(count=2, mass="4 g", material="steel", start_angles=["110 deg", "250 deg"])
 race = Race(orbit_radius="100 mm", drag=DragTorque(beta="1e-3 N*m*s"), balls=[balls])

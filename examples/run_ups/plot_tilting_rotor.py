@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.style import BALLS, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "rigid_rotor.toml")
@@ -31,17 +30,17 @@ def at(run, station):
     return 1e6 * np.hypot(run.station_x.sel(station=station), run.station_y.sel(station=station))
 
 
-with look():
-    figure = picture(8.0, 6.0)
+with ab.style.look():
+    figure = ab.style.picture(8.0, 6.0)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
     for panel, what, title in zip(axes, (bare, run), ("Without balls", "With balls"), strict=True):
-        for station, color in zip(("lower bearing", "upper bearing"), BALLS, strict=False):
+        for station, color in zip(("lower bearing", "upper bearing"), ab.style.BALLS, strict=False):
             panel.plot(what.time, at(what, station), color=color, label=station)
         panel.set(ylabel="deflection (µm)", yscale="log", ylim=(1e-2, 3e3))
         panel.set_title(title)
     axes[1].set_xlabel("time (s)")
-    heading(figure, "Rigid rotor through two critical speeds")
-    legend(axes[0])
+    ab.style.heading(figure, "Rigid rotor through two critical speeds")
+    ab.style.legend(axes[0])
 
 # %%
 # Where the balls are: they leave the line of the rotor at the first critical speed, and catch up later.

@@ -13,14 +13,11 @@ the rule to fill half of the annulus and round down is one ball short.
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.catalog.bearings import bearing
-from autobalancer.laws.capability import largest_count
-from autobalancer.plots.style import ALL_BALLS, BALLS, heading, look, picture
 
-ring = bearing("6304")
+ring = ab.bearing("6304")
 race = (ring.orbit_radius, ring.ball_diameter)
 steel = 7860.0
-counts = np.arange(1, largest_count(*race) + 1)
+counts = np.arange(1, ab.largest_count(*race) + 1)
 unbalance = 1e6 * np.array([ab.capability(*race, steel, int(n)) for n in counts])
 
 # %%
@@ -31,16 +28,18 @@ best = ab.largest_useful_count(*race)
 alpha = np.arcsin(ring.ball_diameter / (2.0 * ring.orbit_radius))
 lower = int(np.pi / (2.0 * alpha))
 
-with look():
-    figure = picture(7.0, 3.8)
+with ab.style.look():
+    figure = ab.style.picture(7.0, 3.8)
     axes = figure.subplots()
-    colors = np.where(counts == best, BALLS[0], np.where(counts == lower, BALLS[1], ALL_BALLS))
+    colors = np.where(
+        counts == best, ab.style.BALLS[0], np.where(counts == lower, ab.style.BALLS[1], ab.style.ALL_BALLS)
+    )
     bars = axes.bar(counts, unbalance, color=colors, width=0.7)
     axes.bar_label(bars, fmt="%.0f", fontsize=8)
     axes.set_xticks(counts)
     axes.set(xlabel="number of balls", ylabel="capability (g mm)")
     axes.grid(False, axis="x")
-    heading(figure, f"6304: {lower} balls by the printed rule (yellow), {best} are better (blue)")
+    ab.style.heading(figure, f"6304: {lower} balls by the printed rule (yellow), {best} are better (blue)")
 
 # %%
 # The gain of the sixth ball is small, but it comes for nothing.

@@ -14,8 +14,6 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "disk_like_rotor.toml")
@@ -24,7 +22,7 @@ speeds = np.linspace(60.0, 1000.0, 160)
 shares = (0.4, 0.6, 1.2, 1.6)
 rates = {}
 for share in shares:
-    flat = with_parameter(machine, "rotor.polar_inertia", share * transverse)
+    flat = ab.with_parameter(machine, "rotor.polar_inertia", share * transverse)
     rates[share] = ab.eigenvalues(flat, speeds.tolist())["growth_rate"].values
     print(f"J_p/J_t = {share}: critical speeds", [f"{w:.0f} rad/s" for w in ab.summary(flat).critical_speeds])
 
@@ -32,16 +30,16 @@ for share in shares:
 # Growth rate of the balanced state: slender rotors cross zero above their second critical speed, the later the
 # flatter they are; disk-like ones never do.
 
-with look():
-    figure = picture(7.5, 4.2)
+with ab.style.look():
+    figure = ab.style.picture(7.5, 4.2)
     axes = figure.subplots()
-    axes.axhline(0.0, color=INK, lw=0.8)
-    for share, color in zip(shares, BALLS, strict=False):
+    axes.axhline(0.0, color=ab.style.INK, lw=0.8)
+    for share, color in zip(shares, ab.style.BALLS, strict=False):
         axes.plot(speeds, rates[share], color=color, label=f"$J_p/J_t$ = {share}")
     axes.set_xlabel("rotor speed (rad/s)")
     axes.set_ylabel("growth rate of the balanced state (1/s)")
-    heading(figure, "Two-plane balancing of ever flatter rotors")
-    legend(axes)
+    ab.style.heading(figure, "Two-plane balancing of ever flatter rotors")
+    ab.style.legend(axes)
 
 assert min(rates[0.4]) < 0.0
 assert min(rates[0.6]) < 0.0

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "discoidal.toml")
@@ -25,7 +24,7 @@ figure = ab.plot_map(ab.stability_map(machine, axes))
 # With thin oil the border over the unbalance is constant except in a band where the two balls are at right angles.
 
 race = "balancers[1].races[1].fluid"
-thin = with_parameter(with_parameter(machine, race, {"name": "silicone oil 0.65"}), "name", "Thin oil")
+thin = ab.with_parameter(ab.with_parameter(machine, race, {"name": "silicone oil 0.65"}), "name", "Thin oil")
 figure = ab.plot_border_curve(ab.border_curve(thin, "unbalance"))
 
 # %%

@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
 machine = ab.load_machine(here / "machines" / "stall_and_release.toml")
-slow = with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
+slow = ab.with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
 run = ab.simulate(slow, duration=90.0)
 borders = {border.name: border.speed for border in ab.border_speeds(slow)}
 
@@ -40,7 +39,7 @@ for name, color in colors.items():
 # The same balls, started on the rotor at 300 rad/s, between exact and averaged border, find their places.
 
 constant = {"kind": "speed", "profile": {"kind": "constant", "speed": "300 rad/s"}}
-there = ab.simulate(with_parameter(slow, "drive", constant), duration=60.0)
+there = ab.simulate(ab.with_parameter(slow, "drive", constant), duration=60.0)
 left = ab.residual_vibration(there)
 
 released = ab.release_speed(run).values

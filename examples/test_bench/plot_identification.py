@@ -14,19 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.files.rigs import rig
-from autobalancer.plots.equivalent_planar import plot_equivalent_planar
-from autobalancer.plots.identification import plot_identification
-from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.identification.identify import identify
-from autobalancer.rotordynamics.identification.measurement_file import load_measurements
+import autobalancer as ab
 
 here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-free, measured = load_measurements(here / "measurements" / "rodrigues_critical_speeds.toml")
-rodrigues = rig("rodrigues_rig")
-fit = identify(rodrigues, free, measured)
+free, measured = ab.load_measurements(here / "measurements" / "rodrigues_critical_speeds.toml")
+rodrigues = ab.rig("rodrigues_rig")
+fit = ab.identify(rodrigues, free, measured)
 print(fit.report())
-figure = plot_identification(fit.data)
+figure = ab.plot_identification(fit.data)
 
 # %%
 # The four parameters are strongly correlated: the data determine some combinations far better than each alone. The singular
@@ -39,17 +34,17 @@ print(fit.data["direction_part"].values.round(2))
 # A response curve with known shape says much more. The curve that the authors simulated gives all parameters of their model
 # to four digits; a robust loss does not mind two values that lie off it.
 
-free, measured = load_measurements(here / "measurements" / "rodrigues_plain_rotor.toml")
-curve = identify(rodrigues, free, measured, loss="cauchy")
+free, measured = ab.load_measurements(here / "measurements" / "rodrigues_plain_rotor.toml")
+curve = ab.identify(rodrigues, free, measured, loss="cauchy")
 print(curve.report())
-figure = plot_identification(curve.data)
+figure = ab.plot_identification(curve.data)
 
 # %%
 # For the tools that support planar rotors only: one oscillator instead of the rig, and its range of speeds.
 
-planar = equivalent_planar(fit.machine, method="modal")
+planar = ab.equivalent_planar(fit.machine, method="modal")
 print(planar.machine.description)
-figure = plot_equivalent_planar(planar.data)
+figure = ab.plot_equivalent_planar(planar.data)
 
 # %%
 # The fit meets the measured speeds within a percent, and the stiffness is twice that of the table.

@@ -18,7 +18,7 @@ from autobalancer.public_names import HOME as _HOME
 
 __version__ = "0.1.0"
 
-_MODULES = {"machine", "errors", "units"}
+_MODULES = {"machine": "machine", "errors": "errors", "units": "units", "style": "plots.style"}
 
 __all__ = [
     "Annulus",
@@ -46,9 +46,12 @@ __all__ = [
     "annulus_flow",
     "annulus_of",
     "archived_run",
+    "averaged_border",
     "balance_grade",
     "ball_angle_to_unbalance",
+    "balls_unbalance",
     "basin",
+    "bearing",
     "bearings",
     "bifurcation_curves",
     "blend",
@@ -62,6 +65,7 @@ __all__ = [
     "chamber_summary",
     "chamber_variant",
     "chamber_verdict",
+    "collision_statistics",
     "critical_speeds",
     "decay_rate",
     "deflection_envelope",
@@ -70,6 +74,7 @@ __all__ = [
     "drag_laws",
     "eigenfrequencies",
     "eigenvalues",
+    "equal_balls",
     "equilibria",
     "equilibrium_angles",
     "equivalent_planar",
@@ -78,6 +83,7 @@ __all__ = [
     "example",
     "example_text",
     "examples",
+    "explicit_averaged_border",
     "fit_receptance",
     "fit_rolling_resistance",
     "fluid",
@@ -88,8 +94,11 @@ __all__ = [
     "from_ross",
     "held_by_friction",
     "held_whirl",
+    "holding_speed",
     "identify",
+    "largest_count",
     "largest_useful_count",
+    "lateral_model",
     "load_angle_series",
     "load_chamber_machine",
     "load_machine",
@@ -102,8 +111,10 @@ __all__ = [
     "measures",
     "minimum_drag",
     "minimum_viscosity",
+    "modes_of",
     "optimal_means",
     "over_seeds",
+    "parse_machine",
     "peak_deflection",
     "permissible_unbalance",
     "pick_up_borders",
@@ -111,13 +122,16 @@ __all__ = [
     "plot_amplitudes",
     "plot_arrangement",
     "plot_basin",
+    "plot_bearing_forces",
     "plot_bifurcation_curves",
     "plot_border_curve",
     "plot_branches",
     "plot_campbell",
     "plot_carried",
     "plot_chamber_run",
+    "plot_collisions",
     "plot_drag_laws",
+    "plot_energy",
     "plot_equilibrium_angles",
     "plot_equivalent_planar",
     "plot_flow",
@@ -127,6 +141,7 @@ __all__ = [
     "plot_measured_drag",
     "plot_modes",
     "plot_nyquist",
+    "plot_optimal_means",
     "plot_orbit",
     "plot_polar_response",
     "plot_race",
@@ -144,8 +159,10 @@ __all__ = [
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
+    "recorded_speed",
     "relaxation_modes",
     "release_speed",
+    "residual_of_balls",
     "residual_unbalance",
     "residual_vibration",
     "response_peaks",
@@ -154,12 +171,14 @@ __all__ = [
     "rig_text",
     "rigs",
     "rolling_resistance_deviation",
+    "run_down_capture",
     "save_machine",
     "save_run",
     "settling_time",
     "simulate",
     "simulate_chamber",
     "slipstream_factor",
+    "slipstream_factors",
     "speed_windows",
     "sphere_on_plane",
     "spin_up",
@@ -169,10 +188,12 @@ __all__ = [
     "stall_ranges",
     "static_deflection",
     "step_size_study",
+    "style",
     "suitable_bearings",
     "summary",
     "support_forces",
     "sweep",
+    "unbalance_of",
     "unbalance_response",
     "unconstrained_motion",
     "units",
@@ -187,7 +208,7 @@ def __getattr__(name: str) -> _Any:
     if name in _HOME:
         value = getattr(_import_module(f"{__name__}.{_HOME[name]}"), name)
     elif name in _MODULES:
-        value = _import_module(f"{__name__}.{name}")
+        value = _import_module(f"{__name__}.{_MODULES[name]}")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
@@ -201,36 +222,53 @@ def __dir__() -> list[str]:
 if _TYPE_CHECKING:
     from autobalancer import errors, machine, units
     from autobalancer.assembly.parameters import with_parameter
-    from autobalancer.catalog.bearings import bearings, suitable_bearings
+    from autobalancer.assembly.rotors import lateral_model
+    from autobalancer.catalog.bearings import bearing, bearings, suitable_bearings
     from autobalancer.catalog.fluids import blend, fluid, fluids
     from autobalancer.catalog.friction import friction_coefficients
     from autobalancer.catalog.materials import materials
     from autobalancer.files.examples import example, example_text, examples
-    from autobalancer.files.machine_file import load_chamber_machine, load_machine, machine_text, save_machine
+    from autobalancer.files.machine_file import (
+        load_chamber_machine,
+        load_machine,
+        machine_text,
+        parse_machine,
+        save_machine,
+    )
     from autobalancer.files.rigs import rig, rig_text, rigs
     from autobalancer.flow.annulus import Annulus, Walls, annulus_of
     from autobalancer.flow.question import annulus_flow
     from autobalancer.flow.relaxation import RelaxationModes, relaxation_modes
+    from autobalancer.flow.speed import recorded_speed
     from autobalancer.flow.spin_up import SpinUp, spin_up
     from autobalancer.laws.balance_quality import balance_grade, permissible_unbalance
-    from autobalancer.laws.capability import capability, largest_useful_count
+    from autobalancer.laws.capability import capability, largest_count, largest_useful_count
     from autobalancer.laws.drag_coefficient import discoidal, drag_laws, free_sphere, race_geometry, sphere_on_plane
     from autobalancer.laws.drag_curve import DragCurve
     from autobalancer.laws.held_by_friction import held_whirl
     from autobalancer.laws.rest_interval import rest_interval
-    from autobalancer.laws.slipstream import slipstream_factor
-    from autobalancer.laws.stall import StalledBall, planar_receptance, stall_balance, stall_ranges
+    from autobalancer.laws.slipstream import slipstream_factor, slipstream_factors
+    from autobalancer.laws.stall import (
+        StalledBall,
+        holding_speed,
+        planar_receptance,
+        run_down_capture,
+        stall_balance,
+        stall_ranges,
+    )
     from autobalancer.measurement.angle_curve import angle_against_speed
     from autobalancer.measurement.angle_evaluation import evaluate_angles
     from autobalancer.measurement.angle_file import load_angle_series
+    from autobalancer.measurement.balls import equal_balls
     from autobalancer.measurement.decay import decay_rate
     from autobalancer.measurement.equilibrium_angle import TurnedRace, drag_coefficients, equilibrium_angles
-    from autobalancer.measurement.rational_fit import fit_receptance
+    from autobalancer.measurement.rational_fit import fit_receptance, modes_of
     from autobalancer.measurement.receptance import load_receptance
     from autobalancer.measurement.receptance_border import receptance_border
     from autobalancer.measurement.receptance_loop import receptance_loop
     from autobalancer.measurement.receptance_stability import receptance_stability
     from autobalancer.measurement.rolling_resistance import fit_rolling_resistance, rolling_resistance_deviation
+    from autobalancer.plots import style
     from autobalancer.plots.animation import animate
     from autobalancer.plots.basins import plot_basin
     from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
@@ -239,9 +277,9 @@ if _TYPE_CHECKING:
     from autobalancer.plots.campbell import plot_campbell
     from autobalancer.plots.chamber_arrangement import plot_arrangement
     from autobalancer.plots.chamber_film import animate_chamber
-    from autobalancer.plots.chamber_history import plot_chamber_run
-    from autobalancer.plots.chamber_reactions import plot_reactions
-    from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried
+    from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
+    from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
+    from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
     from autobalancer.plots.drag import plot_drag_laws
     from autobalancer.plots.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
     from autobalancer.plots.equivalent_planar import plot_equivalent_planar
@@ -258,7 +296,9 @@ if _TYPE_CHECKING:
     from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
     from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
     from autobalancer.results.archive import Archive
-    from autobalancer.results.chamber_measures import chamber_measures
+    from autobalancer.results.chamber_balls import balls_unbalance, residual_of_balls
+    from autobalancer.results.chamber_measures import chamber_measures, collision_statistics
+    from autobalancer.results.chamber_shape import unbalance_of
     from autobalancer.results.chamber_unconstrained import unconstrained_motion
     from autobalancer.results.measures import (
         ball_angle_to_unbalance,
@@ -296,6 +336,8 @@ if _TYPE_CHECKING:
     from autobalancer.simulation.events import Event
     from autobalancer.simulation.run import simulate
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
+    from autobalancer.stability.averaged.border import averaged_border
+    from autobalancer.stability.averaged.formulas import explicit_averaged_border
     from autobalancer.stability.averaged.phase_windows import speed_windows
     from autobalancer.stability.borders.curve import border_curve
     from autobalancer.stability.borders.minimum import minimum_drag, minimum_viscosity

@@ -55,7 +55,7 @@ def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
     return np.asarray(1.0 - fade * np.maximum(1.0 - (powers * ratio).sum(axis=-1), 0.0))
 
 
-def race_factors(
+def slipstream_factors(
     angles: ArrayLike, velocities: ArrayLike, orbit_radius: float, diameter: float, viscosity: float
 ) -> Floats:
     """Slipstream factor of every ball of a race: the next ball ahead shields it, in the direction in which it moves.

@@ -19,6 +19,18 @@ from autobalancer.machine.balancer import (
     Roundness,
     TableDrag,
 )
+from autobalancer.machine.chamber import (
+    AsynchronousMotor,
+    Chamber,
+    ChamberBody,
+    ChamberMachine,
+    ChamberRotor,
+    ChamberSupport,
+    ChamberUnbalance,
+    FreeBalls,
+    HistoryContact,
+    RestitutionContact,
+)
 from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
 from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.machine import Machine, RunPlan, Start
@@ -38,12 +50,19 @@ from autobalancer.machine.unbalance import Schedule, Unbalance
 
 __all__ = [
     "AnnulusDrag",
+    "AsynchronousMotor",
     "Balancer",
     "BallBearing",
     "Balls",
     "BaseMotion",
     "Body",
     "Bushing",
+    "Chamber",
+    "ChamberBody",
+    "ChamberMachine",
+    "ChamberRotor",
+    "ChamberSupport",
+    "ChamberUnbalance",
     "CoefficientDrag",
     "Constant",
     "ConstantTorque",
@@ -55,11 +74,13 @@ __all__ = [
     "Dwell",
     "Excitation",
     "Fluid",
+    "FreeBalls",
     "FreeSphereDrag",
     "Friction",
     "Harmonic",
     "HarmonicForce",
     "Hill",
+    "HistoryContact",
     "Lock",
     "Machine",
     "MultibodyRotor",
@@ -73,6 +94,7 @@ __all__ = [
     "RecordedForce",
     "Reduction",
     "ResolvedContact",
+    "RestitutionContact",
     "RigidRotor",
     "Rotor",
     "Roundness",

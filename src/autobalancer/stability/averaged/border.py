@@ -27,7 +27,7 @@ POINTS = 400
 
 def averaged_border(
     machine: Given,
-    unbalance: complex | float | None = None,
+    unbalance: complex | float | str | None = None,
     *,
     worst_case: bool = False,
     searched: tuple[float, float] | None = None,
@@ -39,7 +39,7 @@ def averaged_border(
     machine
         A machine, the path of its file, or its :class:`~autobalancer.stability.host.planar.Plane`.
     unbalance
-        kg m; by default that of the machine.
+        kg m, or a text such as ``"594 g*mm"``; by default that of the machine.
     worst_case
         Take the ball positions with the highest border instead of those that balance the unbalance. Needs races on the
         axis of the rotor.

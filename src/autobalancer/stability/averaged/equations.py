@@ -24,12 +24,14 @@ from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Complexes, Floats, Plane, plane
 from autobalancer.stability.states.linear import kept
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.units import unbalance_argument
 
 Given = Plane | Machine | str | Path
 
 
-def averaged_plane(machine: Given, unbalance: complex | float | None = None) -> Plane:
+def averaged_plane(machine: Given, unbalance: complex | float | str | None = None) -> Plane:
     """The numbers of a machine (or the path of its file) that this theory needs, with another unbalance if given."""
+    unbalance = unbalance_argument(unbalance)
     if isinstance(machine, Plane):
         return machine if unbalance is None else replace(machine, unbalance=complex(unbalance))
     return plane(machine if isinstance(machine, Machine) else load_machine(machine), unbalance)
