@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 import tomllib
 from pathlib import Path
@@ -12,12 +13,16 @@ import pytest
 import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError, MachineFileError, UnitError
+from autobalancer.cli.main import app
+from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, read_machine, save_machine
-from autobalancer.machine import Balls, Machine, PlanarRotor
+from autobalancer.machine import Balls, Friction, Machine, PlanarRotor
+from autobalancer.machine.schema import Kind, file_tables, machine_schema
 from autobalancer.units import Given, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -402,3 +407,32 @@ def test_a_sample_machine_named_as_in_a_checkout_is_pointed_to_where_there_is_no
         load_machine("examples/machines/discoidal.toml")
     with pytest.raises(MachineFileError, match=r"other\.toml: no such file$"):
         load_machine("examples/machines/other.toml")
+
+
+@pytest.mark.parametrize("kind", ["races", "chambers"])
+def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind: Kind) -> None:
+    schema = Draft202012Validator(machine_schema(kind))
+    samples = [tomllib.loads(path.read_text()) for path in sorted((ROOT / "examples" / "machines").rglob("*.toml"))]
+    own = [data for data in samples if ("chambers" in data) == (kind == "chambers")]
+    assert len(own) >= 3
+    for data in own:
+        assert list(schema.iter_errors(data)) == []
+        assert not schema.is_valid(data | {"color": "red"})
+        assert not schema.is_valid(data | {"rotor": data["rotor"] | {"mass": -1.0}})
+
+
+def test_help_of_a_part_shows_unit_and_meaning_of_its_keys() -> None:
+    assert "rolling_resistance : number, ≥ 0, default 0" in str(Friction.__doc__)
+    assert "lever arm of the wall force" in str(Friction.__doc__)
+
+
+def test_the_command_keys_shows_one_table_and_names_the_tables_there_are() -> None:
+    shown = CliRunner().invoke(app, ["keys", "rotor"]).stdout
+    assert "w_c = sqrt(k/M)" in shown
+    assert not set("$`") & set(shown)
+    (row,) = json.loads(CliRunner().invoke(app, ["keys", "run", "--json"]).stdout)
+    assert row == {
+        "table": "[run]", "name": "duration", "value": "s, > 0", "default": "required", "meaning": "of a run", "symbol": ""
+    }  # fmt: skip
+    with pytest.raises(QuestionError, match=r"'race': no such table .* balancers.races,"):
+        file_tables("race")

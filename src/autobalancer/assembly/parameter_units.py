@@ -7,7 +7,7 @@ from typing import Any
 from autobalancer.assembly.parameters import path_steps
 from autobalancer.assembly.quantities import QUANTITIES
 from autobalancer.errors import QuestionError
-from autobalancer.machine.part import Part, unit_of_key
+from autobalancer.machine.part import Part, quantity_of
 
 
 def parameter_unit(machine: Part, name: str) -> str:
@@ -26,13 +26,14 @@ def parameter_unit(machine: Part, name: str) -> str:
         known = ", ".join(("speed", *QUANTITIES))
         raise QuestionError(f"parameter {name!r}: no such name; there are {known}, and paths such as 'rotor.damping'")
     owner: Any = machine
-    unit: str | None = None
+    unit = ""
     for step in path_steps(name):
         if isinstance(step, str):
             if not isinstance(owner, Part) or step not in type(owner).model_fields:
                 known = ", ".join(type(owner).model_fields) if isinstance(owner, Part) else "nothing"
                 raise QuestionError(f"parameter {name!r}: no {step!r} there; there is {known}")
-            unit = unit_of_key(type(owner), step)
+            held = quantity_of(type(owner), step)
+            unit = held.unit if held is not None else ""
             owner = getattr(owner, step)
         elif isinstance(owner, tuple) and 0 <= step < len(owner):
             owner = owner[step]
@@ -41,4 +42,4 @@ def parameter_unit(machine: Part, name: str) -> str:
             raise QuestionError(
                 f"parameter {name!r}: entry {step + 1} does not exist; there are {count}, counted from 1"
             )
-    return unit or ""
+    return unit

@@ -47,6 +47,7 @@ from autobalancer.cli import (  # noqa: E402
     example,
     flow,
     identify,
+    keys,
     modes,
     plot,
     receptance,
@@ -61,6 +62,7 @@ from autobalancer.cli import (  # noqa: E402
 app.command()(check.check)
 app.command()(run.run)
 app.command()(example.example)
+app.command()(keys.keys)
 app.command()(plot.plot)
 app.command()(animate.animate)
 app.command()(stability.stability)

@@ -33,6 +33,7 @@ from autobalancer.machine.chamber import (
 )
 from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
 from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
+from autobalancer.machine.keys import document
 from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
 from autobalancer.machine.rotors import Rotor
@@ -114,3 +115,5 @@ __all__ = [
     "TorqueTable",
     "Unbalance",
 ]
+
+document(Machine)

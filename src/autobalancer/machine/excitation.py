@@ -7,12 +7,20 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Angle, Listed, Part, Positive, Speed, Time, quantity
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Angle, Positive, Quantity, Speed, Time
 from autobalancer.machine.station import Place
 
-BaseAcceleration = Annotated[float, quantity("m/s^2")]
-BaseDisplacement = Annotated[float, quantity("m", non_negative=True)]
-Newton = Annotated[float, quantity("N")]
+BaseAcceleration = Annotated[float, Quantity("m/s^2")]
+BaseDisplacement = Annotated[float, Quantity("m", non_negative=True)]
+Newton = Annotated[float, Quantity("N")]
+
+PACE = "of a steady vibration, as turns of its own: 10 Hz is 62.83 rad/s; this or `order`"
+ORDER = "cycles per turn of the rotor, any number above zero: 1 is synchronous; in place of a frequency"
+PHASE = "at time zero; with an `order`, at rotor angle zero"
+DIRECTION = "in space, from the x axis"
+RECORD = "must increase; no excitation before the first and after the last time"
+PUSHED = "where the force acts: a position, or the name of a station; not needed on a planar rotor"
 
 
 def _one_pace(frequency: float | None, order: float | None) -> None:
@@ -36,12 +44,12 @@ class BaseMotion(Part):
     """
 
     kind: Literal["base_motion"] = "base_motion"
-    acceleration: BaseAcceleration | None = None
-    displacement: BaseDisplacement | None = None
-    frequency: Speed | None = None
-    order: Positive | None = None
-    phase: Angle = 0.0
-    direction: Angle = 0.0
+    acceleration: BaseAcceleration | None = key("amplitude; this or `displacement`", None)
+    displacement: BaseDisplacement | None = key("amplitude; requires a `frequency`", None)
+    frequency: Speed | None = key(PACE, None)
+    order: Positive | None = key(ORDER, None)
+    phase: Angle = key(PHASE, 0.0)
+    direction: Angle = key(DIRECTION, 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> BaseMotion:
@@ -57,9 +65,11 @@ class RecordedBaseMotion(Part):
     """A measured acceleration of the base along ``direction``; zero outside its times."""
 
     kind: Literal["recorded_base_motion"] = "recorded_base_motion"
-    time: Annotated[tuple[Time, ...], Listed]
-    acceleration: Annotated[tuple[BaseAcceleration, ...], Listed]
-    direction: Angle = 0.0
+    time: Annotated[tuple[Time, ...], Listed] = key(RECORD)
+    acceleration: Annotated[tuple[BaseAcceleration, ...], Listed] = key(
+        "as many as times; a smooth curve goes through them"
+    )
+    direction: Angle = key(DIRECTION, 0.0)
 
     @model_validator(mode="after")
     def _consistent(self) -> RecordedBaseMotion:
@@ -71,12 +81,12 @@ class HarmonicForce(Part):
     """A force on the rotor at a station, along ``direction`` in space: amplitude cos(2 pi f t + phase)."""
 
     kind: Literal["force"] = "force"
-    station: Place | None = None
-    force: Newton
-    frequency: Speed | None = None
-    order: Positive | None = None
-    phase: Angle = 0.0
-    direction: Angle = 0.0
+    station: Place | None = key(PUSHED, None)
+    force: Newton = key("amplitude")
+    frequency: Speed | None = key(PACE, None)
+    order: Positive | None = key(ORDER, None)
+    phase: Angle = key(PHASE, 0.0)
+    direction: Angle = key(DIRECTION, 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> HarmonicForce:
@@ -88,10 +98,10 @@ class RecordedForce(Part):
     """A measured force on the rotor at a station; zero outside its times."""
 
     kind: Literal["recorded_force"] = "recorded_force"
-    station: Place | None = None
-    time: Annotated[tuple[Time, ...], Listed]
-    force: Annotated[tuple[Newton, ...], Listed]
-    direction: Angle = 0.0
+    station: Place | None = key(PUSHED, None)
+    time: Annotated[tuple[Time, ...], Listed] = key(RECORD)
+    force: Annotated[tuple[Newton, ...], Listed] = key("as many as times; a smooth curve goes through them")
+    direction: Angle = key(DIRECTION, 0.0)
 
     @model_validator(mode="after")
     def _consistent(self) -> RecordedForce:

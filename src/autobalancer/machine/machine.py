@@ -9,19 +9,8 @@ from pydantic import Field, model_validator
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed
 from autobalancer.machine.excitation import Excitation
-from autobalancer.machine.part import (
-    Angle,
-    Duration,
-    Gravity,
-    ImpossiblePart,
-    Listed,
-    Name,
-    Part,
-    Position,
-    Problem,
-    Speed,
-    Velocity,
-)
+from autobalancer.machine.part import ImpossiblePart, Listed, Name, Part, Problem, key
+from autobalancer.machine.quantity import Angle, Duration, Gravity, Position, Speed, Velocity
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -33,16 +22,16 @@ from autobalancer.shown import html_table
 class Start(Part):
     """State at time zero; balls bring their own. ``speed`` counts only where a torque drives."""
 
-    rotor_angle: Angle = 0.0
-    speed: Speed = 0.0
-    deflection: tuple[Position, Position] = (0.0, 0.0)
-    velocity: tuple[Velocity, Velocity] = (0.0, 0.0)
+    rotor_angle: Angle = key("from the x axis to the zero mark", 0.0)
+    speed: Speed = key("of the rotor, only where a torque drives", 0.0)
+    deflection: tuple[Position, Position] = key("along x and y, in space", (0.0, 0.0))
+    velocity: tuple[Velocity, Velocity] = key("along x and y, in space", (0.0, 0.0))
 
 
 class RunPlan(Part):
     """How long a run lasts unless the caller says otherwise."""
 
-    duration: Duration
+    duration: Duration = key("of a run")
 
 
 class Machine(Part):
@@ -55,19 +44,27 @@ class Machine(Part):
     2011, equation 1), or the ``full`` motion, with the inertia and weight of the ball along the axis.
     """
 
-    name: Name
-    description: str = ""
-    axis: Literal["vertical", "horizontal"]
-    gravity: Gravity = 9.80665
-    rotor: Rotor
-    stations: Annotated[tuple[Station, ...], Listed] = ()
-    unbalances: tuple[Unbalance, ...] = ()
-    balancers: tuple[Balancer, ...] = ()
-    tilting_races: Literal["deflection", "full"] = "deflection"
-    excitations: Annotated[tuple[Excitation, ...], Listed] = ()
-    drive: Drive
-    start: Start = Field(default_factory=Start)
-    run: RunPlan | None = None
+    name: Name = key("name of the machine, in titles of pictures and results")
+    description: str = key("source and purpose", "")
+    axis: Literal["vertical", "horizontal"] = key(
+        "`horizontal`: gravity acts along $-y$; `vertical`: no gravity in the plane"
+    )
+    gravity: Gravity = key(
+        "across a horizontal axis; along a vertical one on shafts and rigs with `up`, and on some balls",
+        9.80665,
+        symbol="g",
+    )
+    rotor: Rotor = key("what carries the balancers")
+    stations: Annotated[tuple[Station, ...], Listed] = key("named planes across the rotor", ())
+    unbalances: tuple[Unbalance, ...] = key("their sum is what is to be balanced", ())
+    balancers: tuple[Balancer, ...] = key("may be left out: a rotor without balls", ())
+    tilting_races: Literal["deflection", "full"] = key(
+        "`deflection`: balls feel only the deflection of the race; `full`: its axial motion too", "deflection"
+    )
+    excitations: Annotated[tuple[Excitation, ...], Listed] = key("external base motions and forces", ())
+    drive: Drive = key("what turns the rotor")
+    start: Start = Field(default_factory=Start, description="state at time zero")
+    run: RunPlan | None = key("default duration of a run", None)
 
     def __repr__(self) -> str:
         return f"<Machine {self.name!r}: " + ", ".join(f"{what}: {value}" for what, value in self._rows()) + ">"

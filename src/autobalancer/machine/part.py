@@ -5,11 +5,11 @@ from __future__ import annotations
 import unicodedata
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
 
 from autobalancer.errors import MachineError
-from autobalancer.machine.magnitudes import plausible
-from autobalancer.units import shortened, to_si
+from autobalancer.machine.quantity import Quantity
+from autobalancer.units import shortened
 
 Problem = tuple[tuple[str | int, ...], str]
 
@@ -111,50 +111,25 @@ def _tags(annotation: Any, name: str) -> list[str]:
     return [tag for inner in get_args(annotation) for tag in _tags(inner, name)]
 
 
-def quantity(unit: str, *, positive: bool = False, non_negative: bool = False) -> PlainValidator:
-    """Validator of one quantity in the SI unit ``unit``."""
+def key(meaning: str, default: Any = ..., *, symbol: str = "") -> Any:
+    """A key of a part: what it means, its default, and its symbol in formulas (LaTeX) if it has one.
 
-    def read(value: Any) -> float:
-        number = to_si(value, unit)
-        if positive and not number > 0.0:
-            raise ValueError(f"given {shortened(value)}; must be greater than zero")
-        if non_negative and not number >= 0.0:
-            raise ValueError(f"given {shortened(value)}; must not be negative")
-        wrong = plausible(number, unit, positive)
-        if wrong:
-            raise ValueError(f"given {shortened(value)}; {wrong}")
-        return number
-
-    read.unit = unit  # type: ignore[attr-defined]
-    return PlainValidator(read)
+    Help, JSON schema, tables of the documentation and labels of axes take all of these from here.
+    """
+    return Field(default, description=meaning, json_schema_extra={"symbol": symbol} if symbol else None)
 
 
-def one_or_two(unit: str, *, positive: bool = False) -> PlainValidator:
-    """Validator of one quantity, or of a pair along x and y."""
-    single = quantity(unit, positive=positive, non_negative=not positive).func
-
-    def read(value: Any) -> Any:
-        if not isinstance(value, (list, tuple)):
-            return single(value)  # type: ignore[call-arg]
-        if len(value) != 2:
-            raise ValueError(f"given {len(value)} values; give one, or two (along x and y)")
-        return tuple(single(entry) for entry in value)  # type: ignore[call-arg]
-
-    read.unit = unit  # type: ignore[attr-defined]
-    return PlainValidator(read)
+def quantity_of(part: type[Part], name: str) -> Quantity | None:
+    """Unit and bounds of a key of a part; ``None`` where it is no quantity."""
+    field = part.model_fields[name]
+    return _quantity_in((field.annotation, *field.metadata))
 
 
-def unit_of_key(part: type[Part], key: str) -> str | None:
-    """The SI unit of a key of a part, empty for a plain number; ``None`` where it is no quantity."""
-    field = part.model_fields[key]
-    return _unit_in((field.annotation, *field.metadata))
-
-
-def _unit_in(hints: tuple[Any, ...]) -> str | None:
+def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:
     for hint in hints:
-        found = getattr(hint.func, "unit", None) if isinstance(hint, PlainValidator) else _unit_in(_inner(hint))
+        found = hint if isinstance(hint, Quantity) else _quantity_in(_inner(hint))
         if found is not None:
-            return str(found)
+            return found
     return None
 
 
@@ -188,29 +163,6 @@ def as_tuple(value: Any) -> Any:
     return value if isinstance(value, (list, tuple)) else (value,)
 
 
-Mass = Annotated[float, quantity("kg", positive=True)]
-Length = Annotated[float, quantity("m", positive=True)]
-Offset = Annotated[float, quantity("m", non_negative=True)]
-Position = Annotated[float, quantity("m")]
-Angle = Annotated[float, quantity("rad")]
-Speed = Annotated[float, quantity("rad/s")]
-Acceleration = Annotated[float, quantity("rad/s^2", positive=True)]
-Velocity = Annotated[float, quantity("m/s")]
-Time = Annotated[float, quantity("s", non_negative=True)]
-Duration = Annotated[float, quantity("s", positive=True)]
-Stiffness = Annotated[float | tuple[float, float], one_or_two("N/m", positive=True)]
-Damping = Annotated[float | tuple[float, float], one_or_two("N*s/m")]
-Torque = Annotated[float, quantity("N*m")]
-AngularDamping = Annotated[float, quantity("N*m*s", non_negative=True)]
-UnbalanceMoment = Annotated[float, quantity("kg*m", non_negative=True)]
-Inertia = Annotated[float, quantity("kg*m^2", positive=True)]
-CoupleMoment = Annotated[float, quantity("kg*m^2", non_negative=True)]
-Density = Annotated[float, quantity("kg/m^3", positive=True)]
-Viscosity = Annotated[float, quantity("m^2/s", positive=True)]
-Temperature = Annotated[float, quantity("K", positive=True)]
-Gravity = Annotated[float, quantity("m/s^2", non_negative=True)]
-Ratio = Annotated[float, quantity("", non_negative=True)]
-Positive = Annotated[float, quantity("", positive=True)]
-Label = Annotated[str, PlainValidator(_label)]
-Name = Annotated[str, PlainValidator(_name)]
+Label = Annotated[str, PlainValidator(_label, json_schema_input_type=str)]
+Name = Annotated[str, PlainValidator(_name, json_schema_input_type=str)]
 Listed = BeforeValidator(as_tuple)

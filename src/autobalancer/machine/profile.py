@@ -6,32 +6,33 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Acceleration, Duration, Listed, Part, Positive, Speed, Time
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Acceleration, Duration, Positive, Speed, Time
 
 
 class Constant(Part):
     """One speed for ever."""
 
     kind: Literal["constant"] = "constant"
-    speed: Speed
+    speed: Speed = key("from the start on")
 
 
 class Ramp(Part):
     """From ``start`` to ``end`` at a steady rate within ``duration``, after an optional ``delay``; then constant."""
 
     kind: Literal["ramp"] = "ramp"
-    start: Speed = 0.0
-    end: Speed
-    duration: Duration
-    delay: Time = 0.0
+    start: Speed = key("before the ramp", 0.0)
+    end: Speed = key("after the ramp")
+    duration: Duration = key("of the ramp")
+    delay: Time = key("before the ramp", 0.0)
 
 
 class Table(Part):
     """Speeds at times, straight in between, constant outside. The times must increase."""
 
     kind: Literal["table"] = "table"
-    time: Annotated[tuple[Time, ...], Listed]
-    speed: Annotated[tuple[Speed, ...], Listed]
+    time: Annotated[tuple[Time, ...], Listed] = key("must increase")
+    speed: Annotated[tuple[Speed, ...], Listed] = key("as many as times, linear in between, constant outside")
 
     @model_validator(mode="after")
     def _consistent(self) -> Table:
@@ -48,19 +49,21 @@ class Dwell(Part):
     """Hold each of ``speeds`` for ``hold``, and change between them at the rate ``acceleration``."""
 
     kind: Literal["dwell"] = "dwell"
-    speeds: Annotated[tuple[Speed, ...], Listed, Field(min_length=1)]
-    hold: Duration
-    acceleration: Acceleration
+    speeds: Annotated[tuple[Speed, ...], Listed, Field(min_length=1)] = key(
+        "one after the other; the first one from the start on"
+    )
+    hold: Duration = key("at each speed")
+    acceleration: Acceleration = key("from one to the next, up or down")
 
 
 class Hill(Part):
     """S-shaped run-up: start + (end - start) t^n / (half_time^n + t^n), half way at ``half_time``."""
 
     kind: Literal["hill"] = "hill"
-    start: Speed = 0.0
-    end: Speed
-    half_time: Duration
-    exponent: Positive
+    start: Speed = key("at time zero", 0.0)
+    end: Speed = key("approached at late times")
+    half_time: Duration = key("when half of the change is done")
+    exponent: Positive = key("$n$, at least 1")
 
     @model_validator(mode="after")
     def _finite_jerk(self) -> Hill:
@@ -78,13 +81,13 @@ class Reduction(Part):
     """
 
     kind: Literal["reduction"] = "reduction"
-    start: Speed = 0.0
-    peak: Speed
-    reduced: Speed
-    end: Speed
-    acceleration: Acceleration
-    hold_peak: Time = 0.0
-    hold_reduced: Time = 0.0
+    start: Speed = key("at time zero", 0.0)
+    peak: Speed = key("first speed")
+    reduced: Speed = key("second speed")
+    end: Speed = key("last speed")
+    acceleration: Acceleration = key("of all changes, up or down")
+    hold_peak: Time = key("time at the first speed", 0.0)
+    hold_reduced: Time = key("time at the second speed", 0.0)
 
 
 Profile = Annotated[Constant | Ramp | Table | Dwell | Hill | Reduction, Field(discriminator="kind")]

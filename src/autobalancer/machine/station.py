@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import PlainValidator
-
-from autobalancer.machine.part import Name, Part, Position, quantity
-
-_position = quantity("m").func
+from autobalancer.machine.part import Name, Part, key
+from autobalancer.machine.quantity import Position, Quantity
 
 
-def _place(value: Any) -> float | str:
-    if isinstance(value, str) and value.strip()[:1] not in set("+-.0123456789"):
-        if not value.strip():
-            raise ValueError("given an empty text; give a position along the axis, or the name of a station")
-        return value
-    position: float = _position(value)  # type: ignore[call-arg]
-    return position
+class PlaceQuantity(Quantity):
+    """A position along the axis, or the name of a station."""
+
+    def one(self, value: Any) -> Any:
+        """The position, m, or the name as it is."""
+        if isinstance(value, str) and value.strip()[:1] not in set("+-.0123456789"):
+            if not value.strip():
+                raise ValueError("given an empty text; give a position along the axis, or the name of a station")
+            return value
+        return super().one(value)
+
+    @property
+    def words(self) -> str:
+        """What may be given."""
+        return "m, or the name of a station"
 
 
-Place = Annotated[float | str, PlainValidator(_place)]
+Place = Annotated[float | str, PlaceQuantity("m")]
 
 
 class Station(Part):
@@ -30,6 +35,8 @@ class Station(Part):
     the origin of a rig. In a rig with several bodies ``body`` says which one.
     """
 
-    name: Name
-    position: Position
-    body: str | None = None
+    name: Name = key("given once; balancers, unbalances, forces and results refer to it")
+    position: Position = key(
+        "along the axis, from the mass center of a rigid rotor, the left end of a shaft, the origin of a rig"
+    )
+    body: str | None = key("name of a body of a rig or of a disk on a shaft, if the position alone is ambiguous", None)

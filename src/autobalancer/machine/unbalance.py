@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Angle, CoupleMoment, Length, Listed, Mass, Part, Ratio, Time, UnbalanceMoment
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Angle, CoupleMoment, Length, Mass, Ratio, Time, UnbalanceMoment
 from autobalancer.machine.station import Place
 
 
@@ -16,8 +17,10 @@ class Schedule(Part):
     Two equal times are a jump: blade loss at 5 s is ``time = [5, 5], factor = [0, 1]``.
     """
 
-    time: Annotated[tuple[Time, ...], Listed]
-    factor: Annotated[tuple[Ratio, ...], Listed]
+    time: Annotated[tuple[Time, ...], Listed] = key("must not decrease; the same time twice is a jump")
+    factor: Annotated[tuple[Ratio, ...], Listed] = key(
+        "multiplies the moment; as many as times, linear in between, constant outside"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Schedule:
@@ -47,14 +50,21 @@ class Unbalance(Part):
     ``misalignment`` is that chi.
     """
 
-    moment: UnbalanceMoment | None = None
-    mass: Mass | None = None
-    radius: Length | None = None
-    couple: CoupleMoment | None = None
-    misalignment: Angle | None = None
-    angle: Angle = 0.0
-    station: Place | None = None
-    schedule: Schedule | None = None
+    moment: UnbalanceMoment | None = key("mass times radius; instead of `mass` and `radius`", None, symbol="U")
+    mass: Mass | None = key("a part of the mass of the rotor, not in addition to it", None)
+    radius: Length | None = key("distance of this mass from the shaft", None)
+    couple: CoupleMoment | None = key(
+        "product of inertia in place of a point unbalance, at the angle of its part at greater $z$; not on a planar rotor",
+        None,
+    )
+    misalignment: Angle | None = key(
+        r"angle $\chi$ of the principal axis, a couple $(J_t - J_p) \chi$; on a rigid rotor only", None, symbol=r"\chi"
+    )
+    angle: Angle = key("in the rotor, from the zero mark", 0.0)
+    station: Place | None = key(
+        "where on the axis: a position, or the name of a station; not needed on a planar rotor", None
+    )
+    schedule: Schedule | None = key("how it changes in time; without one it is constant", None)
 
     @model_validator(mode="after")
     def _one_way(self) -> Unbalance:

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Angle, Density, Length, Listed, Mass, Part, Speed
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Angle, Density, Length, Mass, Speed
 
 INCOMPLETE = "give two of 'diameter', 'mass' and 'density' (or 'material'); a point ball may have a mass alone"
 
@@ -20,14 +21,24 @@ class Balls(Part):
     ``start_angles`` are the ball angles in the rotor at the start; without them they are drawn at random.
     """
 
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
-    diameter: Length | None = None
-    mass: Mass | None = None
-    density: Density | None = None
-    material: str | None = None
-    motion: Literal["rolling", "point"] = "rolling"
-    start_angles: Annotated[tuple[Angle, ...], Listed] | None = None
-    start_speeds: Annotated[tuple[Speed, ...], Listed] | None = None
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = key("balls of this group", 1, symbol="n")
+    diameter: Length | None = key(
+        "with two of diameter, mass and density (or material) the third follows", None, symbol="d"
+    )
+    mass: Mass | None = key(
+        "of one ball, in air; with two of diameter, mass and density (or material) the third follows", None, symbol="m"
+    )
+    density: Density | None = key("with two of diameter, mass and density (or material) the third follows", None)
+    material: str | None = key("a name of the catalog, instead of a density", None)
+    motion: Literal["rolling", "point"] = key(
+        "`rolling` without slip, with the inertia of a solid ball; `point`: no spin, no size needed", "rolling"
+    )
+    start_angles: Annotated[tuple[Angle, ...], Listed] | None = key(
+        "in the rotor, one for each ball; without them drawn at random with the seed of the run", None
+    )
+    start_speeds: Annotated[tuple[Speed, ...], Listed] | None = key(
+        "in the rotor, one for each ball; without them at rest in the rotor", None
+    )
 
     @model_validator(mode="after")
     def _determined(self) -> Balls:
@@ -39,9 +50,9 @@ class Balls(Part):
             raise ValueError("diameter, mass and density (or material) are all given; leave one out")
         if given < 2 and not stuff and not (self.motion == "point" and self.mass is not None):
             raise ValueError(INCOMPLETE)
-        for key, values in (("start_angles", self.start_angles), ("start_speeds", self.start_speeds)):
+        for name, values in (("start_angles", self.start_angles), ("start_speeds", self.start_speeds)):
             if values is not None and len(values) != self.count:
-                raise ValueError(f"{key}: given {len(values)} values for {self.count} balls; give one for each ball")
+                raise ValueError(f"{name}: given {len(values)} values for {self.count} balls; give one for each ball")
         return self
 
     @property

@@ -6,10 +6,11 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Angle, Listed, Part, Position, Ratio, quantity
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Angle, Position, Quantity, Ratio
 
-ContactStiffness = Annotated[float, quantity("N/m", positive=True)]
-SlipSpeed = Annotated[float, quantity("m/s", positive=True)]
+ContactStiffness = Annotated[float, Quantity("N/m", positive=True)]
+SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
 
 
 class Contact(Part):
@@ -23,10 +24,14 @@ class Contact(Part):
     friction is about as stiff as the contact.
     """
 
-    restitution: Ratio
-    stiffness: ContactStiffness | None = None
-    friction: Ratio = 0.0
-    slip_speed: SlipSpeed | None = None
+    restitution: Ratio = key("speed after over speed before, 0 to 1; 0 is replaced by 1 %")
+    stiffness: ContactStiffness | None = key(
+        "along the race; without it a contact lasts about a twentieth of a turn", None
+    )
+    friction: Ratio = key("coefficient between rolling balls in contact; for resolved balls use `ball_friction`", 0.0)
+    slip_speed: SlipSpeed | None = key(
+        "friction is fully developed at much faster slip; by default a thousandth of the speed of the wall", None
+    )
 
     @model_validator(mode="after")
     def _possible(self) -> Contact:
@@ -47,8 +52,10 @@ class Friction(Part):
     less than ``adherence`` F_N is needed to hold it.
     """
 
-    rolling_resistance: Ratio = 0.0
-    adherence: Ratio | None = None
+    rolling_resistance: Ratio = key("$a/r_b$, lever arm of the wall force over the ball radius", 0.0, symbol=r"\mu")
+    adherence: Ratio | None = key(
+        "greatest force that holds a ball at rest, over the wall force; by default the rolling resistance", None
+    )
 
     @model_validator(mode="after")
     def _possible(self) -> Friction:
@@ -72,9 +79,9 @@ class Friction(Part):
 class Harmonic(Part):
     """One wave of a race's radius: ``amplitude`` cos(order (phi - angle)), phi counted in the rotor."""
 
-    order: int
-    amplitude: Position
-    angle: Angle = 0.0
+    order: int = key("waves around the race: 1 shifts it, 2 is an oval; up to 60")
+    amplitude: Position = key("of the orbit radius")
+    angle: Angle = key("of a crest, in the rotor", 0.0)
 
     @model_validator(mode="after")
     def _possible(self) -> Harmonic:
@@ -86,9 +93,11 @@ class Harmonic(Part):
 class Roundness(Part):
     """A measured profile: deviations of the radius at equal steps of the angle over one turn, from ``angle`` on."""
 
-    deviations: Annotated[tuple[Position, ...], Listed]
-    angle: Angle = 0.0
-    harmonics: int = 12
+    deviations: Annotated[tuple[Position, ...], Listed] = key(
+        "of the radius, at least 8 at equal steps over one turn; the first is not repeated"
+    )
+    angle: Angle = key("of the first deviation, in the rotor", 0.0)
+    harmonics: int = key("number of waves that are kept; 1 to 60, and fewer than half the points", 12)
 
     @model_validator(mode="after")
     def _closed(self) -> Roundness:
@@ -112,5 +121,5 @@ class Roundness(Part):
 class Partitions(Part):
     """Thin walls across the race that divide it into ``count`` equal parts; the first wall stands at ``angle``."""
 
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)]
-    angle: Angle = 0.0
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = key("equal parts")
+    angle: Angle = key("of the first wall, in the rotor", 0.0)

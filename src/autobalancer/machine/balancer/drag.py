@@ -11,23 +11,26 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import AngularDamping, Length, Listed, Part, Positive
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import AngularDamping, Length, Positive
 
 Range = Literal["linear", "whole"]
+
+RANGE = "`linear` at any speed, or `whole`: over all Reynolds numbers"
 
 
 class DragTorque(Part):
     """beta itself, N m s per ball."""
 
     law: Literal["beta"] = "beta"
-    beta: AngularDamping
+    beta: AngularDamping = key("drag torque on one ball over its speed in the rotor", symbol=r"\beta")
 
 
 class PlaneDrag(Part):
     """A ball that rolls on a plane wall: c_d Re = 322 up to Re = 10 (Jan and Chen 1997; Spannan 2021, 5.21)."""
 
     law: Literal["sphere_on_plane"] = "sphere_on_plane"
-    range: Range = "linear"
+    range: Range = key(RANGE, "linear")
 
 
 class AnnulusDrag(Part):
@@ -37,9 +40,9 @@ class AnnulusDrag(Part):
     """
 
     law: Literal["race_geometry"] = "race_geometry"
-    clear_width: Length
-    range: Range = "linear"
-    plateau: Positive | None = None
+    clear_width: Length = key("$W_1$ of Spannan (2021), figure 5.7", symbol="W_1")
+    range: Range = key(RANGE, "linear")
+    plateau: Positive | None = key("drag coefficient from Re = 20 000 on; without it 0.74", None)
 
     @model_validator(mode="after")
     def _sense(self) -> AnnulusDrag:
@@ -52,9 +55,9 @@ class CoefficientDrag(Part):
     """A known product of drag coefficient and Reynolds number; over the whole range also the ``plateau`` of c_d."""
 
     law: Literal["cd_re"] = "cd_re"
-    cd_re: Positive
-    range: Range = "linear"
-    plateau: Positive | None = None
+    cd_re: Positive = key("drag coefficient times Reynolds number", symbol=r"c_d \mathrm{Re}")
+    range: Range = key(RANGE, "linear")
+    plateau: Positive | None = key("drag coefficient from Re = 20 000 on; required by `whole`", None)
 
     @model_validator(mode="after")
     def _sense(self) -> CoefficientDrag:
@@ -71,23 +74,27 @@ class DiscoidalDrag(Part):
     """The race of the discoidal rig (Spannan 2021, 6.9), repaired; ``plateau`` is 0.60 as stated, or 0.74 as in the fit."""
 
     law: Literal["discoidal"] = "discoidal"
-    plateau: Positive = 0.60
-    range: Range = "whole"
+    plateau: Positive = key("drag coefficient from Re = 20 000 on: 0.60 as stated, 0.74 as in the printed fit", 0.60)
+    range: Range = key(RANGE, "whole")
 
 
 class FreeSphereDrag(Part):
     """A ball far from walls: 24/Re, then Cheng (2009) up to Re = 2e5."""
 
     law: Literal["free_sphere"] = "free_sphere"
-    range: Range = "whole"
+    range: Range = key(RANGE, "whole")
 
 
 class TableDrag(Part):
     """Measured drag coefficients over increasing Reynolds numbers; linear below the first, c_d kept beyond the last."""
 
     law: Literal["table"] = "table"
-    reynolds: Annotated[tuple[Positive, ...], Listed]
-    coefficient: Annotated[tuple[Positive, ...], Listed]
+    reynolds: Annotated[tuple[Positive, ...], Listed] = key(
+        "must increase; drag is linear below the first, its coefficient is constant above the last"
+    )
+    coefficient: Annotated[tuple[Positive, ...], Listed] = key(
+        "as many as Reynolds numbers; coefficient times Reynolds number must not fall"
+    )
 
 
 Drag = Annotated[

@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Density, Part, Ratio, Temperature, Viscosity
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Density, Ratio, Temperature, Viscosity
 
 
 class Fluid(Part):
@@ -20,12 +21,14 @@ class Fluid(Part):
     take a few runs.
     """
 
-    name: str | None = None
-    temperature: Temperature | None = None
-    density: Density | None = None
-    viscosity: Viscosity | None = None
-    virtual_mass: Ratio = 2.0
-    lag: Literal["none", "modes", "full", "auto"] = "none"
+    name: str | None = key("of the catalog; this, or density and viscosity", None)
+    temperature: Temperature | None = key("of a fluid of the catalog; without it 25 °C", None)
+    density: Density | None = key("with viscosity, instead of a name", None, symbol=r"\rho")
+    viscosity: Viscosity | None = key("kinematic", None, symbol=r"\nu")
+    virtual_mass: Ratio = key("fluid mass that moves with a ball, over the mass it displaces", 2.0)
+    lag: Literal["none", "modes", "full", "auto"] = key(
+        "how the fluid follows the rotor when the speed changes; needs `width` and `height` of the race", "none"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> Fluid:

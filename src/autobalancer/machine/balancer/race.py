@@ -11,7 +11,8 @@ from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, P
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.resolved import ResolvedContact
-from autobalancer.machine.part import Angle, ImpossiblePart, Label, Length, Listed, Name, Offset, Part
+from autobalancer.machine.part import ImpossiblePart, Label, Listed, Name, Part, key
+from autobalancer.machine.quantity import Angle, Length, Offset
 from autobalancer.machine.station import Place
 
 
@@ -31,24 +32,44 @@ class Race(Part):
     free in its plane, between the outer wall and, if ``width`` is given, the inner one.
     """
 
-    bearing: Name | None = None
-    orbit_radius: Length | None = None
-    race_radius: Length | None = None
-    eccentricity: Offset = 0.0
-    eccentricity_angle: Angle = 0.0
-    width: Length | None = None
-    height: Length | None = None
-    fluid: Fluid | None = None
-    drag: Drag
-    slipstream: bool = False
-    friction: Friction | None = None
-    contact: Contact | None = None
-    coincidence: bool = False
-    partitions: Partitions | None = None
-    harmonics: Annotated[tuple[Harmonic, ...], Listed] = ()
-    roundness: Roundness | None = None
-    resolved: ResolvedContact | None = None
-    balls: Annotated[tuple[Balls, ...], Field(min_length=1)]
+    bearing: Name | None = key(
+        "of the catalog, such as `16021`, whose outer ring it is: gives `orbit_radius`, and the diameter of balls "
+        "of which only the material is given",
+        None,
+    )
+    orbit_radius: Length | None = key(
+        "of the ball centers; this, `race_radius` or a `bearing`", None, symbol=r"\varepsilon"
+    )
+    race_radius: Length | None = key(
+        "of the wall on which the balls run, larger by a ball radius; for balls of unequal size", None
+    )
+    eccentricity: Offset = key("distance of the center of the race from the shaft", 0.0, symbol="E")
+    eccentricity_angle: Angle = key("direction of this center in the rotor", 0.0)
+    width: Length | None = key(
+        "of the chamber, along the radius; must hold the balls. Used by `resolved` balls and lagging fluid", None
+    )
+    height: Length | None = key("of the chamber, along the shaft; must hold the balls. Used by lagging fluid", None)
+    fluid: Fluid | None = key("required by all drag laws except `beta`", None)
+    drag: Drag = key("law of the drag of the fluid on the balls")
+    slipstream: bool = key(
+        "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size", False
+    )
+    friction: Friction | None = key("dry friction between balls and race; without it there is none", None)
+    contact: Contact | None = key("how balls rebound from each other; by default with 14 % of their speed", None)
+    coincidence: bool = key("`true`: balls pass through each other, and several may rest at one place", False)
+    partitions: Partitions | None = key(
+        "thin walls across the race; collisions with them are like those between balls", None
+    )
+    harmonics: Annotated[tuple[Harmonic, ...], Listed] = key(
+        "deviation of the orbit from its circle, wave by wave; this or `roundness`", ()
+    )
+    roundness: Roundness | None = key("the same as a measured profile", None)
+    resolved: ResolvedContact | None = key(
+        "balls free in the plane of the race, in place of guided ones; for all races of a machine or for none", None
+    )
+    balls: Annotated[tuple[Balls, ...], Field(min_length=1)] = key(
+        "groups of equal balls; they are placed in the race in this order"
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> Race:
@@ -107,6 +128,8 @@ class Balancer(Part):
     ``station`` is where on the axis: a position, or the name of one of the machine's stations; needless on a planar rotor.
     """
 
-    name: Label = ""
-    station: Place | None = None
-    races: Annotated[tuple[Race, ...], Field(min_length=1)]
+    name: Label = key("used in messages, results and pictures", "")
+    station: Place | None = key(
+        "where on the axis: a position, or the name of a station; not needed on a planar rotor", None
+    )
+    races: Annotated[tuple[Race, ...], Field(min_length=1)] = key("all in one plane of the rotor")

@@ -7,10 +7,11 @@ from typing import Annotated
 from pydantic import model_validator
 
 from autobalancer.machine.balancer.contact import ContactStiffness, SlipSpeed
-from autobalancer.machine.part import Offset, Part, Ratio, quantity
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Offset, Quantity, Ratio
 
-Modulus = Annotated[float, quantity("Pa", positive=True)]
-ContactDamping = Annotated[float, quantity("N*s/m", non_negative=True)]
+Modulus = Annotated[float, Quantity("Pa", positive=True)]
+ContactDamping = Annotated[float, Quantity("N*s/m", non_negative=True)]
 
 
 class ResolvedContact(Part):
@@ -29,19 +30,23 @@ class ResolvedContact(Part):
     ``ball_friction``: between balls that meet, and at partitions. ``start_gap``: distance from the wall at the start.
     """
 
-    stiffness: ContactStiffness | None = None
-    reduced_modulus: Modulus | None = None
-    restitution: Ratio | None = None
-    damping: ContactDamping | None = None
-    sliding_friction: Ratio
-    slip_speed: SlipSpeed
-    peak_friction: Ratio | None = None
-    peak_speed: SlipSpeed | None = None
-    rest_speed: SlipSpeed | None = None
-    adherence_stiffness: ContactStiffness = 1000.0
-    floor_friction: Ratio = 0.0
-    ball_friction: Ratio = 0.0
-    start_gap: Offset = 0.0
+    stiffness: ContactStiffness | None = key("linear spring of wall and ball; this or `reduced_modulus`", None)
+    reduced_modulus: Modulus | None = key(
+        r"Hertz: $1/E^* = \sum (1 - \nu^2)/E$ of both bodies; this or `stiffness`", None
+    )
+    restitution: Ratio | None = key("speed after over speed before a head-on bounce; this or `damping`", None)
+    damping: ContactDamping | None = key("of a linear damper beside the linear spring; this or `restitution`", None)
+    sliding_friction: Ratio = key("coefficient of friction of wall and ball")
+    slip_speed: SlipSpeed = key("friction is fully developed at much faster slip")
+    peak_friction: Ratio | None = key("greater coefficient at the onset of sliding; requires `peak_speed`", None)
+    peak_speed: SlipSpeed | None = key("slip speed over which it decreases; requires `peak_friction`", None)
+    rest_speed: SlipSpeed | None = key(
+        "slower balls count as at rest; required by rolling resistance and adherence", None
+    )
+    adherence_stiffness: ContactStiffness = key("of the spring that holds a ball at rest", 1000.0)
+    floor_friction: Ratio = key("under a ball that is not carried by the wall, on a vertical axis", 0.0)
+    ball_friction: Ratio = key("between balls that meet, and at partitions", 0.0)
+    start_gap: Offset = key("of each ball from the wall at time zero", 0.0)
 
     @model_validator(mode="after")
     def _one_law(self) -> ResolvedContact:

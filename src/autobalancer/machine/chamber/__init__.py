@@ -5,6 +5,7 @@ from autobalancer.machine.chamber.chamber import Chamber, FreeBalls
 from autobalancer.machine.chamber.contact import HistoryContact, RestitutionContact
 from autobalancer.machine.chamber.drive import AsynchronousMotor
 from autobalancer.machine.chamber.machine import ChamberMachine
+from autobalancer.machine.keys import document
 
 __all__ = [
     "AsynchronousMotor",
@@ -18,3 +19,5 @@ __all__ = [
     "HistoryContact",
     "RestitutionContact",
 ]
+
+document(ChamberMachine)

@@ -7,27 +7,27 @@ from typing import Annotated, Literal
 from pydantic import model_validator
 
 from autobalancer.machine.chamber.triple import Damping3, Inertia3, Place3, Stiffness3
-from autobalancer.machine.part import (
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import (
     Angle,
     AngularDamping,
     Inertia,
     Length,
     Mass,
     Offset,
-    Part,
     Position,
+    Quantity,
     Ratio,
     UnbalanceMoment,
-    quantity,
 )
 
 
 class ChamberSupport(Part):
     """A spring and a damper between body and ground, at ``position`` from the middle of the rotor at rest."""
 
-    position: Place3
-    stiffness: Stiffness3
-    damping: Damping3 = (0.0, 0.0, 0.0)
+    position: Place3 = key("from the middle of the rotor")
+    stiffness: Stiffness3 = key("along x, y and z")
+    damping: Damping3 = key("along x, y and z", (0.0, 0.0, 0.0))
 
 
 class ChamberBody(Part):
@@ -38,10 +38,12 @@ class ChamberBody(Part):
     from the middle of the rotor, are those without the rotor.
     """
 
-    freedom: Literal["fixed", "planar", "free"]
-    mass: Mass | None = None
-    inertia: Inertia3 | None = None
-    center: Place3 = (0.0, 0.0, 0.0)
+    freedom: Literal["fixed", "planar", "free"] = key(
+        "`fixed`; `planar`: y, z and the rotation about x; `free`: all six coordinates"
+    )
+    mass: Mass | None = key("without the rotor; required unless `fixed`", None)
+    inertia: Inertia3 | None = key("about its own mass center, along x, y and z; required unless `fixed`", None)
+    center: Place3 = key("its mass center, from the middle of the rotor", (0.0, 0.0, 0.0))
 
     @model_validator(mode="after")
     def _movable(self) -> ChamberBody:
@@ -57,13 +59,15 @@ class ChamberRotor(Part):
     mu_t of Pakuła (2021), (4), at half the ``neck_diameter``; ``damping`` a torque over the speed relative to the body.
     """
 
-    mass: Mass
-    polar_inertia: Inertia
-    transverse_inertia: Inertia
-    bearings: tuple[Annotated[float, quantity("m")], Annotated[float, quantity("m")]]
-    neck_diameter: Offset = 0.0
-    bearing_friction: Ratio = 0.0
-    damping: AngularDamping = 0.0
+    mass: Mass = key("without balls, with the unbalance masses")
+    polar_inertia: Inertia = key("about x")
+    transverse_inertia: Inertia = key("about y and z, through its middle; at least half of the polar one")
+    bearings: tuple[Annotated[float, Quantity("m")], Annotated[float, Quantity("m")]] = key(
+        "positions along x; the second one guides along the axis"
+    )
+    neck_diameter: Offset = key("at which bearing friction acts", 0.0)
+    bearing_friction: Ratio = key(r"coefficient $\mu_t$ of Pakuła (2021), (4)", 0.0)
+    damping: AngularDamping = key("braking torque over the speed relative to the body", 0.0)
 
     @model_validator(mode="after")
     def _apart(self) -> ChamberRotor:
@@ -80,11 +84,11 @@ class ChamberRotor(Part):
 class ChamberUnbalance(Part):
     """A point unbalance at ``position`` along x; its ``angle`` counts from y to z at rotor angle 0."""
 
-    moment: UnbalanceMoment | None = None
-    mass: Mass | None = None
-    radius: Length | None = None
-    angle: Angle = 0.0
-    position: Position = 0.0
+    moment: UnbalanceMoment | None = key("mass times radius; instead of `mass` and `radius`", None)
+    mass: Mass | None = key("a part of the mass of the rotor, not in addition to it", None)
+    radius: Length | None = key("distance of this mass from the axis", None)
+    angle: Angle = key("from y towards z at rotor angle zero", 0.0)
+    position: Position = key("along x", 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> ChamberUnbalance:

@@ -7,14 +7,15 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.chamber.triple import Place3, Triple, triple
-from autobalancer.machine.part import Density, Length, Listed, Mass, Offset, Part, Position, quantity
+from autobalancer.machine.chamber.triple import Place3, Triple
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Density, Length, Mass, Offset, Position, Quantity
 
-Drag = Annotated[float, quantity("N*s/m", non_negative=True)]
+Drag = Annotated[float, Quantity("N*s/m", non_negative=True)]
 MOST = 2e6  # balls whose volume is that of the chamber; places for all of them are worked out
-SquareDrag = Annotated[float, quantity("N*s^2/m^2", non_negative=True)]
-Velocity3 = Annotated[Triple, triple("m/s")]
-Spin3 = Annotated[Triple, triple("rad/s")]
+SquareDrag = Annotated[float, Quantity("N*s^2/m^2", non_negative=True)]
+Velocity3 = Annotated[Triple, Quantity("m/s", shape="three")]
+Spin3 = Annotated[Triple, Quantity("rad/s", shape="three")]
 
 
 class FreeBalls(Part):
@@ -23,14 +24,16 @@ class FreeBalls(Part):
     Without ``positions`` (from the middle of the chamber) they are filled in and settle before the run starts.
     """
 
-    count: Annotated[int, Field(strict=True, ge=1, le=100_000)]
-    density: Density
-    diameter: Length | None = None
-    mass: Mass | None = None
-    total_mass: Mass | None = None
-    positions: tuple[Place3, ...] | None = None
-    velocities: tuple[Velocity3, ...] | None = None
-    spins: tuple[Spin3, ...] | None = None
+    count: Annotated[int, Field(strict=True, ge=1, le=100_000)] = key("balls of this group")
+    density: Density = key("of the balls")
+    diameter: Length | None = key("one of `diameter`, `mass` and `total_mass`", None)
+    mass: Mass | None = key("of one ball; one of `diameter`, `mass` and `total_mass`", None)
+    total_mass: Mass | None = key("of all balls of the group; one of `diameter`, `mass` and `total_mass`", None)
+    positions: tuple[Place3, ...] | None = key(
+        "one for each ball, from the middle of the chamber; by default balls are filled in and settle", None
+    )
+    velocities: tuple[Velocity3, ...] | None = key("in space, one for each ball; with `positions`", None)
+    spins: tuple[Spin3, ...] | None = key("in space, one for each ball; with `positions`", None)
 
     @model_validator(mode="after")
     def _one_size(self) -> FreeBalls:
@@ -64,13 +67,15 @@ class Chamber(Part):
     the square of that speed. A ``depth`` left out is that of one layer: the largest ball and 1 % more.
     """
 
-    radius: Length
-    inner_radius: Offset = 0.0
-    depth: Length | None = None
-    position: Position = 0.0
-    drag: Drag = 0.0
-    square_drag: SquareDrag = 0.0
-    balls: Annotated[tuple[FreeBalls, ...], Listed, Field(min_length=1)]
+    radius: Length = key("of the wall")
+    inner_radius: Offset = key("of a wall inside, which makes a ring; by default there is none", 0.0)
+    depth: Length | None = key(
+        "between the flat walls; if left out, one layer of balls: the largest diameter and 1 % more", None
+    )
+    position: Position = key("of its middle, along x", 0.0)
+    drag: Drag = key("force of a fluid that turns with the chamber, over the speed of a ball in it", 0.0)
+    square_drag: SquareDrag = key("the same over the square of that speed", 0.0)
+    balls: Annotated[tuple[FreeBalls, ...], Listed, Field(min_length=1)] = key("groups of equal balls")
 
     @model_validator(mode="after")
     def _fits(self) -> Chamber:

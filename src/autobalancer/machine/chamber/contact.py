@@ -2,43 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Offset, Part, Positive, Ratio, quantity
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Offset, Positive, Quantity, Ratio
 
-
-def _between(low: float, high: float, *, without_low: bool = False) -> PlainValidator:
-    """Validator of a number in an interval."""
-
-    def read(value: Any) -> float:
-        number = float(quantity("").func(value))  # type: ignore[call-arg]
-        if not low <= number <= high or (without_low and number == low):
-            bounds = f"greater than {low:g} and at most {high:g}" if without_low else f"between {low:g} and {high:g}"
-            raise ValueError(f"given {number:g}; must be {bounds}")
-        return number
-
-    return PlainValidator(read)
-
-
-Fraction = Annotated[float, _between(0.0, 1.0, without_low=True)]
-Coefficient = Annotated[float, _between(0.0, 5.0)]
-Modulus = Annotated[float, quantity("Pa", positive=True)]
-HertzStiffness = Annotated[float, quantity("N/m^1.5", positive=True)]
-SlowSpeed = Annotated[float, quantity("m/s", positive=True)]
+Fraction = Annotated[float, Quantity("", positive=True, most=1.0)]
+Coefficient = Annotated[float, Quantity("", non_negative=True, most=5.0)]
+Modulus = Annotated[float, Quantity("Pa", positive=True)]
+HertzStiffness = Annotated[float, Quantity("N/m^1.5", positive=True)]
+SlowSpeed = Annotated[float, Quantity("m/s", positive=True)]
 
 
 class _Elastic(Part):
     """Stiffness k of F = k d^1.5: one for all contacts, or by Hertz from the material of balls and walls."""
 
-    stiffness: HertzStiffness | None = None
-    youngs_modulus: Modulus | None = None
-    poisson_ratio: Ratio = 0.3
-    restitution: Fraction
-    friction: Coefficient
-    rolling_arm: Offset = 0.0
-    slow: SlowSpeed = 1e-3
+    stiffness: HertzStiffness | None = key("$k$ in $k d^{3/2}$ of all contacts; this or `youngs_modulus`", None)
+    youngs_modulus: Modulus | None = key(
+        "of balls and walls: stiffness by Hertz for each pair; this or `stiffness`", None
+    )
+    poisson_ratio: Ratio = key("of balls and walls, at most 0.5; only with `youngs_modulus`", 0.3)
+    restitution: Fraction = key("speed after over speed before")
+    friction: Coefficient = key("coefficient of sliding friction of all contacts")
+    rolling_arm: Offset = key("$f$: rolling resistance is a moment $f F$ against the relative spin", 0.0)
+    slow: SlowSpeed = key("sliding speed below which friction falls to zero in proportion", 1e-3)
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> _Elastic:
@@ -65,7 +54,9 @@ class HistoryContact(_Elastic):
     """
 
     law: Literal["history"] = "history"
-    shear_ratio: Positive | None = None
+    shear_ratio: Positive | None = key(
+        r"tangential over normal stiffness; without it that of Mindlin, $2(1-\nu)/(2-\nu)$", None
+    )
 
 
 ChamberContact = Annotated[RestitutionContact | HistoryContact, Field(discriminator="law")]

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from autobalancer.machine.drive import PrescribedSpeed
-from autobalancer.machine.part import Part, Positive, Speed, Torque
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Positive, Speed, Torque
 
 
 class AsynchronousMotor(Part):
@@ -18,10 +19,10 @@ class AsynchronousMotor(Part):
     """
 
     kind: Literal["asynchronous"] = "asynchronous"
-    rated_torque: Torque
-    overload: Positive
-    synchronous_speed: Speed
-    breakdown_slip: Positive
+    rated_torque: Torque = key("at rated speed")
+    overload: Positive = key("breakdown over rated torque")
+    synchronous_speed: Speed = key("where the motor has no torque")
+    breakdown_slip: Positive = key("of the breakdown torque, over the synchronous speed; less than 1")
 
     @model_validator(mode="after")
     def _slips(self) -> AsynchronousMotor:

@@ -13,14 +13,15 @@ from autobalancer.machine.chamber.drive import ChamberDrive
 from autobalancer.machine.chamber.triple import Acceleration3
 from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.machine.machine import RunPlan
-from autobalancer.machine.part import Angle, Listed, Name, Part, Speed
+from autobalancer.machine.part import Listed, Name, Part, key
+from autobalancer.machine.quantity import Angle, Speed
 
 
 class ChamberStart(Part):
     """Rotor at time zero."""
 
-    rotor_angle: Angle = 0.0
-    speed: Speed = 0.0
+    rotor_angle: Angle = key("at time zero", 0.0)
+    speed: Speed = key("of the rotor, only where a torque drives", 0.0)
 
 
 class ChamberMachine(Part):
@@ -30,18 +31,22 @@ class ChamberMachine(Part):
     a vector.
     """
 
-    name: Name
-    description: str = ""
-    gravity: Acceleration3 = (0.0, 0.0, -9.80665)
-    body: ChamberBody
-    supports: Annotated[tuple[ChamberSupport, ...], Listed] = ()
-    rotor: ChamberRotor
-    unbalances: Annotated[tuple[ChamberUnbalance, ...], Listed] = ()
-    chambers: Annotated[tuple[Chamber, ...], Listed, Field(min_length=1)]
-    contact: ChamberContact
-    drive: ChamberDrive
-    start: ChamberStart = Field(default_factory=ChamberStart)
-    run: RunPlan | None = None
+    name: Name = key("name of the machine, in titles of pictures and results")
+    description: str = key("source and purpose", "")
+    gravity: Acceleration3 = key("along x (the rotor), y and z (up, for a horizontal rotor)", (0.0, 0.0, -9.80665))
+    body: ChamberBody = key("what carries rotor and motor")
+    supports: Annotated[tuple[ChamberSupport, ...], Listed] = key(
+        "springs and dampers between body and ground; a `fixed` body needs none", ()
+    )
+    rotor: ChamberRotor = key("shaft and chambers, without balls")
+    unbalances: Annotated[tuple[ChamberUnbalance, ...], Listed] = key(
+        "of the rotor; two opposite ones at different places are a couple", ()
+    )
+    chambers: Annotated[tuple[Chamber, ...], Listed, Field(min_length=1)] = key("one or several on the rotor")
+    contact: ChamberContact = key("of balls with each other and with walls")
+    drive: ChamberDrive = key("what turns the rotor")
+    start: ChamberStart = Field(default_factory=ChamberStart, description="rotor at time zero")
+    run: RunPlan | None = key("default duration of a run", None)
 
     @model_validator(mode="after")
     def _consistent(self) -> ChamberMachine:

@@ -6,10 +6,11 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Mass, Name, Part, Position, quantity
+from autobalancer.machine.part import Name, Part, key
+from autobalancer.machine.quantity import Mass, Position, Quantity
 
 GROUND = "ground"
-BodyInertia = Annotated[float, quantity("kg*m^2", non_negative=True)]
+BodyInertia = Annotated[float, Quantity("kg*m^2", non_negative=True)]
 
 
 class Body(Part):
@@ -20,14 +21,14 @@ class Body(Part):
     mass has inertias zero and is locked to a body that has some.
     """
 
-    name: Name
-    mass: Mass
-    position: Position
-    offset: tuple[Position, Position] = (0.0, 0.0)
-    transverse_inertia: BodyInertia | None = None
-    polar_inertia: BodyInertia | None = None
-    inertia: tuple[BodyInertia, BodyInertia, BodyInertia] | None = None
-    rotating: bool = False
+    name: Name = key("any except `ground`")
+    mass: Mass = key("with all attached parts, without balls")
+    position: Position = key("of the mass center along the axis, from an origin of your choice")
+    offset: tuple[Position, Position] = key("of the mass center beside the axis, along x and y", (0.0, 0.0))
+    transverse_inertia: BodyInertia | None = key("about x and y, through the mass center", None)
+    polar_inertia: BodyInertia | None = key("about z, through the mass center", None)
+    inertia: tuple[BodyInertia, BodyInertia, BodyInertia] | None = key("about x, y and z, in place of these two", None)
+    rotating: bool = key("whether it rotates with the rotor", False)
 
     @model_validator(mode="after")
     def _possible(self) -> Body:

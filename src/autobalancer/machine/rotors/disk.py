@@ -6,9 +6,10 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Label, Mass, Part, Position, quantity
+from autobalancer.machine.part import Label, Part, key
+from autobalancer.machine.quantity import Mass, Position, Quantity
 
-OwnInertia = Annotated[float, quantity("kg*m^2", non_negative=True)]
+OwnInertia = Annotated[float, Quantity("kg*m^2", non_negative=True)]
 
 
 class Disk(Part):
@@ -19,13 +20,13 @@ class Disk(Part):
     ends of the shaft, or that name it as their ``body``, move with it.
     """
 
-    name: Label = ""
-    position: Position
-    mass: Mass
-    transverse_inertia: OwnInertia
-    polar_inertia: OwnInertia
-    offset: Position = 0.0
-    extent: tuple[Position, Position] = (0.0, 0.0)
+    name: Label = key("for stations that name it as their body", "")
+    position: Position = key("where it is fixed to the shaft, from the left end")
+    mass: Mass = key("without balls", symbol="m")
+    transverse_inertia: OwnInertia = key("about a diameter through its mass center", symbol="J_t")
+    polar_inertia: OwnInertia = key("about the axis", symbol="J_p")
+    offset: Position = key("from its position to its mass center, positive towards the right end", 0.0)
+    extent: tuple[Position, Position] = key("how far the body reaches from its position, from and to", (0.0, 0.0))
 
     @model_validator(mode="after")
     def _possible(self) -> Disk:

@@ -6,19 +6,27 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Angle, Damping, Offset, Part, Position, Stiffness, quantity
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Angle, Damping, Offset, Position, Quantity, Stiffness
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.support import SpeedTable, TiltDamping, TiltStiffness
 
-SpringStiffness = Annotated[float, quantity("N/m", non_negative=True)]
-DamperConstant = Annotated[float, quantity("N*s/m", non_negative=True)]
-Component = Annotated[float, quantity("")]
+SpringStiffness = Annotated[float, Quantity("N/m", non_negative=True)]
+DamperConstant = Annotated[float, Quantity("N*s/m", non_negative=True)]
+Component = Annotated[float, Quantity("")]
+
+BESIDE = "along x and y, beside the axis; only if no body of the joint rotates"
+TABLE = "over the speed, in place of the two constants"
+TILT = "against tilting"
+TURN = "against rotation about the axis"
+ALONG = "along the axis"
+ACROSS = "across the axis"
 
 
 class BodyJoint(Part):
     """Joins the two bodies named in ``between``; the one may be ``"ground"``."""
 
-    between: tuple[str, str]
+    between: tuple[str, str] = key("names of two bodies, or of one and `ground`")
 
     @model_validator(mode="after")
     def _two_bodies(self) -> BodyJoint:
@@ -37,12 +45,12 @@ class Dashpot(BodyJoint):
     """A damper at a point: across the axis (one value, or a pair along x and y), along it, against tilting and turning."""
 
     kind: Literal["dashpot"] = "dashpot"
-    position: Position
-    offset: tuple[Position, Position] = (0.0, 0.0)
-    damping: Damping = 0.0
-    axial_damping: DamperConstant = 0.0
-    tilt_damping: TiltDamping = 0.0
-    torsional_damping: TiltDamping = 0.0
+    position: Position = key(ALONG)
+    offset: tuple[Position, Position] = key(BESIDE, (0.0, 0.0))
+    damping: Damping = key(ACROSS, 0.0)
+    axial_damping: DamperConstant = key(ALONG, 0.0)
+    tilt_damping: TiltDamping = key(TILT, 0.0)
+    torsional_damping: TiltDamping = key(TURN, 0.0)
 
 
 class Spring(BodyJoint):
@@ -53,18 +61,18 @@ class Spring(BodyJoint):
     """
 
     kind: Literal["spring"] = "spring"
-    position: Position
-    offset: tuple[Position, Position] = (0.0, 0.0)
-    stiffness: Stiffness | None = None
-    damping: Damping = 0.0
-    table: SpeedTable | None = None
-    axial_stiffness: SpringStiffness = 0.0
-    axial_damping: DamperConstant = 0.0
-    axial_table: SpeedTable | None = None
-    tilt_stiffness: TiltStiffness = 0.0
-    tilt_damping: TiltDamping = 0.0
-    torsional_stiffness: TiltStiffness = 0.0
-    torsional_damping: TiltDamping = 0.0
+    position: Position = key(ALONG)
+    offset: tuple[Position, Position] = key(BESIDE, (0.0, 0.0))
+    stiffness: Stiffness | None = key(ACROSS, None)
+    damping: Damping = key(ACROSS, 0.0)
+    table: SpeedTable | None = key(TABLE, None)
+    axial_stiffness: SpringStiffness = key(ALONG, 0.0)
+    axial_damping: DamperConstant = key(ALONG, 0.0)
+    axial_table: SpeedTable | None = key(TABLE, None)
+    tilt_stiffness: TiltStiffness = key(TILT, 0.0)
+    tilt_damping: TiltDamping = key(TILT, 0.0)
+    torsional_stiffness: TiltStiffness = key(TURN, 0.0)
+    torsional_damping: TiltDamping = key(TURN, 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> Spring:
@@ -81,11 +89,11 @@ class BallBearing(BodyJoint):
     """A bearing on the axis, between a rotating body and a standing one or the ground; it lets the axis tilt."""
 
     kind: Literal["bearing"] = "bearing"
-    position: Position
-    stiffness: Stiffness
-    damping: Damping = 0.0
-    axial_stiffness: SpringStiffness = 0.0
-    axial_damping: DamperConstant = 0.0
+    position: Position = key(ALONG)
+    stiffness: Stiffness = key(ACROSS)
+    damping: Damping = key(ACROSS, 0.0)
+    axial_stiffness: SpringStiffness = key(ALONG, 0.0)
+    axial_damping: DamperConstant = key(ALONG, 0.0)
 
 
 class Bushing(BodyJoint):
@@ -96,21 +104,23 @@ class Bushing(BodyJoint):
     """
 
     kind: Literal["bushing"] = "bushing"
-    position: Position
-    radius: Offset = 0.0
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
-    angle: Angle = 0.0
-    direction: tuple[Component, Component, Component] = (0.0, 0.0, 1.0)
-    shear_stiffness: SpringStiffness = 0.0
-    shear_damping: DamperConstant = 0.0
-    shear_table: SpeedTable | None = None
-    axial_stiffness: SpringStiffness = 0.0
-    axial_damping: DamperConstant = 0.0
-    axial_table: SpeedTable | None = None
-    bending_stiffness: TiltStiffness = 0.0
-    bending_damping: TiltDamping = 0.0
-    torsional_stiffness: TiltStiffness = 0.0
-    torsional_damping: TiltDamping = 0.0
+    position: Position = key(ALONG)
+    radius: Offset = key("of the circle on which the bushings sit", 0.0)
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = key("equally spaced", 1)
+    angle: Angle = key("of the first, from the x axis", 0.0)
+    direction: tuple[Component, Component, Component] = key(
+        "of the axis of a bushing: outwards, in the sense of rotation, along the axis of the rotor", (0.0, 0.0, 1.0)
+    )
+    shear_stiffness: SpringStiffness = key("of each, across its axis", 0.0)
+    shear_damping: DamperConstant = key("of each, across its axis", 0.0)
+    shear_table: SpeedTable | None = key(TABLE, None)
+    axial_stiffness: SpringStiffness = key("of each, along its axis", 0.0)
+    axial_damping: DamperConstant = key("of each, along its axis", 0.0)
+    axial_table: SpeedTable | None = key(TABLE, None)
+    bending_stiffness: TiltStiffness = key("of each, about axes across its own", 0.0)
+    bending_damping: TiltDamping = key("of each, about axes across its own", 0.0)
+    torsional_stiffness: TiltStiffness = key("of each, about its axis", 0.0)
+    torsional_damping: TiltDamping = key("of each, about its axis", 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> Bushing:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem
+from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem, key
 from autobalancer.machine.rotors.body import GROUND, Body
 from autobalancer.machine.rotors.joints import BallBearing, BodyJoint, Bushing, Dashpot, Joint, Lock, Spring
 
@@ -20,10 +20,12 @@ class MultibodyRotor(Part):
     """
 
     kind: Literal["multibody"] = "multibody"
-    bodies: Annotated[tuple[Body, ...], Listed, Field(min_length=1)]
-    joints: Annotated[tuple[Joint, ...], Listed, Field(min_length=1)]
-    modes: Annotated[int, Field(strict=True, ge=1)] | None = None
-    up: Literal["+z", "-z"] | None = None
+    bodies: Annotated[tuple[Body, ...], Listed, Field(min_length=1)] = key("rotating and non-rotating")
+    joints: Annotated[tuple[Joint, ...], Listed, Field(min_length=1)] = key("between bodies, and to the ground")
+    modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
+        "pairs of modes that a simulation in time keeps; all without it", None
+    )
+    up: Literal["+z", "-z"] | None = key("on a vertical axis; without it weight has no effect", None)
 
     @model_validator(mode="after")
     def _consistent(self) -> MultibodyRotor:

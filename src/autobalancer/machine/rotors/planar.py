@@ -4,23 +4,32 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import PlainValidator, model_validator
+from pydantic import model_validator
 
 from autobalancer.errors import MachineError, UnitError
-from autobalancer.machine.part import Damping, ImpossiblePart, Inertia, Mass, Part, Problem, Stiffness, one_or_two
+from autobalancer.machine.part import ImpossiblePart, Part, Problem, key
+from autobalancer.machine.quantity import Damping, Inertia, Mass, Quantity, Stiffness
 from autobalancer.units import Given, to_si
 
 SPRINGS = ("stiffness", "critical_speed")
 DAMPERS = ("damping", "damping_ratio", "half_power_bandwidth")
 
 
-def _bandwidth(value: Any) -> float:
-    """Over the critical speed, or a speed."""
-    text = value.text if isinstance(value, Given) else value
-    width = to_si(value, "rad/s" if isinstance(text, str) and _is_speed(text) else "")
-    if not width >= 0.0:
-        raise ValueError(f"given {value!r}; must not be negative")
-    return width
+class BandwidthQuantity(Quantity):
+    """A bandwidth over the critical speed, or as a speed."""
+
+    def one(self, value: Any) -> Any:
+        """The ratio, or the speed in rad/s."""
+        text = value.text if isinstance(value, Given) else value
+        width = to_si(value, "rad/s" if isinstance(text, str) and _is_speed(text) else "")
+        if not width >= 0.0:
+            raise ValueError(f"given {value!r}; must not be negative")
+        return width
+
+    @property
+    def words(self) -> str:
+        """What may be given."""
+        return "number or rad/s, ≥ 0"
 
 
 def _is_speed(text: str) -> bool:
@@ -31,9 +40,9 @@ def _is_speed(text: str) -> bool:
     return True
 
 
-CriticalSpeed = Annotated[float | tuple[float, float], one_or_two("rad/s", positive=True)]
-DampingRatio = Annotated[float | tuple[float, float], one_or_two("")]
-Bandwidth = Annotated[float, PlainValidator(_bandwidth)]
+CriticalSpeed = Annotated[float | tuple[float, float], Quantity("rad/s", positive=True, shape="one or a pair")]
+DampingRatio = Annotated[float | tuple[float, float], Quantity("", non_negative=True, shape="one or a pair")]
+Bandwidth = Annotated[float, BandwidthQuantity("", non_negative=True)]
 
 
 class PlanarRotor(Part):
@@ -48,13 +57,23 @@ class PlanarRotor(Part):
     """
 
     kind: Literal["planar"] = "planar"
-    mass: Mass
-    stiffness: Stiffness | None = None
-    critical_speed: CriticalSpeed | None = None
-    damping: Damping | None = None
-    damping_ratio: DampingRatio | None = None
-    half_power_bandwidth: Bandwidth | None = None
-    inertia: Inertia | None = None
+    mass: Mass = key("without balls, with all attached parts, and races full of fluid", symbol="M")
+    stiffness: Stiffness | None = key("of all supports together; this or `critical_speed`", None, symbol="k")
+    critical_speed: CriticalSpeed | None = key(
+        r"$w_c = \sqrt{k/M}$ without damping, with the balls on the rotor", None, symbol="w_c"
+    )
+    damping: Damping | None = key(
+        "of all supports together; this, `damping_ratio` or `half_power_bandwidth`", None, symbol="b"
+    )
+    damping_ratio: DampingRatio | None = key(r"$D = b / (2 \sqrt{k M})$, such as `2 %`", None, symbol="D")
+    half_power_bandwidth: Bandwidth | None = key(
+        r"width of the resonance at $1/\sqrt{2}$ of its height, over the critical speed (`4 %`) or as a speed (`24 "
+        r"rpm`): $2 D$ for light damping",
+        None,
+    )
+    inertia: Inertia | None = key(
+        "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> PlanarRotor:

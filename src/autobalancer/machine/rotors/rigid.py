@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Inertia, Listed, Mass, Part, Time
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Inertia, Mass, Time
 from autobalancer.machine.rotors.support import Support
 
 
@@ -18,11 +19,13 @@ class RigidRotor(Part):
     """
 
     kind: Literal["rigid"] = "rigid"
-    mass: Mass
-    transverse_inertia: Inertia
-    polar_inertia: Inertia
-    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)]
-    stiffness_proportional_damping: Time = 0.0
+    mass: Mass = key("without balls, with all attached parts, and races full of fluid", symbol="M")
+    transverse_inertia: Inertia = key("about a diameter through the mass center, without balls", symbol="J_t")
+    polar_inertia: Inertia = key("about the axis, without balls; at most twice the transverse one", symbol="J_p")
+    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)] = key(
+        "springs at two positions, or one with `tilt_stiffness`"
+    )
+    stiffness_proportional_damping: Time = key("factor t in C = t K, added to the damping of the supports", 0.0)
 
     @model_validator(mode="after")
     def _possible(self) -> RigidRotor:

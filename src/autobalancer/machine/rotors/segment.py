@@ -7,19 +7,20 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Density, Length, Offset, Part, Positive, quantity
+from autobalancer.machine.part import Part, key
+from autobalancer.machine.quantity import Density, Length, Offset, Positive, Quantity
 
-Modulus = Annotated[float, quantity("Pa", positive=True)]
-PoissonRatio = Annotated[float, quantity("", non_negative=True)]
+Modulus = Annotated[float, Quantity("Pa", positive=True)]
+PoissonRatio = Annotated[float, Quantity("", non_negative=True)]
 
 
 class ShaftMaterial(Part):
     """What a shaft is made of; either ``shear_modulus`` or ``poisson_ratio``, which gives the other."""
 
-    density: Density
-    youngs_modulus: Modulus
-    shear_modulus: Modulus | None = None
-    poisson_ratio: PoissonRatio | None = None
+    density: Density = key("of the shaft", symbol=r"\rho")
+    youngs_modulus: Modulus = key("Young's modulus", symbol="E")
+    shear_modulus: Modulus | None = key("either this or Poisson's ratio", None, symbol="G")
+    poisson_ratio: PoissonRatio | None = key("either this or the shear modulus", None, symbol=r"\nu")
 
     @model_validator(mode="after")
     def _one_way(self) -> ShaftMaterial:
@@ -51,12 +52,16 @@ class ShaftSegment(Part):
     ``shear_coefficient`` is the share of the section that carries shear; by default that of Cowper (1966).
     """
 
-    length: Length
-    diameter: Length
-    inner_diameter: Offset = 0.0
-    elements: Annotated[int, Field(strict=True, ge=1, le=1000)] = 4
-    material: ShaftMaterial | None = None
-    shear_coefficient: Positive | None = None
+    length: Length = key("along the axis")
+    diameter: Length = key("outer diameter")
+    inner_diameter: Offset = key("of the bore", 0.0)
+    elements: Annotated[int, Field(strict=True, ge=1, le=1000)] = key(
+        "equal pieces into which it is cut; disks and supports cut it further", 4
+    )
+    material: ShaftMaterial | None = key("in place of that of the rotor", None)
+    shear_coefficient: Positive | None = key(
+        "share of the section that carries shear; by default that of Cowper (1966)", None
+    )
 
     @model_validator(mode="after")
     def _hollow(self) -> ShaftSegment:

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, Position, Problem, Time
+from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem, key
+from autobalancer.machine.quantity import Position, Time
 from autobalancer.machine.rotors.disk import Disk
 from autobalancer.machine.rotors.segment import ShaftMaterial, ShaftSegment
 from autobalancer.machine.rotors.support import Support
@@ -25,14 +26,20 @@ class ShaftRotor(Part):
     """
 
     kind: Literal["shaft"] = "shaft"
-    material: ShaftMaterial | None = None
-    segments: Annotated[tuple[ShaftSegment, ...], Listed, Field(min_length=1)]
-    disks: Annotated[tuple[Disk, ...], Listed] = ()
-    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)]
-    stiffness_proportional_damping: Time = 0.0
-    modes: Annotated[int, Field(strict=True, ge=1)] | None = None
-    up: Literal["+z", "-z"] | None = None
-    thrust_bearing: Position | None = None
+    material: ShaftMaterial | None = key("of all segments without their own material", None)
+    segments: Annotated[tuple[ShaftSegment, ...], Listed, Field(min_length=1)] = key(
+        "one after the other from the left end"
+    )
+    disks: Annotated[tuple[Disk, ...], Listed] = key("rigid bodies fixed to the shaft", ())
+    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)] = key(
+        "bearings, springs and dampers between shaft and ground"
+    )
+    stiffness_proportional_damping: Time = key("factor t in C = t K of shaft and supports", 0.0)
+    modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
+        "pairs of modes that a simulation in time keeps; as many as are needed if left out", None
+    )
+    up: Literal["+z", "-z"] | None = key("which way is up on a vertical axis; without it weight has no effect", None)
+    thrust_bearing: Position | None = key("position where the weight is carried; requires `up`", None)
 
     @model_validator(mode="after")
     def _possible(self) -> ShaftRotor:

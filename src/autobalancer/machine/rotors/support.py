@@ -6,11 +6,12 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Damping, Listed, Part, Position, Speed, Stiffness, quantity
+from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.quantity import Damping, Position, Quantity, Speed, Stiffness
 
-SignedStiffness = Annotated[float, quantity("N/m")]
-TiltStiffness = Annotated[float, quantity("N*m/rad", non_negative=True)]
-TiltDamping = Annotated[float, quantity("N*m*s/rad", non_negative=True)]
+SignedStiffness = Annotated[float, Quantity("N/m")]
+TiltStiffness = Annotated[float, Quantity("N*m/rad", non_negative=True)]
+TiltDamping = Annotated[float, Quantity("N*m*s/rad", non_negative=True)]
 
 
 class SpeedTable(Part):
@@ -19,9 +20,11 @@ class SpeedTable(Part):
     The table must cover the speeds at which it is used. An entry may be a pair along x and y.
     """
 
-    speed: Annotated[tuple[Speed, ...], Listed]
-    stiffness: Annotated[tuple[Stiffness, ...], Listed]
-    damping: Annotated[tuple[Damping, ...], Listed]
+    speed: Annotated[tuple[Speed, ...], Listed] = key(
+        "of the rotor, which is the frequency of its unbalance; must increase and cover all speeds that are used"
+    )
+    stiffness: Annotated[tuple[Stiffness, ...], Listed] = key("as many as speeds, linear in between")
+    damping: Annotated[tuple[Damping, ...], Listed] = key("as many as speeds, linear in between")
 
     @model_validator(mode="after")
     def _consistent(self) -> SpeedTable:
@@ -44,13 +47,17 @@ class Support(Part):
     ``cross_stiffness`` (k_xy, k_yx) is that of a fluid film; it may have any sign.
     """
 
-    position: Position
-    stiffness: Stiffness | None = None
-    damping: Damping = 0.0
-    table: SpeedTable | None = None
-    cross_stiffness: tuple[SignedStiffness, SignedStiffness] | None = None
-    tilt_stiffness: TiltStiffness = 0.0
-    tilt_damping: TiltDamping = 0.0
+    position: Position = key("along the axis, counted as for stations")
+    stiffness: Stiffness | None = key(
+        "across the axis; this or a `table`, or neither for a pure damper", None, symbol="k"
+    )
+    damping: Damping = key("across the axis; not with a `table`, which contains it", 0.0, symbol="b")
+    table: SpeedTable | None = key("stiffness and damping over the speed, in place of two constants", None)
+    cross_stiffness: tuple[SignedStiffness, SignedStiffness] | None = key(
+        "$k_{xy}$ and $k_{yx}$ of a fluid film, of any sign", None
+    )
+    tilt_stiffness: TiltStiffness = key("against the slope of the axis", 0.0)
+    tilt_damping: TiltDamping = key("against the rate of the slope", 0.0)
 
     @model_validator(mode="after")
     def _one_way(self) -> Support:
