@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.cli.words import speed_text
-from autobalancer.stability.friction.held import HeldByFriction
+from autobalancer.stability.friction.held_values import HeldByFriction
 
 
 def friction_rows(held: HeldByFriction) -> list[tuple[str, str]]:

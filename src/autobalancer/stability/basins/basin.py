@@ -49,7 +49,7 @@ from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
 from autobalancer.stability.basins.end_states import REST, STATES, Question, end_state, overlapping
 from autobalancer.stability.basins.residuals import residuals
-from autobalancer.stability.friction.held import RELEASED
+from autobalancer.stability.friction.held_values import RELEASED
 from autobalancer.stability.host.planar import Plane, plane
 from autobalancer.stability.states.planar import equilibria_of
 from autobalancer.stability.states.questions import eigenvalues_of
