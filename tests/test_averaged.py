@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.references.averaged import averaged_residuals, unbalance_whirl
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
@@ -66,7 +67,7 @@ def test_every_state_of_rest_in_the_rotor_is_a_steady_state_of_the_averaged_equa
     p = lopsided()
     for state in equilibria_of(p, speed):
         a_x, a_y = averaged.amplitudes(p, speed, state.angles)
-        rate_x, rate_y, torque = averaged.averaged_residuals(p, speed, state.angles, a_x, a_y)
+        rate_x, rate_y, torque = averaged_residuals(p, speed, state.angles, a_x, a_y)
         assert abs(rate_x) + abs(rate_y) < 1e-12 * speed * abs(a_x)
         assert np.abs(torque).max() < 1e-10 * p.moment[0] * speed**2 * abs(a_x)
         assert 0.5 * (a_x + a_y) == pytest.approx(state.whirl, rel=1e-10)
@@ -141,7 +142,7 @@ def test_matrix_b_is_the_slope_of_the_steady_residuals_also_off_the_balanced_sta
         start = np.array([a_x.real, a_x.imag, a_y.real, a_y.imag, *state.angles])
 
         def residuals(q: np.ndarray) -> np.ndarray:
-            x, y, torque = averaged.averaged_residuals(p, w, q[4:], complex(q[0], q[1]), complex(q[2], q[3]))
+            x, y, torque = averaged_residuals(p, w, q[4:], complex(q[0], q[1]), complex(q[2], q[3]))
             return np.array([x.real, x.imag, y.real, y.imag, *(-torque / p.moment)])
 
         steps = np.array([1e-6] * 4 + [1e-5] * 2)
@@ -312,7 +313,7 @@ def test_the_forward_whirl_lags_exactly_inside_the_damped_windows(damping: tuple
     for speed in np.linspace(60.0, 260.0, 801):
         inside = any(low < speed < high for low, high in windows)
         assert ((1.0 / p.dynamic_stiffness(speed)).real < 0.0) == inside
-        assert (speed_windows.unbalance_whirl(p, speed)[0].real < 0.0) == inside
+        assert (unbalance_whirl(p, speed)[0].real < 0.0) == inside
 
 
 def test_on_orthotropic_supports_the_balanced_state_is_stable_in_both_windows_only() -> None:
@@ -330,7 +331,7 @@ def test_on_orthotropic_supports_the_balanced_state_is_stable_in_both_windows_on
 @pytest.mark.parametrize("speed", [70.0, 110.0, 122.0, 200.0])
 def test_the_undamped_response_is_that_of_two_oscillators_and_has_the_lost_factor(speed: float) -> None:
     p = replace(a_plane(stiffness=(1e5, 1.7e5)), damping=(0.0, 0.0))
-    forward, backward = speed_windows.unbalance_whirl(p, speed)
+    forward, backward = unbalance_whirl(p, speed)
     turn = np.exp(0.4j)
     x, y = (
         p.unbalance * speed**2 * part / (k - p.mass * speed**2)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-from tests.references.receptances import Host, chain, measured, tilting, universal_text
+from tests.references.receptances import Host, chain, measured, planar_model, tilting, universal_text
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -18,7 +18,7 @@ from autobalancer.cli.receptance import receptance as command
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Machine
 from autobalancer.measurement.balls import RaceBalls, balls_of, equal_balls, positions, spread
-from autobalancer.measurement.closed_loop import loop_eigenvalues, loop_matrix, planar_model
+from autobalancer.measurement.closed_loop import loop_eigenvalues, loop_matrix
 from autobalancer.measurement.rational_fit import fit_receptance, modes_of, pole_model
 from autobalancer.measurement.receptance import load_receptance
 from autobalancer.measurement.receptance_border import receptance_border

@@ -122,3 +122,10 @@ def universal_text(
     per_line = (4 if even else 3) if double else 6
     data = ["".join(cells[i : i + per_line]) for i in range(0, len(cells), per_line)]
     return "\n".join([*([units] if units else []), *head, *data, "    -1", ""])
+
+
+def planar_model(mass: float, damping: float, stiffness: float, added_mass: float = 0.0) -> PoleModel:
+    """The receptance 1/(M sigma^2 + b sigma + k) of a planar rotor."""
+    poles = np.roots([mass, damping, stiffness]).astype(np.complex128)
+    residues = np.array([1.0, -1.0]) / (mass * (poles[0] - poles[1]))
+    return PoleModel(poles, residues.astype(np.complex128), added_mass)

@@ -108,10 +108,3 @@ def loop_matrix(model: PoleModel, balls: RaceBalls, angles: Floats, speed: float
 
 def _fourth(model: PoleModel, sigma: Complexes) -> Complexes:
     return np.asarray(sigma**4 * model.receptance(sigma), np.complex128)
-
-
-def planar_model(mass: float, damping: float, stiffness: float, added_mass: float = 0.0) -> PoleModel:
-    """The receptance 1/(M sigma^2 + b sigma + k) of a planar rotor."""
-    poles = np.roots([mass, damping, stiffness]).astype(np.complex128)
-    residues = np.array([1.0, -1.0]) / (mass * (poles[0] - poles[1]))
-    return PoleModel(poles, residues.astype(np.complex128), added_mass)

@@ -50,23 +50,6 @@ def amplitudes(p: Plane, speed: float, angles: Floats) -> tuple[complex, complex
     return load / x, load / y
 
 
-def averaged_residuals(
-    p: Plane, speed: float, angles: Floats, a_x: complex, a_y: complex
-) -> tuple[complex, complex, Floats]:
-    """Right-hand sides of the steady averaged equations; all zero in a steady state.
-
-    Returns
-    -------
-    rate_x, rate_y, torque
-        A_x' + i B_x' and A_y' + i B_y' of (4.25)-(4.28), m/s, and the torque on each ball, (4.29) times m eps, N m.
-    """
-    load = speed**2 * (p.fixed_load + complex((p.moment * np.exp(1j * angles)).sum()))
-    factor = -0.5j / (p.mass * speed)
-    x, y = stiffness_xy(p, speed)
-    torque = p.moment * speed**2 * np.imag(np.exp(-1j * angles) * (0.5 * (a_x + a_y) + p.offset))
-    return factor * (load - x * a_x), factor * (load - y * a_y), torque
-
-
 def averaged_matrices(p: Plane, speed: float, state: Equilibrium) -> tuple[Floats, Floats]:
     """A and B of (4.68) for (A_x, B_x, A_y, B_y, phi_1 ... phi_n), any number of balls, equal or not.
 

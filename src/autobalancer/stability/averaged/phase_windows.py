@@ -15,8 +15,7 @@ import math
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from autobalancer.errors import QuestionError
-from autobalancer.stability.averaged.equations import Given, averaged_plane, stiffness_xy
+from autobalancer.stability.averaged.equations import Given, averaged_plane
 
 Window = tuple[float, float]
 
@@ -54,21 +53,3 @@ def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
                 low = windows.pop()[0]
             windows.append((low, high))
     return windows
-
-
-def unbalance_whirl(machine: Given, speed: float, unbalance: complex | float | None = None) -> tuple[complex, complex]:
-    """Forward and backward part (a, b) of the unbalance response z = a e^(iWt) + b e^(-iWt), m, balls left out.
-
-    Without damping this is (4.72) of Spannan (2021) with the lost factor 1/M restored.
-
-    Raises
-    ------
-    QuestionError
-        At a critical speed of an undamped rotor.
-    """
-    p = averaged_plane(machine, unbalance)
-    x, y = stiffness_xy(p, speed)
-    if x == 0.0 or y == 0.0:
-        raise QuestionError(f"unbalance response: {speed:.6g} rad/s is a critical speed of an undamped rotor")
-    load = p.unbalance * speed**2
-    return 0.5 * load * (1.0 / x + 1.0 / y), complex(np.conj(0.5 * load * (1.0 / x - 1.0 / y)))
