@@ -8,8 +8,11 @@ import textwrap
 from pathlib import Path
 
 import pytest
+import typer
 
 import autobalancer as ab
+from autobalancer.cli import app
+from autobalancer.public_names import COMMANDS
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^( *)```(?:python|ipython|py)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
@@ -48,3 +51,30 @@ def test_a_deep_import_in_a_page_is_found() -> None:
     assert not_public(deep) == ["autobalancer.stability", "autobalancer.laws.stall.stall_balance", "ab.modus"]
     assert not_public("from autobalancer.machine import Race\nfrom autobalancer import simulate\nab.summary(1)") == []
     assert sum(len(snippets(page)) for page in PAGES) > 40
+
+
+def commands(group: typer.core.TyperGroup) -> list[str]:
+    """Names of the commands that do something, those of a group with its name before them."""
+    inner = ((name, getattr(command, "commands", None), command) for name, command in group.commands.items())
+    return [full for name, more, one in inner for full in ([f"{name} {x}" for x in commands(one)] if more else [name])]
+
+
+def test_every_command_says_which_functions_do_the_same() -> None:
+    assert list(COMMANDS) == commands(typer.main.get_command(app))  # type: ignore[arg-type]
+    assert {name for functions in COMMANDS.values() for name in functions} <= set(ab.__all__)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("modes", "the command `modes` is ab.eigenfrequencies, ab.campbell and ab.critical_speeds in Python"),
+        ("check", "the command `check` is ab.summary and ab.chamber_summary in Python"),
+        ("friction", "the command `catalog friction` is ab.friction_coefficients in Python"),
+        ("step_size", "the command `study step-size` is ab.step_size_study in Python"),
+    ],
+)
+def test_a_command_that_is_asked_for_as_a_function_names_the_function(name: str, said: str) -> None:
+    with pytest.raises(AttributeError, match=f"no attribute '{name}'; {said}$"):
+        getattr(ab, name)
+    with pytest.raises(AttributeError, match=r"no attribute 'mode'$"):
+        ab.__getattr__("mode")

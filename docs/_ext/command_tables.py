@@ -9,18 +9,25 @@ from typing import Any
 import typer
 
 from autobalancer.cli import app
+from autobalancer.public_names import COMMANDS
 
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {"commands.md": commands()}
+    return {"commands.md": commands(), "commands_and_functions.md": functions()}
 
 
 def commands() -> str:
     """A section for each command: what it does, its examples, arguments and options."""
     return "".join(_section(path, command) for path, command in _walk("autobalancer", typer.main.get_command(app)))
+
+
+def functions() -> str:
+    """Which public functions answer the question of a command."""
+    rows = (f"| `{command}` | {', '.join(f'`ab.{name}`' for name in names)} |\n" for command, names in COMMANDS.items())
+    return "| command | in Python |\n|---|---|\n" + "".join(rows)
 
 
 def _walk(path: str, command: Any) -> Iterator[tuple[str, Any]]:

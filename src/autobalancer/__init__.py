@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
 from autobalancer.public_names import HOME as _HOME
+from autobalancer.public_names import hint as _hint
 
 __version__ = "0.1.0"
 
@@ -183,6 +184,7 @@ __all__ = [
     "sphere_on_plane",
     "spin_up",
     "stability_map",
+    "stability_ranges",
     "stable_windows",
     "stall_balance",
     "stall_ranges",
@@ -210,7 +212,7 @@ def __getattr__(name: str) -> _Any:
     elif name in _MODULES:
         value = _import_module(f"{__name__}.{_MODULES[name]}")
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{_hint(name)}")
     globals()[name] = value
     return value
 
@@ -348,6 +350,7 @@ if _TYPE_CHECKING:
     from autobalancer.stability.diagrams.curves import bifurcation_curves
     from autobalancer.stability.friction.held import held_by_friction
     from autobalancer.stability.states.questions import eigenvalues, equilibria
+    from autobalancer.stability.states.ranges import stability_ranges
     from autobalancer.stability.summary.summary import summary
     from autobalancer.studies.basin import basin
     from autobalancer.studies.chamber_amplitudes import chamber_amplitudes

@@ -1,4 +1,4 @@
-"""Where each public name lives: it is imported from there when it is first used."""
+"""Where each public name lives: it is imported from there when it is first used; and which of them a command calls."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ HOME = {
     "held_by_friction": "stability.friction.held",
     "equilibria": "stability.states.questions",
     "eigenvalues": "stability.states.questions",
+    "stability_ranges": "stability.states.ranges",
     # results
     "load_run": "results.store",
     "save_run": "results.store",
@@ -186,3 +187,49 @@ HOME = {
     "plot_equilibrium_angles": "plots.equilibrium_angle",
     "plot_measured_drag": "plots.equilibrium_angle",
 }
+
+# the commands of the command line, and the functions that answer the same questions
+COMMANDS = {
+    "check": ("summary", "chamber_summary"),
+    "run": ("simulate", "simulate_chamber", "verdict", "measures"),
+    "example": ("example", "examples", "example_text"),
+    "plot": ("plot_run_up", "plot_race", "plot_orbit", "plot_chamber_run"),
+    "animate": ("animate", "animate_chamber"),
+    "stability": ("eigenvalues", "stability_ranges"),
+    "borders": ("border_speeds", "border_curve", "minimum_viscosity", "minimum_drag", "held_by_friction"),
+    "map": ("stability_map",),
+    "branches": ("branches",),
+    "basin": ("basin",),
+    "receptance": ("load_receptance", "fit_receptance", "receptance_border", "receptance_stability", "receptance_loop"),
+    "stepped": ("frequency_response",),
+    "modes": ("eigenfrequencies", "campbell", "critical_speeds"),
+    "response": ("unbalance_response", "response_peaks", "whirl_orbits"),
+    "flow": ("annulus_flow",),
+    "angle": ("angle_against_speed", "evaluate_angles"),
+    "identify": ("identify", "load_measurements"),
+    "equivalent": ("equivalent_planar",),
+    "archive": ("Archive",),
+    "catalog bearings": ("suitable_bearings", "bearings"),
+    "catalog bearing": ("bearing",),
+    "catalog fluids": ("fluids",),
+    "catalog fluid": ("fluid",),
+    "catalog blend": ("blend",),
+    "catalog materials": ("materials",),
+    "catalog friction": ("friction_coefficients",),
+    "catalog rigs": ("rigs",),
+    "catalog rig": ("rig", "rig_text"),
+    "catalog drag": ("drag_laws", "plot_drag_laws"),
+    "catalog capability": ("capability", "largest_useful_count"),
+    "study amplitudes": ("chamber_amplitudes", "optimal_means"),
+    "study reactions": ("archived_run", "plot_reactions"),
+    "study step-size": ("step_size_study",),
+}
+
+
+def hint(name: str) -> str:
+    """What to write in place of ``name`` if it is a command and no function; empty if it is neither."""
+    for command, functions in COMMANDS.items():
+        if name in (command.replace("-", "_"), command.split()[-1].replace("-", "_")):
+            *others, last = (f"ab.{function}" for function in functions)
+            return f"; the command `{command}` is {', '.join(others)}{' and ' if others else ''}{last} in Python"
+    return ""
