@@ -107,6 +107,7 @@ __all__ = [
     "load_receptance",
     "load_run",
     "machine",
+    "machine_schema",
     "machine_text",
     "materials",
     "measures",
@@ -258,6 +259,7 @@ if _TYPE_CHECKING:
         stall_balance,
         stall_ranges,
     )
+    from autobalancer.machine.schema import machine_schema
     from autobalancer.measurement.angle_curve import angle_against_speed
     from autobalancer.measurement.angle_evaluation import evaluate_angles
     from autobalancer.measurement.angle_file import load_angle_series

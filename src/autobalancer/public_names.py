@@ -7,6 +7,7 @@ HOME = {
     "load_machine": "files.machine_file",
     "save_machine": "files.machine_file",
     "machine_text": "files.machine_file",
+    "machine_schema": "machine.schema",
     "parse_machine": "files.machine_file",
     # catalogs and design basics
     "bearings": "catalog.bearings",
@@ -193,6 +194,7 @@ COMMANDS = {
     "check": ("summary", "chamber_summary"),
     "run": ("simulate", "simulate_chamber", "verdict", "measures"),
     "example": ("example", "examples", "example_text"),
+    "keys": ("machine_schema",),
     "plot": ("plot_run_up", "plot_race", "plot_orbit", "plot_chamber_run"),
     "animate": ("animate", "animate_chamber"),
     "stability": ("eigenvalues", "stability_ranges"),
