@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
@@ -104,12 +105,56 @@ def test_a_run_up_of_two_planes_has_the_angles_of_each_and_the_deflection_of_bot
 
 
 def test_the_orbit_of_each_plane_has_its_panel_and_one_scale(two: xr.Dataset) -> None:
-    figure = ab.plot_orbit(two)
+    figure = ab.plot_orbit(two, start=0.5, end=0.8)
     assert [panel.get_title("left") for panel in figure.axes] == ["lower balancer", "upper balancer"]
     assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
     assert len(ab.plot_orbit(two, place="upper balancer").axes) == 1
     with pytest.raises(ab.errors.QuestionError, match="'lower balancer', 'upper balancer'"):
         ab.plot_orbit(two, place="middle")
+
+
+def test_the_orbit_of_a_quiet_plane_has_a_scale_of_its_own(two: xr.Dataset) -> None:
+    figure = ab.plot_orbit(two)  # in the end the upper plane is far better balanced
+    quiet, loud = figure.axes[1], figure.axes[0]
+    size = 1e9 * np.hypot(two["turn_place_x"].values, two["turn_place_y"].values).max(axis=0).min()
+    larger = loud.get_xlim()[1] / quiet.get_xlim()[1]
+    assert larger >= 5.0
+    assert quiet.get_title("left") == f"upper balancer, drawn {larger:g} times larger"
+    assert size < quiet.get_xlim()[1] < 5.0 * size
+    assert "(nm)" in quiet.get_xlabel()
+
+
+def tips(figure: Figure, panel: int) -> list[complex]:
+    """Ends of the arrows of unbalance and balls, mm on the page."""
+    drawn = [patch for patch in figure.axes[panel].patches if isinstance(patch, FancyArrowPatch)]
+    return [complex(*patch.get_path().vertices[2]) for patch in drawn]
+
+
+def test_arrows_of_a_quiet_plane_are_longer_by_the_factor_that_its_panel_gives() -> None:
+    near = with_parameter(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[1].station", "-92 mm")
+    near = with_parameter(near, "unbalances[2].couple", "1e-6 kg*m^2")
+    run = ab.simulate(near, duration=0.3, save=(Samples(31),))
+    figure = ab.plot_race(run)
+    note = next(line for line in words(figure, 1).splitlines() if "arrows" in line)
+    longer = float(note.split("arrows ")[1].split()[0])
+    assert longer >= 2.0
+    assert "times as long as for lower balancer" in note
+    assert "arrows" not in words(figure, 0)
+    sizes = [max(abs(vector.value) for vector in vectors(run, plane)) for plane in (0, 1)]
+    loud, quiet = (max(map(abs, tips(figure, panel))) for panel in (0, 1))
+    assert quiet / loud == pytest.approx(longer * sizes[1] / sizes[0], rel=0.05)  # heads have one size
+    alone = ab.plot_race(run, balancer=2)
+    assert "arrows" not in words(alone, 0)
+    assert max(map(abs, tips(alone, 0))) == pytest.approx(loud, rel=0.01)
+
+
+def test_keys_of_the_race_fit_into_their_panel(two: xr.Dataset) -> None:
+    figure = ab.plot_race(two.assign(couple_unbalance=0.0 * two.couple_unbalance))
+    figure.draw_without_rendering()
+    left, right = (axes.get_legend().get_window_extent() for axes in figure.axes)
+    assert left.x1 < right.x0 - 5.0
+    wide = max(axes.get_window_extent().width for axes in figure.axes)
+    assert wide > 0.9 * 0.5 * figure.bbox.width  # keys that are too wide make the races small
 
 
 def test_pictures_of_a_horizontal_machine_tell_vibration_from_static_deflection(drum: xr.Dataset) -> None:

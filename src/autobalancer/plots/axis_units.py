@@ -20,6 +20,7 @@ __all__ = [
     "round_down",
     "significant",
     "speed_axis",
+    "times_larger",
 ]
 
 
@@ -81,3 +82,8 @@ def round_down(value: float) -> float:
     """The next of 1, 2, 5, 10, 20, ... that is not above ``value``: a scale one can say."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * next(step for step in (5.0, 2.0, 1.0) if step * power <= value * (1.0 + 1e-12))
+
+
+def times_larger(own: float, greatest: float, share: float = 0.3) -> float:
+    """How much larger a thing is drawn that is below a ``share`` of the ``greatest`` beside it; 1 if it is not, or nothing."""
+    return round_down(greatest / own) if 0.0 < own < share * greatest else 1.0

@@ -79,7 +79,7 @@ class RotorView:
         self.artists += axes.plot([0.0], [0.0], "o", ms=5, color=INK, transform=self.turning)
         self.artists += axes.plot([0.0], [0.0], "+", ms=14, mew=1.0, color="#606060")
         self.key = [
-            Line2D([], [], color=UNBALANCE, lw=2.0, marker="o", ms=6, label="unbalance"),
+            Line2D([], [], color=UNBALANCE, lw=2.0, marker="o", ms=6, label="direction of the unbalance"),
             Line2D([], [], color=INK, lw=3.0, label="zero mark"),
             Line2D([], [], color="#606060", lw=0.0, marker="+", ms=9, label="not deflected"),
         ]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.axis_units import AxisUnit, length_axis, length_text, significant, speed_axis
+from autobalancer.plots.axis_units import AxisUnit, length_axis, length_text, significant, speed_axis, times_larger
 from autobalancer.plots.motion import Complexes
 from autobalancer.plots.orbit_path import OrbitPath, orbit_paths
 from autobalancer.plots.style import INK, UNBALANCE, heading, look, picture
@@ -19,6 +19,7 @@ from autobalancer.plots.style import INK, UNBALANCE, heading, look, picture
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it
 NOTHING = 1e-11  # m; a vibration below it is none
 COLUMNS = 3
+QUIET = 0.1  # of the greatest orbit; a smaller one has its own scale
 
 
 def plot_orbit(
@@ -34,8 +35,9 @@ def plot_orbit(
     """Draw the path of the rotor center about its static position, with start and direction.
 
     On a rotor that tilts or bends each plane of balancers and each station has its panel, all to one scale: a conical
-    motion shows as starts on opposite sides. Where gravity gives the rotor a static deflection, the picture is centered on that
-    position and states it. A vibration below 0.01 nm, or below what the tolerance of the run resolves, is a dot.
+    motion shows as starts on opposite sides. A place that moves less than a tenth as much as another is drawn larger, and
+    says so. Where gravity gives the rotor a static deflection, the picture is centered on that position and states it. A
+    vibration below 0.01 nm, or below what the tolerance of the run resolves, is a dot.
 
     Without ``start`` and ``end`` these are the last revolutions, if the run kept them (``LastRevolutions``), else the
     last twentieth of the samples. Fewer than eight samples per revolution are stroboscopic: in space they are
@@ -77,9 +79,7 @@ def plot_orbit(
         if not paths:
             raise QuestionError(f"place: given {place!r}; the run has {', '.join(map(repr, known))}")
     greatest = max(float(np.abs(path.deflection).max()) for path in paths)
-    noise = greatest < max(NOTHING, _resolved(run))
-    unit = length_axis(deflection_unit, greatest)
-    span = 1.15 * greatest * unit.factor if not noise else 1.0
+    least = max(NOTHING, _resolved(run))
     with look():
         columns = min(len(paths), COLUMNS)
         rows = -(-len(paths) // columns)
@@ -89,11 +89,17 @@ def plot_orbit(
         for panel in panels[len(paths) :]:
             panel.set_axis_off()
         for panel, path in zip(panels, paths, strict=False):
-            _draw(panel, path, unit, span, in_space=frame == "space", noise=noise)
+            own = float(np.abs(path.deflection).max())
+            larger = times_larger(own, greatest, QUIET) if own >= least else 1.0
+            unit = length_axis(deflection_unit, greatest / larger)
+            span = 1.15 * greatest / larger * unit.factor if greatest >= least else 1.0
+            _draw(panel, path, unit, span, in_space=frame == "space", noise=own < least)
             if len(paths) > 1:
-                panel.set_title(path.name)
-        handles, _ = panels[0].get_legend_handles_labels()
-        figure.legend(handles=handles, loc="outside lower center", ncols=4)
+                panel.set_title(path.name if larger == 1.0 else f"{path.name}, drawn {larger:g} times larger")
+        handles = {
+            label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=4)
         heading(figure, _title(run, paths[0], speeds))
     return figure
 

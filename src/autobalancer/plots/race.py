@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.axis_units import AxisUnit, length_text, significant, speed_axis
+from autobalancer.plots.axis_units import AxisUnit, length_text, significant, speed_axis, times_larger
 from autobalancer.plots.ball_looks import balancer_name, ball_looks, planes_of
 from autobalancer.plots.motion import Moments, Motion, Races, races_of
 from autobalancer.plots.race_panel import WIDTH, RacePanel, deflected
@@ -23,7 +23,8 @@ def plot_race(
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
-    Balls and races are to scale (mm); a point ball is a small ring. Arrows from the rotor center, all to one scale,
+    Balls and races are to scale (mm); a point ball is a small ring. Arrows from the rotor center, to one scale but for a
+    plane where they would be too short to be read, which says how much longer they are there,
     are the unbalance that the balls of this plane have to balance, what they contribute, and the resultant of both; a
     resultant too small to be drawn is a dot. On a rotor that tilts or bends the unbalance of each plane is its share of
     unbalance and couple together; dashed is what the couple puts there, opposite in the other plane. The triangle outside
@@ -61,8 +62,9 @@ def plot_race(
     chosen = present if balancer is None else [balancer]
     colors = [ball.color for ball in ball_looks(run)]
     planes = planes_of(run)
-    vectors = {plane: vectors_of(races, moments, planes, plane) for plane in sorted(set(races.plane.tolist()))}
-    longest = max(abs(vector.value) for each in vectors.values() for vector in each)
+    vectors = {number: vectors_of(races, moments, planes, _plane(races, number)) for number in chosen}
+    longest = {number: max(abs(vector.value) for vector in each) for number, each in vectors.items()}
+    loudest = max(chosen, key=lambda number: longest[number])
     with look():
         columns = min(len(chosen), COLUMNS)
         rows = -(-len(chosen) // columns)
@@ -73,9 +75,10 @@ def plot_race(
         drawn = []
         for panel, number in zip(panels, chosen, strict=False):
             mine = np.flatnonzero(races.balancer == number)
-            plane = int(races.plane[mine[0]])
+            plane = _plane(races, number)
             drawn.append(RacePanel(panel, races, moments, mine, colors))
-            drawn[-1].arrows(vectors[plane], longest)
+            longer = times_larger(longest[number], longest[loudest])
+            drawn[-1].arrows(vectors[number], longest[loudest] / longer)
             still = _static(run, motion, moments, plane)
             turned = np.exp(-1j * float(moments.rotor_angle[0]))
             vibration = complex(moments.plane_deflection_in_rotor[0, plane]) - still * turned
@@ -84,7 +87,8 @@ def plot_race(
             if words:
                 drawn[-1].couple(complex(moments.couple_in_rotor[0]))
             what = "plane" if len(planes.names) > 1 else "rotor"
-            drawn[-1].notes([words, deflected(vibration, still, what), *_eccentric(races, moments, mine, plane)])
+            scale = f"arrows {longer:g} times as long as for {balancer_name(run, loudest)}" if longer > 1.0 else ""
+            drawn[-1].notes([scale, words, deflected(vibration, still, what), *_eccentric(races, moments, mine, plane)])
             if len(present) > 1:
                 drawn[-1].title(balancer_name(run, number))
         lines = max(each.lines for each in drawn)
@@ -98,6 +102,11 @@ def _title(run: xr.Dataset, moments: Moments, unit: AxisUnit) -> str:
     name = run.attrs.get("machine_name", run.attrs.get("title", ""))
     speed = significant(float(moments.speed[0]) * unit.factor)
     return f"{name}, {moments.time[0]:.6g} s, {speed} {unit.sign}"
+
+
+def _plane(races: Races, balancer: int) -> int:
+    """The plane of a balancer, from 0."""
+    return int(races.plane[np.flatnonzero(races.balancer == balancer)[0]])
 
 
 def _static(run: xr.Dataset, motion: Motion, moments: Moments, plane: int) -> complex:

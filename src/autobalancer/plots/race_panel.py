@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autobalancer.plots.axis_units import length_text, round_down
 from autobalancer.plots.motion import Floats, Moments, Races
 from autobalancer.plots.race_vectors import Vector
-from autobalancer.plots.style import INK, RACE
+from autobalancer.plots.style import INK, RACE, legend_width
 
 RIM = "#8A949C"
 NOTHING = 1e-11  # m; a deflection below it is none
@@ -76,7 +76,7 @@ class RacePanel:
             Line2D([], [], color=v.color, lw=1.4 if v.dashed else 2.6, ls="--" if v.dashed else "-", label=v.label)
             for v in vectors
         ]
-        columns = 3 if len(vectors) == 3 and sum(len(v.label) for v in vectors) < 75 else 2
+        columns = 3 if len(vectors) == 3 and legend_width([v.label for v in vectors], 3) < 72.0 * WIDTH else 2
         self.axes.legend(
             handles=handles, loc="upper center", bbox_to_anchor=(0.0, -BOTTOM * self.reach), ncols=columns,
             bbox_transform=self.axes.transData, borderaxespad=0.0, handlelength=1.5, columnspacing=1.1,

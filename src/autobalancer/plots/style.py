@@ -132,12 +132,12 @@ def legend(axes: Axes) -> None:
     room = 72.0 * axes.get_position().width * figure.get_figwidth()
     room *= 1.0 if figure.get_layout_engine() is None else 1.12  # constrained layout makes panels wider later
     columns = len(labels)
-    while columns > 1 and _legend_width(labels, columns) > room:
+    while columns > 1 and legend_width(labels, columns) > room:
         columns = min(columns - 1, -(-len(labels) // (-(-len(labels) // (columns - 1)))))
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
-def _legend_width(labels: list[str], columns: int) -> float:
+def legend_width(labels: list[str], columns: int) -> float:
     """Points that a legend takes, entries going down the columns."""
     rows = -(-len(labels) // columns)
     widest = [max(len(label) for label in labels[i : i + rows]) for i in range(0, len(labels), rows)]
