@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -146,3 +147,30 @@ def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
         ab.sweep(MACHINES / "discoidal.toml", {"rotor.mass": ["-1 kg"]}, duration=1.0)
     with pytest.raises(QuestionError, match="no 'massx' there"):
         ab.sweep(MACHINES / "discoidal.toml", {"rotor.massx": [1.0]}, duration=1.0)
+
+
+RUN_FUNCTIONS = (
+    ab.measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.release_speed,
+    ab.ball_angle_to_unbalance, ab.vibration, ab.static_deflection, ab.residual_unbalance, ab.support_forces, ab.verdict,
+    ab.chamber_measures, ab.chamber_verdict,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("function", RUN_FUNCTIONS, ids=lambda function: function.__name__)
+def test_a_function_of_a_run_says_so_to_who_gives_a_machine_a_path_or_another_result(function: Any) -> None:
+    path = MACHINES / "discoidal.toml"
+    with pytest.raises(
+        QuestionError, match=rf"given a machine; it measures a run, as in ab.{function.__name__}\(ab.simul"
+    ):
+        function(ab.load_machine(path))
+    with pytest.raises(QuestionError, match=r"ab.load_run\('run.nc'\)"):
+        function(str(path))
+    with pytest.raises(QuestionError):
+        function(xr.Dataset())
+
+
+def test_the_release_speed_of_a_machine_is_a_border_and_the_message_says_so() -> None:
+    machine = ab.load_machine(MACHINES / "discoidal.toml")
+    with pytest.raises(QuestionError, match=r"of the machine itself ask ab.border_speeds\(machine\)"):
+        ab.release_speed(machine)
+    assert "release speed" in str(ab.border_speeds(machine))

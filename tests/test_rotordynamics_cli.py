@@ -118,6 +118,19 @@ def test_a_planar_machine_has_a_response_in_its_plane() -> None:
     assert found["position"] == [None]
 
 
+def test_a_range_without_a_count_has_as_many_speeds_as_curves_need() -> None:
+    short, whole = (
+        json.loads(say("response", str(MACHINES / "discoidal.toml"), "--speeds", text, "--json"))["speed"]
+        for text in ("10:100 rad/s", "10:100 rad/s:401")
+    )
+    assert short == whole
+    short, whole = (
+        json.loads(say("stability", str(MACHINES / "discoidal.toml"), "--speeds", text, "--json"))["rows"]
+        for text in ("60:100 rad/s", "60:100 rad/s:401")
+    )
+    assert short == whole
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -125,7 +138,7 @@ def test_a_planar_machine_has_a_response_in_its_plane() -> None:
         (("modes", "RIG", "--speed", "-5 rad/s"), "given -5 rad/s"),
         (("modes", "RIG", "--speed", "5 kg"), "rad/s"),
         (("modes", "RIG", "--speed", "5 rpm", "--speeds", "0:9 rpm:9"), "either --speed or"),
-        (("modes", "RIG", "--speeds", "0:9 rpm"), "from:to:count"),
+        (("modes", "RIG", "--speeds", "0:9 rpm"), "without the number of values"),
         (("modes", "RIG", "--speeds", "0:9 rpm:1"), "at least two"),
         (("modes", "RIG", "--modes", "0"), "given 0"),
         (("modes", "RIG", "--speed-unit", "knots"), "is not one of 'rpm'"),

@@ -28,10 +28,15 @@ def optional(option: str, text: str, unit: str) -> float | None:
     return quantity(option, text, unit) if text else None
 
 
-def speed_range(option: str, text: str) -> np.ndarray:
-    """``"500 rpm:3000 rpm:200"`` (from, to, count) or one speed, in rad/s; the speeds ascend from above zero."""
+def speed_range(option: str, text: str, count: int | None = None) -> np.ndarray:
+    """``"500 rpm:3000 rpm:200"`` (from, to, count) or one speed, in rad/s; the speeds ascend from above zero.
+
+    ``count`` is taken where the text gives none.
+    """
     import numpy as np
 
+    if count is not None and text.count(":") == 1:
+        text = f"{text}:{count}"
     speeds = values(option, text, "rad/s") if ":" in text else np.array([_one_or_range(option, text)])
     if not speeds[0] > 0.0 or np.any(np.diff(speeds) <= 0.0):
         raise QuestionError(f"{option}: given {text!r}; must ascend from above zero")
@@ -132,6 +137,10 @@ def _parts(option: str, text: str, unit: str) -> tuple[list[str], int, bool]:
     parts = [part.strip() for part in text.split(":")]
     log = len(parts) == 4 and parts[3] == "log"
     if not (len(parts) == 3 or log) or not parts[2].isdigit() or not 1 <= int(parts[2]) <= MOST:
+        if len(parts) == 2 and all(parts):
+            raise QuestionError(
+                f'{option}: given {text!r}, without the number of values; write it as "{FORM}", such as "{text}:200"'
+            )
         raise QuestionError(
             f'{option}: given {text!r}; write it as "{FORM}" or "{FORM}:log", such as {example(unit, FORM)}'
         )

@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from autobalancer.cli.sheet import Column
 
 
+COUNT = 401  # speeds in a range that gives no count
+
+
 def response(
     machine: MachineFile,
-    speeds: Annotated[str, typer.Option(help='"from:to:count", such as "600 rpm:5500 rpm:400", or one speed.')],
+    speeds: Annotated[
+        str, typer.Option(help='"from:to" or "from:to:count", such as "600 rpm:5500 rpm:400", or one speed.')
+    ],
     station: Annotated[
         list[str] | None,
         typer.Option(help='Name of a station, or a position such as "-20 mm"; by default all. May be repeated.'),
@@ -51,7 +56,7 @@ def response(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    chosen = speed_range("--speeds", speeds)
+    chosen = speed_range("--speeds", speeds, COUNT)
     many = chosen.size > 1
     allowed = ("bode", "polar") if many else ("orbits", "axis")
     picture = kind or allowed[0]

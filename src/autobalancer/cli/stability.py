@@ -17,12 +17,15 @@ if TYPE_CHECKING:
     from autobalancer.cli.sheet import Column
 
 
+COUNT = 401  # speeds in a range that gives no count
+
+
 def stability(
     machine: MachineFile,
     speeds: Annotated[
         str,
         typer.Option(
-            help='"from:to:count" or one speed; by default from half to three times the critical speeds that the '
+            help='"from:to" or "from:to:count", or one speed; by default from half to three times the critical speeds that the '
             "machine reaches."
         ),
     ] = "",
@@ -56,7 +59,7 @@ def stability(
     if state not in ("balanced", "mixed", "coincident", "in line"):
         raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident or 'in line'")
     described = load_machine(machine)
-    chosen = speed_range("--speeds", speeds) if speeds else _usual(machine)
+    chosen = speed_range("--speeds", speeds, COUNT) if speeds else _usual(machine)
     size = optional("--unbalance", unbalance, "kg*m")
     with progress_bar("speeds") as update:
         found = eigenvalues(
@@ -108,7 +111,7 @@ def _usual(machine: object) -> np.ndarray:
         raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
     # bending speeds far above all that the machine runs at say nothing
     reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
-    return np.linspace(0.5 * min(critical), 3.0 * max(reached), 401)
+    return np.linspace(0.5 * min(critical), 3.0 * max(reached), COUNT)
 
 
 def _columns(ranges: xr.Dataset) -> list[Column]:

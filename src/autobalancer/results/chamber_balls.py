@@ -21,6 +21,8 @@ def window(run: xr.Dataset, last: float | None = None) -> slice:
     QuestionError
         If the run has fewer than two samples there, or ``last`` is not positive.
     """
+    if "time" not in run.variables:
+        raise QuestionError("this result is no run of simulate_chamber; there is nothing to measure")
     time = run["time"].values
     if time.size < 2:
         raise QuestionError(f"the run has {time.size} samples; at least two are needed")

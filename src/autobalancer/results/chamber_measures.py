@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autobalancer.results.chamber_balls import Floats, ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.of_a_run import of_a_run
 
 DIRECTIONS = {
     "horizontal": ("body_position", 1, "m"),
@@ -16,6 +17,7 @@ DIRECTIONS = {
 }
 
 
+@of_a_run(runs="simulate_chamber")
 def steady_vibration(run: xr.Dataset, last: float | None = None) -> xr.Dataset:
     """Vibration amplitude in steady state: half of the range in the last seconds, and the part that turns with the rotor.
 
@@ -36,6 +38,7 @@ def steady_vibration(run: xr.Dataset, last: float | None = None) -> xr.Dataset:
     return found
 
 
+@of_a_run(runs="simulate_chamber")
 def transient_peak(run: xr.Dataset, last: float | None = None) -> xr.Dataset:
     """Greatest departure from the mean of the steady state over the whole run, and its time, in each direction."""
     steady = window(run, last)
@@ -49,6 +52,7 @@ def transient_peak(run: xr.Dataset, last: float | None = None) -> xr.Dataset:
     return found
 
 
+@of_a_run(runs="simulate_chamber")
 def reaction_measures(run: xr.Dataset, last: float | None = None) -> xr.Dataset:
     """Greatest and root mean square reactions, in the ``stage`` ``"transient"`` and ``"steady"``.
 
@@ -94,6 +98,7 @@ def _mean(values: Floats) -> float:
 KINDS = (("greatest", "greatest", _greatest), ("rms", "root mean square", _rms), ("mean", "mean", _mean))
 
 
+@of_a_run(runs="simulate_chamber")
 def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     """Contacts between balls and with the chamber: totals, rates over time in ``bins`` parts, and the hardest one.
 
@@ -120,6 +125,7 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     return found
 
 
+@of_a_run(runs="simulate_chamber")
 def chamber_measures(
     run: xr.Dataset,
     *,

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import residual_unbalance, support_forces, vibration
 from autobalancer.results.series import (
     counted,
@@ -20,6 +21,7 @@ from autobalancer.results.series import (
 from autobalancer.units import optional_argument
 
 
+@of_a_run()
 def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     """Least and greatest deflection over time.
 
@@ -56,6 +58,7 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     return envelope
 
 
+@of_a_run()
 def peak_deflection(run: xr.Dataset) -> xr.Dataset:
     """Greatest deflection of the run (m), with the ``time`` (s) and ``speed`` (rad/s) at which it occurs.
 
@@ -71,6 +74,7 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
     )
 
 
+@of_a_run()
 def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
     """Greatest vibration (m) at the reference station at the end of the run, without static deflection.
 
@@ -84,6 +88,8 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
     QuestionError
         If the run kept no data for it.
     """
+    if "end_time" not in run.attrs:
+        raise QuestionError("residual_vibration: this result is no run of simulate; there is nothing to measure")
     end = float(run.attrs["end_time"])
     if last is not None and not last > 0.0:
         raise QuestionError(f"last: given {last:g} s; must be greater than zero")
@@ -107,6 +113,7 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
     return float(np.abs(z - z.mean()).max())
 
 
+@of_a_run()
 def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.DataArray:
     """Time (s) that each ball takes to stay within ``tolerance`` (rad) of its final angle in the rotor.
 
@@ -124,6 +131,7 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
     return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
 
 
+@of_a_run(of_machine="ab.border_speeds(machine)")
 def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
     """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
 
@@ -140,6 +148,7 @@ def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) ->
     )
 
 
+@of_a_run()
 def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
     """Angle (rad, within -pi to pi) of each ball from the direction of the unbalance, over time and ball.
 
@@ -153,6 +162,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(result.rename("ball_angle_to_unbalance"))
 
 
+@of_a_run()
 def measures(run: xr.Dataset) -> xr.Dataset:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.of_a_run import of_a_run
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -17,6 +18,7 @@ NO_TURNS = (
 )
 
 
+@of_a_run()
 def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     """Static deflection and vibration at the end of a run, separately, at every place.
 
@@ -58,6 +60,7 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     return found if place is None else _chosen(found, "place", place)
 
 
+@of_a_run()
 def static_deflection(run: xr.Dataset, place: str | None = None) -> complex:
     """Mean deflection x + i y (m) in the last revolutions at a place, by default the reference place.
 
@@ -66,10 +69,12 @@ def static_deflection(run: xr.Dataset, place: str | None = None) -> complex:
     QuestionError
         If the run kept no whole revolution, or has no such place.
     """
-    here = vibration(run, str(run["place"].values[0]) if place is None else place)
+    everywhere = vibration(run)
+    here = _chosen(everywhere, "place", str(everywhere["place"].values[0]) if place is None else place)
     return complex(float(here["static_x"]), float(here["static_y"]))
 
 
+@of_a_run()
 def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     """Residual unbalance in each plane of balancers in the last revolutions of a run.
 
@@ -106,6 +111,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     return found if plane is None else _chosen(found, "plane", plane)
 
 
+@of_a_run()
 def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     """Forces of the rotor on its supports in the last revolutions: the static part, with weight, and the vibrating one.
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
+from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
@@ -131,6 +132,7 @@ class Verdict:
         return verdict_html(self)
 
 
+@of_a_run()
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict_rule`, and what remains at each place.
 

@@ -11,6 +11,7 @@ from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber_balls import ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import Complexes, moved
 from autobalancer.results.verdict import Peak, PlaceVerdict, Settling, SupportVerdict, Verdict
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
@@ -19,6 +20,7 @@ from autobalancer.simulation.chamber.critical_speeds import body_without_balanci
 MIDDLE = "middle of the rotor"
 
 
+@of_a_run(runs="simulate_chamber")
 def chamber_verdict(run: xr.Dataset, last: float | None = None) -> Verdict:
     """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
 
