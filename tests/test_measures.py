@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -174,3 +175,33 @@ def test_the_release_speed_of_a_machine_is_a_border_and_the_message_says_so() ->
     with pytest.raises(QuestionError, match=r"of the machine itself ask ab.border_speeds\(machine\)"):
         ab.release_speed(machine)
     assert "release speed" in str(ab.border_speeds(machine))
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("speed", [100.0], "did you mean 'drive.profile.speed' or 'start.speed'?"),
+        ("rotor.dampng", [1.0], "did you mean 'rotor.damping'?"),
+        ("balancers.races.drag", [1.0], r"choose an entry, [1]; did you mean 'balancers[1].races[1].drag'?"),
+        ("rotor.mass", [12.0, -1.0], "variation with rotor.mass = -1: "),
+        ("balancers[1].races[1].balls[1].diameter", ["100 mm"], "diameter = 100 mm: "),
+        ("viscosity", ["10 kg"], "variation with viscosity = 10 kg: given '10 kg'"),
+    ],
+)
+def test_a_sweep_that_cannot_be_names_the_paths_that_fit_or_the_variation(
+    name: str, values: list[Any], message: str
+) -> None:
+    with pytest.raises(AutobalancerError, match=re.escape(message)):
+        ab.sweep(MACHINES / "discoidal.toml", {name: values}, duration=0.05)
+
+
+def test_a_sweep_over_whole_parts_has_them_as_texts_and_can_be_saved(tmp_path: Path) -> None:
+    laws = [{"law": "beta", "beta": "1e-4 N*m*s"}, {"law": "beta", "beta": "2e-4 N*m*s"}]
+    path = "balancers[1].races[1].drag"
+    whole = ab.sweep(MACHINES / "discoidal.toml", {path: laws}, duration=0.5)
+    axis = whole["balancers_1_races_1_drag"]
+    assert axis.values.tolist() == ["law = beta, beta = 1e-4 N*m*s", "law = beta, beta = 2e-4 N*m*s"]
+    ab.save_run(whole, tmp_path / "laws.nc")
+    assert ab.load_run(tmp_path / "laws.nc")["balancers_1_races_1_drag"].equals(axis)
+    numbers = ab.sweep(MACHINES / "discoidal.toml", {"drag": [1e-4, 2e-4]}, duration=0.5)  # a plain name of the same
+    assert whole["peak_deflection"].values == pytest.approx(numbers["peak_deflection"].values, rel=1e-9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from autobalancer.assembly.near_paths import did_you_mean
 from autobalancer.assembly.parameters import path_steps
 from autobalancer.assembly.quantities import QUANTITIES
 from autobalancer.errors import QuestionError
@@ -24,14 +25,19 @@ def parameter_unit(machine: Part, name: str) -> str:
         return QUANTITIES[name][1]
     if "." not in name:
         known = ", ".join(("speed", *QUANTITIES))
-        raise QuestionError(f"parameter {name!r}: no such name; there are {known}, and paths such as 'rotor.damping'")
+        raise QuestionError(
+            f"parameter {name!r}: no such name; there are {known}, and paths such as 'rotor.damping'"
+            f"{did_you_mean(machine, name)}"
+        )
     owner: Any = machine
     unit = ""
     for step in path_steps(name):
         if isinstance(step, str):
             if not isinstance(owner, Part) or step not in type(owner).model_fields:
                 known = ", ".join(type(owner).model_fields) if isinstance(owner, Part) else "nothing"
-                raise QuestionError(f"parameter {name!r}: no {step!r} there; there is {known}")
+                raise QuestionError(
+                    f"parameter {name!r}: no {step!r} there; there is {known}{did_you_mean(machine, name)}"
+                )
             held = quantity_of(type(owner), step)
             unit = held.unit if held is not None else ""
             owner = getattr(owner, step)

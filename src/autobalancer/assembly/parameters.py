@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from autobalancer.assembly.near_paths import did_you_mean
 from autobalancer.catalog.resolve_springs import is_spring, settled, with_spring
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine
@@ -35,7 +36,11 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
     try:
         if is_spring(machine, path):
             return with_spring(machine, path, value)
-        changed = _changed(settled(machine, path), path_steps(path), value, path)
+        whole, steps = settled(machine, path), path_steps(path)
+        try:
+            changed = _changed(whole, steps, value, path)
+        except QuestionError as error:
+            raise QuestionError(f"{error}{did_you_mean(machine, path)}") from None
     except MachineError as error:
         raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
     assert isinstance(changed, Machine)
@@ -62,14 +67,22 @@ def path_steps(path: str) -> list[str | int]:
     return steps
 
 
+def _there(owner: Any) -> str:
+    """What a part has in place of a key that it has not."""
+    if isinstance(owner, Part):
+        return f"there is {', '.join(type(owner).model_fields)}"
+    if isinstance(owner, tuple) and owner and isinstance(owner[0], Part):
+        return f"it is a list; choose an entry, [1]{'' if len(owner) == 1 else f' to [{len(owner)}]'}"
+    return "there is nothing"
+
+
 def _changed(owner: Any, steps: list[str | int], value: Any, path: str) -> Any:
     if not steps:
         return value
     step, rest = steps[0], steps[1:]
     if isinstance(step, str):
         if not isinstance(owner, Part) or step not in type(owner).model_fields:
-            known = ", ".join(type(owner).model_fields) if isinstance(owner, Part) else "nothing"
-            raise QuestionError(f"parameter {path!r}: no {step!r} there; there is {known}")
+            raise QuestionError(f"parameter {path!r}: no {step!r} there; {_there(owner)}")
         entry = _changed(getattr(owner, step), rest, value, path)
         return type(owner)(**{**{key: getattr(owner, key) for key in owner.model_fields_set}, step: entry})
     if not isinstance(owner, tuple) or not 0 <= step < len(owner):

@@ -12,11 +12,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD
-from autobalancer.assembly.parameter_units import parameter_unit
-from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.system import Assembly
-from autobalancer.errors import QuestionError
+from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
@@ -31,6 +29,7 @@ from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.studies.sweep_row import LABELS, PER_BALL, sweep_row
+from autobalancer.studies.variations import coordinate, variation_text, with_variation
 from autobalancer.units import optional_argument
 
 
@@ -57,7 +56,9 @@ def sweep(
     machine
         A machine or the path of a machine file.
     variations
-        Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, to its values (SI or with units).
+        Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
+        :data:`~autobalancer.assembly.quantities.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
+        or whole parts as a dict.
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
         along the dimension ``run``.
@@ -87,7 +88,7 @@ def sweep(
     QuestionError
         For an unknown parameter, empty or unequal lists, a missing duration, fewer than one of ``seeds``.
     MachineError
-        If a combination makes no possible machine; the message names it.
+        If a combination makes no possible machine; the message names it. Nothing has run by then.
     """
     duration = optional_argument("duration", duration, "s")
     if not isinstance(machine, Machine):
@@ -105,10 +106,14 @@ def sweep(
         shape, points = (*shape, len(start_seeds)), [point for point in points for _ in start_seeds]
     prepared = []
     for number, point in enumerate(points):
-        varied = _with(machine, variations, point)
         own = seed + number % len(start_seeds) if start_seeds is not None else seed + number * vary_seed
-        assembly = prepare(varied, end, seed=own, mass_spread=MASS_SPREAD, max_steps=max_steps)
-        prepared.append((assembly, places_of(varied, assembly)))
+        try:
+            varied = with_variation(machine, variations, point)
+            assembly = prepare(varied, end, seed=own, mass_spread=MASS_SPREAD, max_steps=max_steps)
+            prepared.append((assembly, places_of(varied, assembly)))
+        except (MachineError, UnitError) as error:
+            kind = UnitError if isinstance(error, UnitError) else MachineError
+            raise kind(f"{variation_text(variations, point)}{error}") from None
 
     def one(ready: tuple[Assembly, Places]) -> dict[str, Any]:
         return _run(*ready, end, tolerance, bins, max_steps)
@@ -127,12 +132,6 @@ def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[
     if len(set(sizes.values())) > 1:
         raise QuestionError(f"variations: with grid=False all lists must have one length; given {sizes}")
     return (next(iter(sizes.values())),), list(zip(*variations.values(), strict=True))
-
-
-def _with(machine: Machine, variations: Mapping[str, Sequence[Any]], point: tuple[Any, ...]) -> Machine:
-    for path, value in zip(variations, point, strict=True):
-        machine = with_parameter(machine, path, float(value) if isinstance(value, np.floating) else value)
-    return machine
 
 
 def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins: int, max_steps: int) -> dict[str, Any]:
@@ -169,9 +168,7 @@ def _dataset(
         }
     )
     for name, (path, values) in zip(names, variations.items(), strict=True):
-        numbers = [_number(machine, path, value) for value in values]
-        label = {"long_name": path, "units": _unit(machine, path)}
-        result = result.assign_coords({name: (name if grid else "run", numbers, label)})
+        result = result.assign_coords({name: (name if grid else "run", *coordinate(machine, path, values))})
     for name, (text, unit) in LABELS.items():
         label = {"long_name": text, "units": unit}
         if name == PER_BALL:
@@ -185,24 +182,3 @@ def _dataset(
     balanced = [row["verdict"] == BALANCED for row in rows]
     result["balanced"] = (dims, np.reshape(balanced, shape), {"long_name": "whether the verdict is 'balanced'"})
     return result
-
-
-def _unit(machine: Machine, path: str) -> str:
-    """SI unit of a parameter; empty for a name, a number without unit or a whole part."""
-    try:
-        return parameter_unit(machine, path).replace("*", " ")
-    except QuestionError:
-        return ""
-
-
-def _number(machine: Machine, path: str, value: Any) -> Any:
-    """The SI number that a text became, for the axis."""
-    if not isinstance(value, str):
-        return value
-    entry: Any = with_parameter(machine, path, value)
-    for piece in path.split("."):
-        name, *places = piece.replace("]", "").split("[")
-        entry = getattr(entry, name)
-        for place in places:
-            entry = entry[int(place) - 1]
-    return float(entry) if isinstance(entry, float) else entry

@@ -1,0 +1,85 @@
+"""The variations of a sweep: machines with other parameters, and how an axis and a message name them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.parameter_units import parameter_unit
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import QUANTITIES, si_value, with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.machine.part import Part
+
+
+def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any, ...]) -> Machine:
+    """The machine with the values of ``point`` at the paths or plain names.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such parameter.
+    MachineError
+        If a value is impossible.
+    """
+    for path, value in zip(variations, point, strict=True):
+        change = with_quantity if path in QUANTITIES else with_parameter
+        machine = change(machine, path, float(value) if isinstance(value, np.floating) else value)
+    return machine
+
+
+def variation_text(variations: Iterable[str], point: tuple[Any, ...]) -> str:
+    """The begin of a message: ``"variation with rotor.mass = 2, rotor.damping = 10 N*s/m: "``; empty without any."""
+    values = ", ".join(f"{path} = {_inner(value)}" for path, value in zip(variations, point, strict=True))
+    return f"variation with {values}: " if values else ""
+
+
+def coordinate(machine: Machine, path: str, values: Sequence[Any]) -> tuple[Any, dict[str, str]]:
+    """Values along an axis, with its name and unit: numbers in SI, else texts, of whole parts too."""
+    found = [_number(machine, path, value) for value in values]
+    if not all(isinstance(value, (int, float, np.number)) for value in found):
+        found = [_text(value) for value in found]
+    return found, {"long_name": path, "units": _unit(machine, path)}
+
+
+def _unit(machine: Machine, path: str) -> str:
+    """SI unit of a parameter; empty for a name, a number without unit or a whole part."""
+    try:
+        return parameter_unit(machine, path).replace("*", " ")
+    except QuestionError:
+        return ""
+
+
+def _number(machine: Machine, path: str, value: Any) -> Any:
+    """The SI number that a text became."""
+    if not isinstance(value, str):
+        return value
+    if path in QUANTITIES:
+        return si_value(machine, path, value)
+    entry: Any = with_parameter(machine, path, value)
+    for piece in path.split("."):
+        name, *places = piece.replace("]", "").split("[")
+        entry = getattr(entry, name)
+        for place in places:
+            entry = entry[int(place) - 1]
+    return float(entry) if isinstance(entry, float) else entry
+
+
+def _text(value: Any) -> str:
+    """A value in one line; a part as ``"law = beta, beta = 0.001"``."""
+    if isinstance(value, Part):
+        value = value.model_dump(exclude_unset=True)
+    if isinstance(value, Mapping):
+        parts = (f"{key} = {_inner(entry)}" for key, entry in value.items())
+        return ", ".join(parts)
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return f"[{', '.join(_inner(entry) for entry in value)}]"
+    return f"{value:g}" if isinstance(value, (float, np.floating)) else str(value)
+
+
+def _inner(value: Any) -> str:
+    whole = isinstance(value, (Part, Mapping))
+    return f"{{{_text(value)}}}" if whole else _text(value)
