@@ -58,7 +58,7 @@ ab.plot_race(run)
 # How large the jump is, and how soon nine tenths of it are gone:
 
 after = run["deflection"].where(run["time"] > 5.0, drop=True)
-peak = float(ab.deflection_envelope(run)["high"].where(lambda high: high.time > 5.0).max())
+peak = ab.verdict(run).parts[1].peak.deflection
 late = after["time"].where(after > 0.1 * peak, drop=True)[-1]
 print(f"unbalance {1e6 * run['unbalance'].values[0]:.0f}, then {1e6 * run['unbalance'].values[-1]:.0f} g mm")
 print(f"deflection up to {1e6 * peak:.0f} um, below a tenth of it after {float(late) - 5.0:.2f} s")

@@ -123,6 +123,16 @@ def greatest_rise(machine: Machine, speed: float) -> float | None:
     return float(max([0.0, *found]))
 
 
+def unbalance_jumps(machine: Machine, end: float) -> tuple[float, ...]:
+    """Times between zero and ``end`` (s) at which a schedule makes an unbalance jump, in order."""
+    found = set()
+    for part in machine.unbalances:
+        if part.schedule is not None and part.size + float(part.couple or part.misalignment or 0.0) > 0.0:
+            steps = pairwise(zip(part.schedule.time, part.schedule.factor, strict=True))
+            found |= {float(t0) for (t0, f0), (t1, f1) in steps if t0 == t1 and f0 != f1 and 0.0 < t0 < end}
+    return tuple(sorted(found))
+
+
 def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False) -> float:
     """The schedule's factor just after ``time``, or just before it."""
     schedule = unbalance.schedule

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import residual_unbalance, support_forces, vibration
 from autobalancer.results.series import (
@@ -117,16 +118,16 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
 def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.DataArray:
     """Time (s) that each ball takes to stay within ``tolerance`` (rad) of its final angle in the rotor.
 
-    It counts from the ball's release, from the end of the run-up or from the start of the run, whichever is the last one
-    before the ball has settled; the coordinate ``counted_from`` says which, ``settled_at`` (s) is the time in the run.
-    The run-up ends where the speed stays within 0.1 % of its last value. nan for a ball that still moves at the
-    end (faster than 1/1000 of the rotor speed).
+    It counts from the ball's release, from a jump of the unbalance, from the end of the run-up or from the start of the run,
+    whichever is the last one before the ball has settled; the coordinate ``counted_from`` says which, ``settled_at`` (s) is
+    the time in the run. The run-up ends where the speed stays within 0.1 % of its last value. nan for a ball that still moves at
+    the end (faster than 1/1000 of the rotor speed).
     """
     time, angle, speed, rotor = _balls(run)
     settled = settled_from(time, angle, rotor, tolerance)
     rows = release_rows(rotor, speed + rotor[:, None], _critical(run))
     released = np.interp(rows, np.arange(time.size), time)
-    duration, names = counted(settled, released, end_of_run_up(time, rotor), float(time[0]))
+    duration, names = counted(settled, released, end_of_run_up(time, rotor), float(time[0]), jump_times(run))
     found = _per_ball(run, duration, "settling time", "s")
     return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
 
@@ -183,9 +184,27 @@ def measures(run: xr.Dataset) -> xr.Dataset:
             final = ball_angle_to_unbalance(run).isel(time=-1, drop=True)
             final.attrs["long_name"] = "final ball angle from the unbalance"
             found["final_ball_angle_to_unbalance"] = final.drop_vars([n for n in final.coords if n != "ball"])
+    found = found.assign(_after_jumps(run)) if jump_times(run) else found
     found.attrs = {
         key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs
     }
+    return found
+
+
+def _after_jumps(run: xr.Dataset) -> xr.Dataset:
+    """Over the jumps of the unbalance: greatest deflection until the next one, and when the last ball settles."""
+    parts = [(begin, part) for begin, _, part in parts_between_jumps(run) if begin > 0.0]
+    found = xr.Dataset(coords={"jump_time": ("jump", [begin for begin, _ in parts])})
+    found["jump_time"].attrs.update(units="s", long_name="time of a jump of the unbalance")
+    peaks = [float(peak_deflection(part)["deflection"]) for _, part in parts]
+    found["peak_after_jump"] = ("jump", peaks, {"units": "m", "long_name": "greatest deflection after a jump"})
+    if run.sizes.get("ball", 0):
+        last = [float(settling_time(part).max(skipna=False)) for _, part in parts]
+        found["settling_after_jump"] = (
+            "jump",
+            last,
+            {"units": "s", "long_name": "settling time after a jump, last ball"},
+        )
     return found
 
 

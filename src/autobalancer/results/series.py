@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -71,16 +73,21 @@ def end_of_run_up(time: Floats, rotor_speed: Floats) -> float:
     return float(time[away[-1] + 1]) if away.size else float(time[0])
 
 
-def counted(settled: Floats, released: Floats, run_up: float, start: float) -> tuple[Floats, list[str]]:
+def counted(
+    settled: Floats, released: Floats, run_up: float, start: float, jumps: Sequence[float] = ()
+) -> tuple[Floats, list[str]]:
     """Duration of settling of each ball, and from where it counts: the last of these times that is not after it.
 
-    ``settled`` and ``released`` (s) are (ball,), nan where there is none; ``run_up`` is the end of the run-up.
+    ``settled`` and ``released`` (s) are (ball,), nan where there is none; ``run_up`` is the end of the run-up, ``jumps`` (s) are
+    those of the unbalance. The last of them up to ``start`` counts in its place.
     """
+    origin = max([(jump, "jump") for jump in jumps if jump <= start], default=(start, "start"))
     duration, names = np.full(settled.size, np.nan), []
     for i, at in enumerate(settled):
-        begins = [(start, "start"), (run_up, "end of the run-up"), (float(released[i]), "release")]
+        begins = [origin, (run_up, "end of the run-up"), (float(released[i]), "release")]
         if run_up <= start:
             del begins[1]
+        begins += [(jump, "jump") for jump in jumps if jump > start]
         known = [begin for begin in begins if begin[0] <= at]
         begin, name = max(known, key=lambda entry: entry[0]) if known else (np.nan, "")
         duration[i] = at - begin

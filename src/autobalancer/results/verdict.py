@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
-from autobalancer.results.measures import peak_deflection, residual_vibration, settling_time
+from autobalancer.results.measures import residual_vibration
 from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
 from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
@@ -51,26 +52,6 @@ class SupportVerdict:
 
 
 @dataclass(frozen=True)
-class Peak:
-    """Greatest deflection of a run at the reference station (m) and the speed there (rad/s)."""
-
-    place: str
-    deflection: float
-    speed: float
-
-
-@dataclass(frozen=True)
-class Settling:
-    """The ball that settles last: how long it takes, from when, and when that is in the run, s; ``moving`` never settle."""
-
-    ball: int
-    duration: float
-    counted_from: str
-    settled_at: float
-    moving: tuple[int, ...]
-
-
-@dataclass(frozen=True)
 class Verdict:
     """What a run says of balancing, SI.
 
@@ -79,7 +60,7 @@ class Verdict:
     and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
     ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
     ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
-    between them.
+    between them. ``parts`` are those of the run between jumps of the unbalance; none without a jump.
     """
 
     word: str
@@ -99,6 +80,7 @@ class Verdict:
     notes: tuple[str, ...]
     static_residual: float = np.nan
     couple_residual: float = np.nan
+    parts: tuple[RunPart, ...] = ()
 
     @property
     def balanced(self) -> bool:
@@ -154,7 +136,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
             "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
         )
     notes = tuple(str(run.attrs[name]) for name in NOTES if name in run.attrs)
-    peak, other_peak = (None if one is None else _peak(one) for one in (run, held))
+    peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":
         stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
@@ -178,6 +160,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
             other_peak,
             None,
             notes,
+            parts=parts_of(run),
         )
     places, supports = _places(run, held), _supports(run, held)
     planes = _planes(run)
@@ -191,7 +174,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     )
     return Verdict(
         NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
-        places, planes, supports, peak, other_peak, _settling(run), notes, *_shares(run.isel(turn=turns)),
+        places, planes, supports, peak, other_peak, settling_of(run), notes, *_shares(run.isel(turn=turns)), parts_of(run),
     )  # fmt: skip
 
 
@@ -221,14 +204,6 @@ def _course(run: xr.Dataset) -> Course:
     vertical = run.attrs.get("axis", "vertical") == "vertical"
     end = float(run.attrs["end_time"])
     return Course(end, vertical, time, speed, goes_round(time, angles, end), *envelope)
-
-
-def _peak(run: xr.Dataset) -> Peak | None:
-    try:
-        found = peak_deflection(run)
-    except QuestionError:
-        return None
-    return Peak(str(run.attrs["reference_station"]), float(found["deflection"]), float(found["speed"]))
 
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
@@ -285,18 +260,3 @@ def _shares(last: xr.Dataset) -> tuple[float, float]:
     first, second = (unbalance + balls).T
     half = 0.5 * float(np.diff(last["plane_position"].values)[0])
     return float(np.abs(first + second).mean()), float(np.abs(half * (second - first)).mean())
-
-
-def _settling(run: xr.Dataset) -> Settling | None:
-    if not run.sizes.get("ball", 0):
-        return None
-    try:
-        found = settling_time(run)
-    except QuestionError:
-        return None
-    at = found["settled_at"].values
-    moving = tuple(int(ball) for ball in found["ball"].values[np.isnan(at)])
-    if len(moving) == at.size:
-        return Settling(0, np.nan, "", np.nan, moving)
-    last = int(np.nanargmax(at))
-    return Settling(last + 1, float(found[last]), str(found["counted_from"].values[last]), float(at[last]), moving)

@@ -19,7 +19,8 @@ from autobalancer.results.number_text import (
 )
 
 if TYPE_CHECKING:
-    from autobalancer.results.verdict import Peak, Settling, Verdict
+    from autobalancer.results.passage import Peak, RunPart, Settling
+    from autobalancer.results.verdict import Verdict
 
 Lines = list[tuple[str, str]]
 LISTED = 8  # balls that are named
@@ -69,7 +70,9 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         rows.append(("greatest deflection", where + _peak(found.peak, speed_text)))
         if found.peak_without_balls is not None:
             rows.append(("  without balls", _peak(found.peak_without_balls, speed_text)))
-    if found.settling is not None:
+    if found.parts:
+        rows += _parts(found.parts, speed_text)
+    elif found.settling is not None:
         rows.append(("balls settle", _settling(found.settling)))
     return headline(found), rows, list(found.notes)
 
@@ -106,6 +109,17 @@ def _transient(found: Verdict) -> str:
 
 def _peak(peak: Peak, speed_text: Callable[[float], str]) -> str:
     return f"{length_text(peak.deflection)} at {speed_text(peak.speed)}"
+
+
+def _parts(parts: tuple[RunPart, ...], speed_text: Callable[[float], str]) -> Lines:
+    """Peak and settling before and after each jump of the unbalance."""
+    rows: Lines = [("unbalance jumps", "at " + ", ".join(f"{part.begin:.5g} s" for part in parts[1:]))]
+    for number, part in enumerate(parts):
+        label = f"  from {part.begin:.5g} s" if number else f"  up to {part.end:.5g} s"
+        texts = [f"greatest deflection {_peak(part.peak, speed_text)}"] if part.peak is not None else []
+        texts += [f"balls settle {_settling(part.settling)}"] if part.settling is not None else []
+        rows.append((label, "; ".join(texts) or "nothing was kept"))
+    return rows
 
 
 def _settling(settling: Settling) -> str:

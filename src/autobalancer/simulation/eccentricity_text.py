@@ -9,6 +9,7 @@ import xarray as xr
 from autobalancer.assembly.off_center import off_center
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
+from autobalancer.simulation.at_places import FASTEST
 
 MATTERS = 0.01  # of the greatest vibration without balls: a typical eccentricity below is not mentioned
 
@@ -18,7 +19,7 @@ def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed
 
     Of races whose eccentricity is not given, only where a typical one matters beside the vibration without balls.
     """
-    if not (speed and math.isfinite(speed)):
+    if not 0.0 < abs(speed) < FASTEST:
         return ""
     found = off_center(places, assembly.balls, speed)
     if found is None or not found.sentence:

@@ -19,8 +19,10 @@ LOGGED_EVENTS = 10_000
 LARGEST = 2.0  # GB
 
 
-def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: Assembly, end: float) -> Record:
-    """Room for all that was asked for, and for nothing else."""
+def record_for(
+    wishes: Sequence[Sampling], events: Sequence[Event], assembly: Assembly, end: float, jumps: Sequence[float] = ()
+) -> Record:
+    """Room for all that was asked for, and for nothing else; bins of an envelope end where the unbalance jumps."""
     n = assembly.state.size
     times, edges = np.zeros(0), np.zeros(0)
     turns, step, revolutions = np.zeros((0, n + 1)), 1.0, 0.0
@@ -35,7 +37,7 @@ def record_for(wishes: Sequence[Sampling], events: Sequence[Event], assembly: As
         elif isinstance(wish, SampleTimes):
             times = _checked(wish, end)
         elif isinstance(wish, Envelope):
-            edges = np.linspace(0.0, end, wish.bins + 1)
+            edges = _ending_at(np.linspace(0.0, end, wish.bins + 1), jumps)
         elif isinstance(wish, LastRevolutions):
             turns = np.empty((wish.count * wish.per_revolution + 1, n + 1))
             step, revolutions = 2.0 * math.pi / wish.per_revolution, float(wish.count)
@@ -89,6 +91,14 @@ def turns_complete(record: Record, memory: Memory, assembly: Assembly) -> bool:
     angles = record.turn_states[: int(memory.counts[NEXT_TURN]), 1 + THETA]
     whole = angles.size >= expected and np.ptp(angles) < (angles.size - 0.5) * record.turn_step
     return bool(whole and np.abs(angles - end).min() < 1.5 * record.turn_step)
+
+
+def _ending_at(edges: np.ndarray, jumps: Sequence[float]) -> np.ndarray:
+    """The same edges, with the nearest inner one moved to each jump."""
+    for jump in jumps:
+        if edges.size > 2:
+            edges[1 + int(np.argmin(np.abs(edges[1:-1] - jump)))] = jump
+    return edges
 
 
 def _checked(wish: SampleTimes, end: float) -> np.ndarray:

@@ -14,6 +14,7 @@ import xarray as xr
 from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
+from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import DurationWarning, QuestionError
@@ -155,7 +156,8 @@ def simulate(
     wishes = [save] if isinstance(save, Sampling) else list(save)
     if save is DEFAULT_SAVE and any(event.ends_run for event in events):
         wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
-    record = record_for(wishes, events, assembly, end)
+    jumps = unbalance_jumps(machine, end)
+    record = record_for(wishes, events, assembly, end, jumps)
     slow = slow_because(machine, assembly, end)
     if slow:
         warnings.warn(slow, DurationWarning, stacklevel=2)
@@ -165,7 +167,7 @@ def simulate(
     if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
         assembly = assembled()
-        record = record_for(wishes, events, assembly, end)._replace(turn_count=math.inf)
+        record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
         status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     steps = int(state.counts[ACCEPTED])
@@ -186,6 +188,7 @@ def simulate(
             "seed": seed,
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             "critical_speeds": list(assembly.critical_speeds),
+            **({"unbalance_jumps": list(jumps)} if jumps else {}),
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
             **known.record,

@@ -13,6 +13,7 @@ import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.places import Places, places_of
+from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, machine_text
@@ -136,7 +137,7 @@ def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[
 
 def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins: int, max_steps: int) -> dict[str, Any]:
     pair = tableaus.dormand_prince_8()
-    record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end)
+    record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end, unbalance_jumps(places.machine, end))
     memory = memory_for(assembly, end, tolerance, pair)
     status = advance(equations(assembly), assembly.system, pair, record, memory, max_steps)
     return sweep_row(status, assembly, places, record, memory, end)

@@ -9,11 +9,13 @@ import numpy as np
 
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, coordinates, deflections, support_forces
+from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly, unbalance_at
 from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_BIN, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
+from autobalancer.machine import Machine
 from autobalancer.results.places import moved, turns_of
 from autobalancer.results.series import counted, end_of_run_up, release_rows, settled_from, wrapped
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
@@ -33,7 +35,10 @@ LABELS = {
     "support_force": ("greatest vibrating force of all supports in the last revolutions", "N"),
     "residual_unbalance": ("residual unbalance, of several planes the sum, in the last revolutions", "kg m"),
     "residual_share": ("residual unbalance over unbalance", "1"),
-    "settling_time": ("settling time of the ball that settles last, from its release or the end of the run-up", "s"),
+    "settling_time": (
+        "settling time of the last ball, from its release, a jump of the unbalance or the end of the run-up",
+        "s",
+    ),
     "settled_at": ("time in the run at which the last ball has settled", "s"),
     "release_speed": ("greatest break-away speed of a stalled ball", "rad/s"),
     PER_BALL: ("final ball angle from the unbalance", "rad"),
@@ -60,7 +65,7 @@ def sweep_row(
     if course.vertical:
         found["residual_vibration"] = course.high[course.time > 0.95 * course.time[-1]].max()
     if n:
-        found |= _balls(assembly, course, record.bin_states[:count, BALLS : BALLS + 2 * n], end)
+        found |= _balls(places.machine, assembly, course, record.bin_states[:count, BALLS : BALLS + 2 * n], end)
     turns = in_order(record.turn_states, int(memory.counts[NEXT_TURN]))
     turns = turns[turns_of(turns[:, 1 + THETA])]
     return found | (_turns(found, turns, assembly, places, course) if turns.size else {})
@@ -81,13 +86,14 @@ def _course(assembly: Assembly, places: Places, record: Record, count: int) -> C
     )
 
 
-def _balls(assembly: Assembly, course: Course, motion: Matrix, end: float) -> dict[str, Any]:
+def _balls(machine: Machine, assembly: Assembly, course: Course, motion: Matrix, end: float) -> dict[str, Any]:
     time, speed = course.time, course.speed
     angle, rates = np.split(motion, 2, axis=1)
     rows = release_rows(speed, rates + speed[:, None], min(assembly.critical_speeds, default=math.nan))
     released = np.interp(rows, np.arange(time.size), time)
     settled = settled_from(time, angle, speed, math.radians(2.0))
-    duration, _ = counted(settled, released, end_of_run_up(time, speed), 0.0)
+    jumps = unbalance_jumps(machine, end)
+    duration, _ = counted(settled, released, end_of_run_up(time, speed), 0.0, jumps)
     last = int(np.argmax(settled))  # nan is the greatest
     return {
         "settling_time": duration[last],

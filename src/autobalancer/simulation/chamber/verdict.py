@@ -12,8 +12,9 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber_balls import ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber_shape import unbalance_of
 from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.passage import Peak, Settling
 from autobalancer.results.places import Complexes, moved
-from autobalancer.results.verdict import Peak, PlaceVerdict, Settling, SupportVerdict, Verdict
+from autobalancer.results.verdict import PlaceVerdict, SupportVerdict, Verdict
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
 
