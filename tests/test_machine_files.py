@@ -130,8 +130,14 @@ def test_stiffness_may_be_one_value_or_one_for_each_direction() -> None:
 # refusing ---------------------------------------------------------------------------------------------------------------
 
 REFUSED: dict[str, tuple[tuple[str | int, ...], Any, tuple[str, ...]]] = {
-    "unknown key": (("rotor", "mas"), "1 kg", ("rotor.mas: unknown key", "allowed here: critical_speed, damping")),
-    "unknown key on top": (("rotr",), {}, ("rotr: unknown key", "rotor", "unbalances")),
+    "unknown key": (
+        ("rotor", "mas"),
+        "1 kg",
+        ("rotor.mas: unknown key; did you mean 'mass'?", "allowed here: critical_speed, damping"),
+    ),
+    "unknown key on top": (("rotr",), {}, ("rotr: unknown key; did you mean 'rotor'?", "unbalances")),
+    "unknown key in capitals": (("rotor", "Stiffness"), 1.0, ("did you mean 'stiffness'?",)),
+    "unknown key like no other": (("rotor", "colour"), 1.0, ("rotor.colour: unknown key; allowed here",)),
     "missing key": (("rotor", "mass"), None, ("rotor.mass: missing; it has no default",)),
     "missing part": (("drive",), None, ("drive: missing",)),
     "wrong dimension": (("rotor", "mass"), "12 mm", ("rotor.mass: given '12 mm'", "in kg", '"4.4 g"')),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
@@ -96,12 +98,19 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
     if kind == "missing":
         return "missing; it has no default"
     if kind == "extra_forbidden":
-        return f"unknown key; allowed here: {', '.join(sorted(part.model_fields))}"
+        return unknown_key(str(entry["loc"][-1]), sorted(part.model_fields))
     if kind == "union_tag_not_found":
         name = entry["ctx"]["discriminator"].strip("'")
         tags = _tags(part.model_fields[str(entry["loc"][0])].annotation, name)
         return f"given {shortened(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
     return f"given {shortened(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
+
+
+def unknown_key(given: str, allowed: Sequence[str]) -> str:
+    """What to say of a key that there is not, with those that look like it."""
+    near = get_close_matches(given.lower(), allowed, n=2)
+    meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    return f"unknown key; {meant}allowed here: {', '.join(allowed)}"
 
 
 def _tags(annotation: Any, name: str) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.text import MACHINE, read_text
+from autobalancer.machine.part import unknown_key
 from autobalancer.rotordynamics.identification.curve_file import read_curve
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.measurements import (
@@ -68,7 +69,7 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
         raise QuestionError(f"{path}: not valid TOML: {reason}{_hint(path)}") from None
     unknown = sorted(set(data) - set(KEYS) - {"name", "description"})
     if unknown:
-        raise QuestionError(f"{path}: unknown key {unknown[0]!r}; allowed here: {', '.join(KEYS)}, name, description")
+        raise QuestionError(f"{path}: {unknown[0]}: {unknown_key(unknown[0], (*KEYS, 'name', 'description'))}")
     free: list[FreeParameter] = []
     found: list[Measurement] = []
     units: dict[str, str] = {}
@@ -109,7 +110,7 @@ def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:
 def _check_keys(entry: dict[str, Any], kind: str, where: str) -> None:
     for key in entry:
         if key not in KEYS[kind]:
-            raise QuestionError(f"{where}.{key}: unknown key; allowed here: {', '.join(KEYS[kind])}")
+            raise QuestionError(f"{where}.{key}: {unknown_key(key, tuple(KEYS[kind]))}")
     for key in NEEDED.get(kind, ("value", "error")):
         if key not in entry:
             raise QuestionError(f"{where}.{key}: missing; it has no default")
