@@ -34,6 +34,7 @@ __all__ = [
     "MeasuredMode",
     "MeasuredResponse",
     "MeasuredStiffness",
+    "RaceBalls",
     "RelaxationModes",
     "SampleTimes",
     "Samples",
@@ -50,6 +51,7 @@ __all__ = [
     "averaged_border",
     "balance_grade",
     "ball_angle_to_unbalance",
+    "balls_of",
     "balls_unbalance",
     "basin",
     "bearing",
@@ -263,7 +265,7 @@ if _TYPE_CHECKING:
     from autobalancer.measurement.angle_curve import angle_against_speed
     from autobalancer.measurement.angle_evaluation import evaluate_angles
     from autobalancer.measurement.angle_file import load_angle_series
-    from autobalancer.measurement.balls import equal_balls
+    from autobalancer.measurement.balls import RaceBalls, balls_of, equal_balls
     from autobalancer.measurement.decay import decay_rate
     from autobalancer.measurement.equilibrium_angle import TurnedRace, drag_coefficients, equilibrium_angles
     from autobalancer.measurement.rational_fit import fit_receptance, modes_of

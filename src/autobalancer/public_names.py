@@ -76,6 +76,8 @@ HOME = {
     "equal_balls": "measurement.balls",
     "modes_of": "measurement.rational_fit",
     "fit_receptance": "measurement.rational_fit",
+    "balls_of": "measurement.balls",
+    "RaceBalls": "measurement.balls",
     "receptance_border": "measurement.receptance_border",
     "receptance_stability": "measurement.receptance_stability",
     "receptance_loop": "measurement.receptance_loop",

@@ -129,3 +129,11 @@ def planar_model(mass: float, damping: float, stiffness: float, added_mass: floa
     poles = np.roots([mass, damping, stiffness]).astype(np.complex128)
     residues = np.array([1.0, -1.0]) / (mass * (poles[0] - poles[1]))
     return PoleModel(poles, residues.astype(np.complex128), added_mass)
+
+
+def accelerance(frequency: np.ndarray, values: np.ndarray, floor: float, share: float, seed: int) -> xr.Dataset:
+    """An accelerometer's measurement of a receptance: noise of a floor (m/s^2/N) and of a share of each value."""
+    random = np.random.default_rng(seed)
+    even, own = (random.normal(size=(2, frequency.size)).T.copy().view(complex)[:, 0] / np.sqrt(2.0) for _ in range(2))
+    heard = -(frequency**2) * values * (1.0 + share * own) + floor * even
+    return receptance_dataset(frequency, heard, "accelerance", title="accelerometer")

@@ -36,7 +36,10 @@ def receptance(
         str, typer.Option(help='Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".')
     ] = "",
     modes: Annotated[int, typer.Option(help="Number of modes to fit; by default chosen by the noise.")] = 0,
-    noise: Annotated[str, typer.Option(help="relative (to each value) or absolute.")] = "relative",
+    band: Annotated[str, typer.Option(help='Frequencies used in the fit, "from:to": "5 Hz:200 Hz".')] = "",
+    noise: Annotated[
+        str, typer.Option(help="estimated from the data; relative (to each value); or absolute.")
+    ] = "estimated",
     function: Annotated[int, typer.Option(help="Which function of a universal file.")] = 0,
     resamples: Annotated[int, typer.Option(help="Repeated fits for the uncertainty of the border.")] = 20,
     out: Outs = None,
@@ -54,6 +57,7 @@ def receptance(
       --machine examples/machines/discoidal.toml --speed "1200 rpm"
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.progress import progress_bar
     from autobalancer.cli.quantities import interval, quantity
     from autobalancer.measurement.rational_fit import fit_receptance
     from autobalancer.measurement.receptance import load_receptance
@@ -67,9 +71,13 @@ def receptance(
     speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
     searched = interval("--search", search, "rad/s") if search else None
     chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
-    fit = fit_receptance(load_receptance(file, function=function or None), modes=modes or None, noise=noise)  # type: ignore[arg-type]
+    measured = load_receptance(file, function=function or None)
+    used = interval("--band", band, "rad/s") if band else None
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
-    border = receptance_border(fit, chosen, searched=searched, resamples=resamples, **how)
+    with progress_bar("fit") as update:
+        fit = fit_receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]
+    with progress_bar("border") as update:
+        border = receptance_border(fit, chosen, searched=searched, resamples=resamples, progress=update, **how)
     at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
     loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
     files.save(
@@ -79,7 +87,7 @@ def receptance(
         print_json(_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
         return
     if as_csv:
-        print_csv(_poles(fit) if at_speeds is None else _margins(at_speeds))
+        print_csv(_modes(fit) if at_speeds is None else _margins(at_speeds))
         return
     _show(fit, border, at_speeds, loops, machine)
     files.say()
@@ -118,7 +126,9 @@ def _numbers(
             "modes": int(fit.attrs["modes"]),
             "error": float(fit.attrs["fit_error"]),
             "effective_mass": float(fit.attrs["effective_mass"]),
+            "band": [float(fit.attrs["band_low"]), float(fit.attrs["band_high"])],
             "poles": [[float(p.real), float(p.imag)] for p in poles],
+            **{name: fit[name].values.tolist() for name in map(str, fit.data_vars) if name.startswith("mode_")},
         },
         "exact_border": border.attrs["exact_border"],
         "exact_border_deviation": border.attrs["exact_border_deviation"],
@@ -139,15 +149,14 @@ def _numbers(
     return numbers
 
 
-def _poles(fit: xr.Dataset) -> list[Column]:
+def _modes(fit: xr.Dataset) -> list[Column]:
     from autobalancer.cli.sheet import Column
-    from autobalancer.measurement.rational_fit import modes_of
 
-    modes = modes_of(fit)
-    return [
-        Column("frequency", [frequency / (2.0 * math.pi) for frequency, _ in modes], "Hz"),
-        Column("damping ratio", [100.0 * ratio for _, ratio in modes], "%"),
-    ]
+    columns = []
+    for name, factor, unit in (("frequency", 0.5 / math.pi, "Hz"), ("damping_ratio", 100.0, "%"), ("mass", 1.0, "kg")):
+        for end, more in (("", ""), ("_deviation", ", standard deviation")):
+            columns.append(Column(name.replace("_", " ") + more, factor * fit[f"mode_{name}{end}"].values, unit))
+    return columns
 
 
 def _margins(at_speeds: xr.Dataset) -> list[Column]:
@@ -167,13 +176,11 @@ def _show(
     fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset], machine: Path | None
 ) -> None:
     from autobalancer.cli.sheet import print_facts
-    from autobalancer.measurement.rational_fit import modes_of
     from autobalancer.measurement.receptance_stability import viscosity_of
 
     a = fit.attrs
     rows = [("fit", f"error {100.0 * a['fit_error']:.2g} %, mass {a['effective_mass']:.4g} kg")]
-    for frequency, ratio in modes_of(fit):
-        rows.append(("mode", f"{frequency / (2.0 * math.pi):.4g} Hz, damping ratio {100.0 * ratio:.3g} %"))
+    rows += [("mode", _mode_text(fit.isel(mode=i))) for i in range(fit.sizes["mode"])]
     name = "exact border" + (", worst case" if border.attrs["state"].startswith("worst") else "")
     ignored = _ignored(machine)
     rows.append((name, "; ".join(filter(None, (_border(border), ignored)))))
@@ -188,6 +195,22 @@ def _show(
     print_facts(rows, str(a["title"]))
     for text in sorted(filter(None, doubts)):
         note(text)
+
+
+def _mode_text(mode: xr.Dataset) -> str:
+    texts: list[str] = []
+    for name, factor, unit in (("frequency", 0.5 / math.pi, "Hz"), ("damping_ratio", 100.0, "%"), ("mass", 1.0, "kg")):
+        value, spread = (factor * float(mode[f"mode_{name}{end}"]) for end in ("", "_deviation"))
+        shown = f"{value:.{_digits(value, spread)}g}" + (f" +- {spread:.2g}" if spread > 1e-6 * abs(value) else "")
+        texts.append(f"{name.replace('_', ' ') + ' ' if texts else ''}{shown} {unit}")
+    return ", ".join(texts)
+
+
+def _digits(value: float, spread: float) -> int:
+    """So many digits of the value as end where the first two of its standard deviation do, six at most."""
+    if not (0.0 < spread < abs(value)):
+        return 6 if spread == 0.0 else 3
+    return min(6, max(2, 2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(spread))))
 
 
 def _ignored(machine: Path | None) -> str:

@@ -6,6 +6,7 @@ the d, e, so only these are searched for (variable projection, Golub and Pereyra
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,27 @@ class Modes:
         a, b = self.numerators.T
         residue_up, residue_down = (a + b * up) / (up - down), (a + b * down) / (down - up)
         return np.concatenate([up, down]), np.concatenate([residue_up, residue_down])
+
+    def at(self, frequency: Floats) -> Complexes:
+        """The receptance at i frequency."""
+        return np.asarray(self.parts(frequency).sum(axis=1), np.complex128)
+
+    def parts(self, frequency: Floats) -> Complexes:
+        """The part of each mode in it, shape (n, K)."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        sigma = 1j * frequency[:, None]
+        a, b = self.numerators.T
+        return np.asarray((a + b * sigma) / (sigma**2 + d * sigma + e), np.complex128)
+
+    def slopes(self, frequency: Floats) -> Complexes:
+        """The derivatives of the receptance over ln d, ln e, a and all b but the last, shape (n, 4 K - 1)."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        sigma = 1j * frequency[:, None]
+        a, b = self.numerators.T
+        share = 1.0 / (sigma**2 + d * sigma + e)
+        change = -(a + b * sigma) * share**2
+        moved = sigma * share
+        return np.hstack([change * d * sigma, change * e, share, moved[:, :-1] - moved[:, -1:]])
 
 
 class Fitting:
@@ -76,12 +98,26 @@ class Fitting:
         tried = [self._refine(_shapes(poles), 12, 1e-6) for poles in starts]
         return self._refine(min(tried, key=lambda modes: modes.misfit).shapes, 60, 1e-13)
 
+    def refined(self, modes: Modes) -> Modes:
+        """The modes nearest to the data, from modes that are near."""
+        return self._refine(modes.shapes, 60, 1e-13)
+
+    def _bounds(self, count: int) -> tuple[Floats, Floats]:
+        """Of ln d, ln e: frequencies within a hundred times the band, and what damping cannot be told from none."""
+        low, high = math.log(np.abs(self.sigma).min()), math.log(np.abs(self.sigma).max())
+        far, ones = math.log(100.0), np.ones(count)
+        return (
+            np.concatenate([(low - 25.0) * ones, 2.0 * (low - far) * ones]),
+            np.concatenate([(high + 2.0 * far) * ones, 2.0 * (high + far) * ones]),
+        )
+
     def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
+        low, high = self._bounds(start.size // 2)
         found = least_squares(
             lambda x: self.numerators(x)[1],
-            start,
+            np.clip(start, low + 1e-6, high - 1e-6),
             jac=lambda x: self.numerators(x)[2],
-            bounds=(start.min() - 12.0, start.max() + 12.0),
+            bounds=(low, high),
             xtol=tolerance,
             ftol=tolerance,
             gtol=1e-15,
@@ -96,4 +132,4 @@ def _stack(values: Complexes) -> Floats:
 
 
 def _shapes(poles: Complexes) -> Floats:
-    return np.concatenate([np.log(np.maximum(-2.0 * poles.real, 1e-12)), np.log(np.abs(poles) ** 2)])
+    return np.concatenate([np.log(np.maximum(-2.0 * poles.real, 1e-12)), np.log(np.maximum(np.abs(poles), 1e-12) ** 2)])

@@ -4,36 +4,74 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import AAA
 
 from autobalancer.measurement.modal_model import Fitting, Modes
+from autobalancer.measurement.noise import NoiseShapes, smoothed
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-EXACT = 1e-9  # a weighted root mean square error below this share is no noise
+Progress = Callable[[float, float], None]
+EXACT = 1e-9  # a root mean square deviation below this share of the values is no noise
+PASSES = 6  # of fit and noise in turn
+SETTLED = 0.02  # change of the noise below which another pass is not needed
+WORSE = 2  # so many orders without a better score end the search
+FEWEST = 8  # lines that may propose poles
+CLEAR = 3.0  # lines with so many times their noise may propose poles
 
 
-def best_modes(fitting: Fitting, frequency: Floats, values: Complexes, modes: int | None, most: int) -> Modes:
-    """Orders one after the other; each starts from the order below and a new pole, and from poles of its own."""
-    best, least, previous, worse = None, math.inf, None, 0
+@dataclass(frozen=True)
+class Found:
+    """Modes, and the variance of the noise in which they were found."""
+
+    modes: Modes
+    variance: Floats
+
+
+def orders(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> list[Found]:
+    """The fits of 1, 2, ... modes up to the best, or up to so many ``modes``.
+
+    Each order starts from the order below and a new pole, and from poles of its own.
+    """
+    frequency, values = noise.frequency, noise.values
+    clear = np.abs(smoothed(values)) > CLEAR * np.sqrt(noise.start)
+    clear = clear if clear.sum() >= FEWEST else np.ones_like(clear)
+    fitting = Fitting(frequency, values, 1.0 / np.sqrt(noise.start * values.size))
+    found: list[Found] = []
+    best, least, previous = 0, math.inf, None
     for count in range(1, (modes or most) + 1):
-        found = previous = fitting.search(_starts(frequency, values, count, previous))
-        points = 2 * frequency.size
-        score = points * math.log(max(found.misfit, 1e-300)) + (4 * count - 1) * math.log(points)
-        if modes == count:
-            return found
-        if modes is None:
-            if score < least:
-                best, least, worse = found, score, 0
-            else:
-                worse += 1
-            if worse == 2 or found.misfit < EXACT**2:
-                break
-    assert best is not None
-    return best
+        if progress is not None:
+            progress(count - 1, modes or most)
+        previous = fitting.search(_starts(frequency[clear], values[clear], count, previous))
+        one, score = _with_its_noise(noise, previous, noise.start)
+        found.append(one)
+        if score < least or modes is not None:
+            best, least = count, score
+        if modes is None and (count - best == WORSE or math.isinf(score)):
+            break
+    return found[:best]
+
+
+def _with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> tuple[Found, float]:
+    """The fit whose weights are the noise that it leaves, and its Bayesian information criterion (-inf: no noise)."""
+    values = noise.values
+    for _ in range(PASSES):
+        fitted = modes.at(noise.frequency)
+        squares = np.abs(values - fitted) ** 2
+        if float((squares / np.abs(values) ** 2).mean()) < EXACT**2:
+            return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2)), -math.inf
+        before, variance = variance, noise.variances(fitted, squares)
+        if np.abs(np.log(variance / before)).max() < SETTLED:
+            break
+        modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
+    squares = np.abs(values - modes.at(noise.frequency)) ** 2
+    unlikely = 2.0 * float((np.log(variance) + squares / variance).sum())
+    return Found(modes, variance), unlikely + (4 * modes.count - 1) * math.log(2 * values.size)
 
 
 def _starts(frequency: Floats, values: Complexes, count: int, previous: Modes | None) -> list[Complexes]:

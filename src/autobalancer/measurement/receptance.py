@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -85,3 +86,8 @@ def receptance_dataset(
     if coherence is not None:
         found["coherence"] = ("frequency", np.asarray(coherence)[order], {"long_name": "coherence", "units": ""})
     return found
+
+
+def hertz(frequency: float) -> str:
+    """A frequency in rad/s as messages give it, without the unit: Hz."""
+    return f"{frequency / (2.0 * math.pi):.4g}"

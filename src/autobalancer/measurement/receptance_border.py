@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -14,13 +16,16 @@ from autobalancer.measurement.balls import RaceBalls, positions
 from autobalancer.measurement.closed_loop import PoleModel
 from autobalancer.measurement.rational_fit import pole_model, resampled
 from autobalancer.measurement.receptance_stability import receptance_stability, worst_growth
+from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
 POINTS = 240
+SHARES = (1e-3, 1e-2, 0.03, 0.1, 0.3)  # of a border within which that of a fit with new noise is looked for
 
 
+@shows_progress
 def receptance_border(
     fit: xr.Dataset,
     balls: RaceBalls,
@@ -31,6 +36,7 @@ def receptance_border(
     searched: tuple[float, float] | None = None,
     resamples: int = 0,
     seed: int = 0,
+    progress: Callable[[float, float], None] | bool | None = None,
 ) -> xr.Dataset:
     """Speed ranges in which the balanced state is stable, and the exact border.
 
@@ -44,6 +50,9 @@ def receptance_border(
         How many times the fit is repeated with its own noise added, for the uncertainty of the border.
     seed
         For that noise.
+    progress
+        By default a bar where a person is looking and it takes more than a second; False: none; or a function of
+        (done, all).
 
     Returns
     -------
@@ -69,10 +78,12 @@ def receptance_border(
     deviation = math.nan
     if resamples and math.isfinite(border):
         borders = []
-        for again in resampled(fit, resamples, seed):
-            ends = _stable_ranges(pole_model(again, added), balls, states, 0.7 * border, min(1.4 * border, high), 60)
-            borders.append(ends[-1][0] if ends else math.nan)
-        deviation = float(np.nanstd(borders, ddof=1))
+        for number, again in enumerate(resampled(fit, resamples, seed, added), 1):
+            borders.append(_border_near(partial(worst_growth, again, balls, states), border, high))
+            if callable(progress):
+                progress(number, resamples)
+        known = [speed for speed in borders if math.isfinite(speed)]
+        deviation = float(np.std(known, ddof=1)) if len(known) > 1 else math.nan
     at_border = {"balls_on_rotor": balls_on_rotor, "unbalance": unbalance, "angles": angles}
     there = receptance_stability(fit, balls, [border if math.isfinite(border) else high], **at_border)  # type: ignore[arg-type]
     found.attrs = {
@@ -96,12 +107,12 @@ def _search_range(fit: xr.Dataset, model: PoleModel) -> tuple[float, float]:
 
 
 def _stable_ranges(
-    model: PoleModel, balls: RaceBalls, states: list[Floats], low: float, high: float, points: int = POINTS
+    model: PoleModel, balls: RaceBalls, states: list[Floats], low: float, high: float
 ) -> list[tuple[float, float]]:
     def rate(speed: float) -> float:
         return worst_growth(model, balls, states, speed)
 
-    speeds = np.linspace(low, high, points)
+    speeds = np.linspace(low, high, POINTS)
     stable = np.array([rate(speed) for speed in speeds]) < 0.0
     ranges: list[tuple[float, float]] = []
     start = low if stable[0] else math.nan
@@ -112,3 +123,12 @@ def _stable_ranges(
         else:
             ranges.append((start, edge))
     return [*ranges, (start, high)] if stable[-1] else ranges
+
+
+def _border_near(rate: Callable[[float], float], border: float, high: float) -> float:
+    """The speed near ``border`` at which the growth rate falls through zero; nan if there is none within a third."""
+    for share in SHARES:
+        low, top = border * (1.0 - share), min(border * (1.0 + share), high)
+        if rate(low) > 0.0 > rate(top):
+            return float(brentq(rate, low, top, xtol=1e-9 * high))
+    return math.nan

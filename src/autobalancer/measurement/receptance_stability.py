@@ -24,6 +24,7 @@ from autobalancer.machine import DragTorque, Machine
 from autobalancer.measurement.balls import RaceBalls, degrees, positions, spread
 from autobalancer.measurement.closed_loop import PoleModel, loop_eigenvalues, loop_matrix
 from autobalancer.measurement.rational_fit import pole_model
+from autobalancer.measurement.receptance import hertz
 from autobalancer.results.provenance import provenance
 from autobalancer.units import list_argument, optional_argument
 
@@ -99,8 +100,8 @@ def receptance_stability(
     if not bool(within.all()):
         low, high = float(found["frequency_low"].min()), float(found["frequency_high"].max())
         doubts.append(
-            f"needed from {low:.4g} to {high:.4g} rad/s, measured from {band[0]:.4g} to {band[1]:.4g} rad/s: "
-            "what lies outside is extrapolated"
+            f"the stability rests on the receptance from {hertz(low)} to {hertz(high)} Hz, the band of the fit is "
+            f"{hertz(band[0])} to {hertz(band[1])} Hz: what lies outside is extrapolated"
         )
     found.attrs = {**provenance(), "title": "Stability from a receptance", "theory": "exact: full equations"}
     found.attrs |= {"balls": balls.count, "warnings": "\n".join(doubts), "fit_error": fit.attrs["fit_error"]}

@@ -9,14 +9,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
-from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, heading, legend, look, picture
+
+Floats = NDArray[np.float64]
 
 
 def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
-    """Amplitude and phase, measured and fitted.
+    """Amplitude and phase, measured and fitted, and the noise; phases are drawn where the value exceeds the noise.
 
     Parameters
     ----------
@@ -36,21 +40,50 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
     frequency = fit["frequency"].values * unit.factor
     measured = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
     fitted = fit["fitted_real"].values + 1j * fit["fitted_imag"].values
+    used = fit["used"].values.astype(bool)
     with look():
         figure = picture(6.4, 4.6)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        above.semilogy(frequency, np.abs(measured), ".", ms=4, color=BALLS[1], zorder=3, label="measured")
-        above.semilogy(frequency, np.abs(fitted), color=BALLS[0], label="fitted")
-        above.set_ylabel("receptance (m/N)")
-        count = int(fit.attrs["modes"])
-        fitted_by = f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
-        heading(figure, f"Receptance of {fit.attrs.get('title', 'the measurement')}: {fitted_by}")
+        above.set_yscale("log")
+        _points(above, frequency, np.abs(measured), used)
+        dense, curve = _curve(fit)
+        above.plot(dense * unit.factor, np.abs(curve), color=BALLS[0], zorder=4, label="fitted")
+        least = 0.3 * float(min(np.abs(measured).min(), np.abs(fitted).min()))
+        noise = fit["noise_deviation"].values
+        if (noise[used] > least).any():
+            above.fill_between(frequency, least, noise, color=FILL, alpha=0.6, lw=0, zorder=0.5, label="noise")
+        above.set(ylabel="receptance (m/N)", ylim=(least, None))
+        heading(figure, f"Receptance of {fit.attrs.get('title', 'the measurement')}: {_fitted_by(fit)}")
         legend(above)
-        below.plot(frequency, np.rad2deg(np.angle(measured)), ".", ms=4, color=BALLS[1], zorder=3)
-        below.plot(frequency, np.rad2deg(np.angle(fitted)), color=BALLS[0])
-        below.set_ylabel("phase (°)")
-        below.set_xlabel(f"frequency ({unit.sign})")
+        along = np.rad2deg(np.unwrap(np.angle(curve)))
+        clear = np.abs(fitted) > np.where(used, noise, np.inf)  # no phase where the noise is greater
+        beside = np.interp(fit["frequency"].values, dense, along) + np.rad2deg(np.angle(measured / fitted))
+        below.plot(frequency[clear], beside[clear], ".", ms=4, color=BALLS[1], zorder=3)
+        below.plot(dense * unit.factor, along, "-", color=BALLS[0], zorder=4)
+        below.set(ylabel="phase (°)", xlabel=f"frequency ({unit.sign})")
+        below.margins(x=0.01)
+        below.yaxis.set_major_locator(MultipleLocator(90.0))
     return figure
+
+
+def _curve(fit: xr.Dataset) -> tuple[Floats, NDArray[np.complex128]]:
+    """The fitted receptance between the lines too, where a peak may lie; frequencies in rad/s."""
+    every = fit["frequency"].values
+    dense = np.unique(np.concatenate([every, np.linspace(every[0], every[-1], 3000)]))
+    poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
+    residues = fit["residue_real"].values + 1j * fit["residue_imag"].values
+    return dense, (residues / (1j * dense[:, None] - poles)).sum(axis=1)
+
+
+def _points(axes: Axes, frequency: Floats, amplitude: Floats, used: NDArray[np.bool_]) -> None:
+    axes.plot(frequency[used], amplitude[used], ".", ms=4, color=BALLS[1], zorder=3, label="measured")
+    if not used.all():
+        axes.plot(frequency[~used], amplitude[~used], "x", ms=4, mew=0.8, color=CRITICAL, zorder=2, label="not used")
+
+
+def _fitted_by(fit: xr.Dataset) -> str:
+    count = int(fit.attrs["modes"])
+    return f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
 
 
 def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:

@@ -1,0 +1,159 @@
+"""Fits of measured receptances in noise: as many modes as the machine has, with honest uncertainties."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from tests.references.receptances import accelerance, chain, measured, planar_model
+from typer.testing import CliRunner
+
+from autobalancer.cli.receptance import receptance as command
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.balls import equal_balls
+from autobalancer.measurement.rational_fit import fit_receptance, pole_model
+from autobalancer.measurement.receptance_border import receptance_border
+from autobalancer.plots.receptance import plot_receptance
+
+FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
+MASS, DAMPING, STIFFNESS = 12.27, 68.37, 44654.0  # Spannan (2021), table 6.4
+ONE = 1.0 / (STIFFNESS - MASS * FREQUENCY**2 + 1j * DAMPING * FREQUENCY)
+TWO = chain().receptance(FREQUENCY)
+BALLS = equal_balls(2, 6.656e-3, 0.077, 3e-5, spin_ratio=0.4)
+QUANTITIES = ("mode_frequency", "mode_damping_ratio", "mode_mass")
+
+
+def exact_modes(count: int) -> list[np.ndarray]:
+    """Frequency, damping ratio and mass of the modes, from the matrices."""
+    if count == 1:
+        natural = math.sqrt(STIFFNESS / MASS)
+        return [np.array([value]) for value in (natural, 0.5 * DAMPING / (MASS * natural), MASS)]
+    model = chain().poles()
+    up = np.flatnonzero(model.poles.imag > 0.0)
+    up = up[np.argsort(np.abs(model.poles[up]))]
+    poles, residues = model.poles[up], model.residues[up]
+    return [np.abs(poles), -poles.real / np.abs(poles), -0.5 / (residues * poles.conj()).real]
+
+
+@pytest.mark.parametrize("floor", [1e-3, 1e-2])  # m/s^2/N; the machine gives 0.08 well above its resonance
+@pytest.mark.parametrize("count", [1, 2])
+def test_noise_of_an_accelerometer_adds_no_modes_and_the_uncertainties_are_true(count: int, floor: float) -> None:
+    """Five standard deviations for the worst of 36 values; their mean square is one within the scatter of so few."""
+    deviations = []
+    for seed in range(6):
+        fit = fit_receptance(accelerance(FREQUENCY, (ONE, TWO)[count - 1], floor, 0.005, seed))
+        assert fit.attrs["modes"] == count
+        for name, exact in zip(QUANTITIES, exact_modes(count), strict=True):
+            deviations.append((fit[name].values - exact) / fit[f"{name}_deviation"].values)
+    assert np.abs(deviations).max() < 5.0
+    assert 0.5 < math.sqrt(float(np.mean(np.square(deviations)))) < 1.7
+
+
+def test_the_noise_that_is_found_is_the_noise_that_is_there() -> None:
+    floor, share = 3e-3, 0.01
+    fit = fit_receptance(accelerance(FREQUENCY, ONE, floor, share, 0))
+    true = np.hypot(share * np.abs(ONE), floor / FREQUENCY**2)
+    assert np.abs(np.log(fit["noise_deviation"].values / true)).max() < math.log(1.35)
+    assert float(fit["noise_deviation"][0]) > 5.0 * abs(ONE[0])  # at 0.25 Hz nothing else is measured
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(seed: int) -> None:
+    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
+    exact = fit.copy()
+    true = planar_model(MASS, DAMPING, STIFFNESS)
+    for name, values in (("pole", true.poles), ("residue", true.residues)):
+        exact[f"{name}_real"], exact[f"{name}_imag"] = ("pole", values.real), ("pole", values.imag)
+    found = receptance_border(fit, BALLS, balls_on_rotor=False, unbalance=500e-6, resamples=10)
+    expected = receptance_border(exact, BALLS, balls_on_rotor=False, unbalance=500e-6).attrs["exact_border"]
+    assert found.attrs["exact_border"] == pytest.approx(expected, rel=0.02)
+    assert abs(found.attrs["exact_border"] - expected) < 5.0 * found.attrs["exact_border_deviation"]
+    assert pole_model(fit).poles.size == 2
+
+
+def test_a_band_fits_the_lines_in_it_only() -> None:
+    noisy = accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1)
+    fit = fit_receptance(noisy, band=("5 Hz", "40 Hz"))
+    hertz = FREQUENCY / (2.0 * math.pi)
+    assert fit["used"].values.astype(bool).tolist() == ((hertz >= 5.0) & (hertz <= 40.0)).tolist()
+    assert fit.attrs["band_low"] == pytest.approx(10.0 * math.pi)
+    assert fit.attrs["modes"] == 1
+    assert fit.attrs["warnings"] == ""
+    with pytest.raises(QuestionError, match=r"5 values are too few.*measured from 0\.25 to 100 Hz"):
+        fit_receptance(noisy, band=("5 Hz", "6 Hz"))
+    with pytest.raises(QuestionError, match="band: given"):
+        fit_receptance(noisy, band=("6 Hz", "5 Hz"))
+
+
+@pytest.mark.parametrize("width", [1, 2])
+def test_mains_hum_is_no_mode_and_its_lines_are_left_out(width: int) -> None:
+    noisy = accelerance(FREQUENCY, ONE, 2e-3, 0.005, width)
+    at = int(np.argmin(np.abs(FREQUENCY - 100.0 * math.pi)))
+    values = noisy["receptance_real"].values.copy()
+    values[at : at + width] += 0.3 / FREQUENCY[at] ** 2
+    fit = fit_receptance(noisy.assign(receptance_real=("frequency", values)))
+    assert fit.attrs["modes"] == 1
+    assert set(range(at, at + width)) <= set(np.flatnonzero(fit["used"].values == 0).tolist())
+    assert fit["used"].values.sum() > FREQUENCY.size - 6
+    assert "left out as disturbed: 50" in fit.attrs["warnings"]
+
+
+def test_a_lightly_damped_mode_between_two_lines_is_not_taken_for_hum() -> None:
+    """Its half-power band is a tenth of the distance of two lines."""
+    natural = 2.0 * math.pi * 50.13
+    narrow = 1.0 / (30.0 * (natural**2 - FREQUENCY**2 + 2j * 0.00025 * natural * FREQUENCY))
+    fit = fit_receptance(accelerance(FREQUENCY, ONE + narrow, 1e-3, 0.005, 0))
+    assert fit.attrs["modes"] == 2
+    assert fit["mode_frequency"].values[1] == pytest.approx(natural, rel=1e-4)
+    assert fit["mode_mass"].values[1] == pytest.approx(30.0, rel=0.02)
+
+
+def test_more_modes_than_there_are_are_given_if_asked_for_and_said_to_be_none() -> None:
+    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), modes=3)
+    assert fit.attrs["modes"] == 3
+    assert "Give fewer --modes" in fit.attrs["warnings"]
+
+
+def test_a_force_at_another_place_feeds_energy_and_this_is_said() -> None:
+    """Between two places with a mode between them in which they move against each other the work can have any sign."""
+    host, across = chain(), np.array([0.0, 1.0])
+    dynamic = -host.mass * FREQUENCY[:, None, None] ** 2 + 1j * FREQUENCY[:, None, None] * host.damping + host.stiffness
+    transfer = np.linalg.solve(dynamic, np.broadcast_to(across, (FREQUENCY.size, 2))[..., None])[:, 0, 0]
+    fit = fit_receptance(measured(FREQUENCY, transfer, 0.005), band=("1 Hz", "24 Hz"))
+    assert "feeds energy" in fit.attrs["warnings"]
+    driving = fit_receptance(measured(FREQUENCY, TWO, 0.005))
+    assert "feeds energy" not in driving.attrs["warnings"]
+
+
+def test_the_command_says_where_the_noise_is_and_how_to_leave_it_out(tmp_path: Path) -> None:
+    noisy = accelerance(FREQUENCY, ONE, 2e-2, 0.005, 3)
+    heard = -(FREQUENCY**2) * (noisy["receptance_real"].values + 1j * noisy["receptance_imag"].values)
+    file = tmp_path / "hammer.csv"
+    columns = np.column_stack([FREQUENCY / (2.0 * math.pi), heard.real, heard.imag])
+    head = "frequency [Hz], real [m/s^2/N], imag [m/s^2/N]"
+    np.savetxt(file, columns, delimiter=",", header=head, comments="")
+    app = typer.Typer()
+    app.command()(command)
+    balls = ["--balls", "2", "--ball-mass", "6.656 g", "--orbit-radius", "77 mm", "--drag", "3e-5 N*m*s"]
+    asked = [str(file), *balls, "--unbalance", "500 g*mm", "--resamples", "0"]
+    text = " ".join(CliRunner().invoke(app, asked, catch_exceptions=False).output.split())
+    assert "the noise is greater than the receptance" in text
+    assert '--band "4' in text
+    assert text.count("damping ratio") == 1
+    within = CliRunner().invoke(app, [*asked, "--band", "5 Hz:100 Hz"], catch_exceptions=False).output
+    assert "noise" not in within
+
+
+def test_the_picture_shows_the_noise_and_what_was_left_out_and_its_phase_does_not_jump() -> None:
+    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), band=("2 Hz", "100 Hz"))
+    above, below = plot_receptance(fit).axes
+    named = [text.get_text() for text in above.get_legend().get_texts()]
+    assert named == ["measured", "not used", "fitted", "noise"]
+    points, curve = (np.asarray(line.get_ydata(), float) for line in below.get_lines())
+    assert np.abs(np.diff(curve)).max() < 90.0
+    assert curve[[0, -1]] == pytest.approx([0.0, -180.0], abs=10.0)
+    assert points.size > 300
+    assert -240.0 < points.min() < points.max() < 60.0  # the noise does not turn -180 into +180
