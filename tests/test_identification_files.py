@@ -145,6 +145,19 @@ def test_the_command_prints_numbers_for_programs_and_frees_more(tmp_path: Path) 
     assert wrong.exit_code == 2
 
 
+def test_the_curve_of_the_picture_has_the_peak_that_lies_between_measured_speeds() -> None:
+    """The response of the fitted machine, not a line from one measured value to the next."""
+    dense, coarse = np.linspace(100.0, 300.0, 4001), np.linspace(100.0, 300.0, 10)
+    peak = unbalance_response(MACHINE, dense, ["B1", "B2"])["mean_of_greatest"].values.max()
+    values = unbalance_response(MACHINE, coarse, ["B1", "B2"])["mean_of_greatest"].values
+    assert values.max() < 0.7 * peak
+    measured = MeasuredResponse(coarse, values, 0.01, ["B1", "B2"], label="both bearings")
+    figure = plot_identification(identify(MACHINE, {"rotor.transverse_inertia": (0.01, 0.02)}, [measured]).data)
+    lines = {line.get_label(): np.asarray(line.get_ydata(), float) for line in figure.axes[0].get_lines()}
+    assert lines["measured"].size == 10
+    assert lines["after the fit"].max() / lines["measured"].max() == pytest.approx(peak / values.max(), rel=0.02)
+
+
 def test_the_picture_has_a_panel_for_each_curve() -> None:
     speeds = np.linspace(100.0, 300.0, 30)
     values = unbalance_response(MACHINE, speeds, ["B1", "B2"])["mean_of_greatest"].values

@@ -132,6 +132,6 @@ def _show(data: xr.Dataset) -> None:
 
 
 def _numbers(data: xr.Dataset) -> dict[str, Any]:
-    names = [name for name in data.variables if name != "other_parameter"]
+    names = [name for name in data.variables if name != "other_parameter" and "point" not in data[name].dims]
     attrs = ("chi_square", "degrees_of_freedom", "scatter_ratio", "rank", "outcome", "loss", "notes", "machine")
     return {str(name): data[name].values for name in names} | {name: data.attrs[name] for name in attrs}

@@ -47,7 +47,9 @@ def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool =
         grid = figure.add_gridspec(len(curves) + 1, 2, width_ratios=[1.7, 1.0])
         for i, label in enumerate(curves):
             wanted = (fit["row_label"].values == label) & (fit["row_kind"].values == "response")
-            _curve(figure.add_subplot(grid[i, :]), fit.isel(row=np.flatnonzero(wanted)), unit, str(label), log)
+            drawn = np.flatnonzero(fit["curve_label"].values == label)
+            part = fit.isel(row=np.flatnonzero(wanted), point=drawn)
+            _curve(figure.add_subplot(grid[i, :]), part, unit, str(label), log)
         _deviations(figure.add_subplot(grid[-1, 0]), fit, unit)
         _correlation(figure, figure.add_subplot(grid[-1, 1]), fit)
     return figure
@@ -60,9 +62,10 @@ def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) 
     if sign == "m":
         length = length_axis(None, float(part["measured"].max()))
         sign, factor = length.sign, length.factor
-    axes.plot(speed, factor * part["before"].values, color=FILL, lw=3.0, label="before")
+    along = part["curve_speed"].values * unit.factor
+    axes.plot(along, factor * part["curve_before"].values, color=FILL, lw=3.0, label="before")
     axes.plot(speed, factor * part["measured"].values, ".", ms=4, color=ALL_BALLS, zorder=3, label="measured")
-    axes.plot(speed, factor * part["after"].values, color=BALLS[0], label="after the fit, at the measured speeds")
+    axes.plot(along, factor * part["curve_after"].values, color=BALLS[0], label="after the fit")
     for i in np.flatnonzero(np.abs(part["deviation"].values) > OUTLIER):
         x, y = float(speed[i]), factor * float(part["measured"].values[i])
         axes.plot(x, y, "o", ms=8, mfc="none", mec=INK, label="_")

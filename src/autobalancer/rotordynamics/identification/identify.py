@@ -15,6 +15,7 @@ from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.identification.between import with_curves
 from autobalancer.rotordynamics.identification.determination import determination
 from autobalancer.rotordynamics.identification.fit import Loss, best_fit, weights
 from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter, Unknown, unknowns
@@ -32,7 +33,9 @@ class Identification:
     ``start``, ``lower``, ``upper``, ``at_bound``, ``unit``, ``paths``; ``correlation`` over ``parameter`` and
     ``other_parameter``; over ``row``: ``measured``, ``error``, ``before``, ``after``, ``deviation`` (of the fitted
     machine, in standard deviations), ``weight`` (1, less for outliers), ``row_speed``, ``row_label``, ``row_kind``,
-    ``row_unit``; over ``direction``: ``singular_value`` and ``direction_part`` (over ``parameter``, too).
+    ``row_unit``; over ``direction``: ``singular_value`` and ``direction_part`` (over ``parameter``, too). Where response
+    curves were measured, over ``point``: ``curve_speed``, ``curve_label``, ``curve_before`` and ``curve_after``, the
+    curves of the machine between the measured speeds.
     """
 
     machine: Machine
@@ -100,11 +103,11 @@ def identify(
     rows = [measurement.rows() for measurement in measurements]
     rows = [replace(r, unit=units.get(r.label.removeprefix("known "), r.unit)) for r in rows]
     begin = np.array([u.inner(u.start) for u in sought])
-    before = _predicted(machine, sought, begin, measurements)  # a wrong question is refused here
+    before = _predictions(_trial(machine, sought, begin), measurements)  # a wrong question is refused here
 
     def residuals(point: Floats) -> Floats:
         try:
-            predicted = _predicted(machine, sought, point, measurements)
+            predicted = _predictions(_trial(machine, sought, point), measurements)
         except MachineError:
             return np.full(sum(r.measured.size for r in rows), np.nan)
         return _residual(measurements, predicted)
@@ -116,7 +119,8 @@ def identify(
     weight = weights(deviation, loss, loss_scale)
     at_bound = (fit.variables == low) | (fit.variables == high)
     known = determination(sought, values, np.sqrt(weight)[:, None] * fit.jacobian, at_bound)
-    after = np.concatenate(_predicted(machine, sought, fit.variables, measurements))
+    at_end = _trial(machine, sought, fit.variables)
+    after = np.concatenate(_predictions(at_end, measurements))
     fitted = _applied(machine, sought, values)
     names = ", ".join(u.name for u in sought)
     note = f"Identified from {deviation.size} measured values: {names}."
@@ -126,7 +130,7 @@ def identify(
         machine, fitted, sought, values, at_bound, known, rows, np.concatenate(before), after, deviation, weight, fit
     )
     data.attrs |= {"loss": loss, "loss_scale": loss_scale}
-    return Identification(fitted, data)
+    return Identification(fitted, with_curves(data, measurements, _trial(machine, sought, begin), at_end))
 
 
 def _applied(machine: Machine, sought: list[Unknown], values: Floats) -> Machine:
@@ -135,12 +139,13 @@ def _applied(machine: Machine, sought: list[Unknown], values: Floats) -> Machine
     return machine
 
 
-def _predicted(
-    machine: Machine, sought: list[Unknown], point: Floats, measurements: Sequence[Measurement]
-) -> list[Floats]:
+def _trial(machine: Machine, sought: list[Unknown], point: Floats) -> Trial:
     values = np.array([u.outer(float(v)) for u, v in zip(sought, point, strict=True)])
     names = {u.name: float(value) for u, value in zip(sought, values, strict=True)}
-    trial = Trial(_applied(machine, sought, values), names)
+    return Trial(_applied(machine, sought, values), names)
+
+
+def _predictions(trial: Trial, measurements: Sequence[Measurement]) -> list[Floats]:
     return [measurement.predict(trial) for measurement in measurements]
 
 
