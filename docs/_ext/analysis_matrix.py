@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ import autobalancer as ab
 from autobalancer.errors import AutobalancerError
 from autobalancer.machine import Machine
 
-ROOT = Path(__file__).resolve().parents[2]
 SPEED = 200.0  # rad/s, above the critical speeds of the machines below
 SHORT = 0.5  # s; enough to see whether a law takes part
 
@@ -98,7 +96,7 @@ def pages() -> dict[str, str]:
 def rotors() -> str:
     """Which analysis takes which rotor and drive."""
     machines = {name: _machine(changes, {}) for name, changes in ROTORS.items()}
-    planes = ab.load_machine(ROOT / "examples/machines/two_plane_rotor.toml")
+    planes = ab.example("two_plane_rotor")
     machines["rigid rotor, two planes"] = planes
     supports = [{"position": at, "stiffness": ["20 kN/m", "25 kN/m"], "damping": "20 N*s/m"} for at in (-0.12, 0.12)]
     machines["rigid rotor, supports different in x and y"] = ab.with_parameter(planes, "rotor.supports", supports)

@@ -84,6 +84,7 @@ __all__ = [
     "errors",
     "evaluate_angles",
     "example",
+    "example_path",
     "example_text",
     "examples",
     "explicit_averaged_border",
@@ -206,6 +207,7 @@ __all__ = [
     "vibration",
     "whirl_orbits",
     "with_parameter",
+    "write_example",
 ]
 
 
@@ -241,6 +243,7 @@ if _TYPE_CHECKING:
         save_machine,
     )
     from autobalancer.files.rigs import rig, rig_text, rigs
+    from autobalancer.files.samples import example_path, write_example
     from autobalancer.flow.annulus import Annulus, Walls, annulus_of
     from autobalancer.flow.question import annulus_flow
     from autobalancer.flow.relaxation import RelaxationModes, relaxation_modes

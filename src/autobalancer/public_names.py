@@ -95,6 +95,8 @@ HOME = {
     "example": "files.examples",
     "example_text": "files.examples",
     "examples": "files.examples",
+    "example_path": "files.samples",
+    "write_example": "files.samples",
     "eigenfrequencies": "rotordynamics.modes",
     "campbell": "rotordynamics.campbell",
     "critical_speeds": "rotordynamics.critical",
@@ -195,7 +197,7 @@ HOME = {
 COMMANDS = {
     "check": ("summary", "chamber_summary"),
     "run": ("simulate", "simulate_chamber", "verdict", "measures"),
-    "example": ("example", "examples", "example_text"),
+    "example": ("example", "examples", "example_text", "example_path", "write_example"),
     "keys": ("machine_schema",),
     "plot": ("plot_run_up", "plot_race", "plot_orbit", "plot_chamber_run"),
     "animate": ("animate", "animate_chamber"),

@@ -46,8 +46,8 @@ def angle(
 
     The machine has one ball on a horizontal axis.
 
-    Example: autobalancer angle examples/machines/equilibrium_angle.toml \\
-      --measured examples/measurements/equilibrium_angles.csv --plot drag.png
+    Example: autobalancer angle equilibrium_angle.toml \\
+      --measured equilibrium_angles.csv --plot drag.png
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.sheet import print_sheet

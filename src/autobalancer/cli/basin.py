@@ -31,7 +31,7 @@ def basin(
     With gravity in the plane, and for rotors that tilt or bend, only --random
     answers: an end is the verdict on a run.
 
-    Example: autobalancer basin examples/machines/discoidal.toml \\
+    Example: autobalancer basin discoidal.toml \\
       --speed "1200 rpm" --random 500 --plot basin.png
     """
     from autobalancer import basin as ask

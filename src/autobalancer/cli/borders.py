@@ -43,7 +43,7 @@ def borders(
 
     With --over also as a table over a parameter, which --out and --plot write.
 
-    Example: autobalancer borders examples/machines/discoidal.toml \\
+    Example: autobalancer borders discoidal.toml \\
       --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
     from autobalancer.cli.friction import friction_rows

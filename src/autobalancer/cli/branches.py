@@ -38,7 +38,7 @@ def branches(
 
     A NAME is speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path such as rotor.damping.
 
-    Example: autobalancer branches examples/machines/discoidal.toml \\
+    Example: autobalancer branches discoidal.toml \\
       --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json

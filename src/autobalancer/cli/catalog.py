@@ -231,20 +231,31 @@ def rigs(as_json: Json = False, as_csv: Csv = False) -> None:
         print_csv(columns)
         return
     print_sheet(columns, "Published rigs")
-    typer.echo("Get one: autobalancer catalog rig NAME > machine.toml")
+    typer.echo("Get one: autobalancer catalog rig NAME --out machine.toml")
 
 
 @app.command()
-def rig(name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig".')], as_json: Json = False) -> None:
-    """Print the machine file of a published rig.
+def rig(
+    name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig"; without one all are listed.')] = "",
+    out: Annotated[Path | None, typer.Option(help="Machine file to write (.toml).")] = None,
+    as_json: Json = False,
+) -> None:
+    """Print or write the machine file of a published rig; without a name list the rigs.
 
-    Example: autobalancer catalog rig rodrigues_rig > machine.toml
+    Example: autobalancer catalog rig rodrigues_rig --out machine.toml
     """
     import tomllib
 
+    from autobalancer.cli.output import MACHINE, check_suffix
     from autobalancer.files.rigs import rig_text
+    from autobalancer.safe_file import write_text_safely
 
-    if as_json:
+    if not name:
+        rigs(as_json)
+    elif out is not None:
+        check_suffix("--out", out, MACHINE)
+        typer.echo(f"written: {write_text_safely(out, rig_text(name))}")
+    elif as_json:
         print_json(tomllib.loads(rig_text(name)))
     else:
         typer.echo(rig_text(name), nl=False)

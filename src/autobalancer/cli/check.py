@@ -21,7 +21,7 @@ def check(
 
     Of a machine with deep chambers: filling, contact time and step in place of drag and borders.
 
-    Example: autobalancer check examples/machines/discoidal.toml
+    Example: autobalancer check discoidal.toml
     """
     from autobalancer import summary
     from autobalancer.cli.friction import friction_rows, settled_rows

@@ -35,7 +35,7 @@ def equivalent(
 ) -> None:
     """Find the planar oscillator that stands for a rotor at the plane of its balls, and say how far it holds.
 
-    Example: autobalancer equivalent examples/machines/rigid_rotor.toml \\
+    Example: autobalancer equivalent rigid_rotor.toml \\
       --out planar.toml
     """
     from autobalancer.cli.output import MACHINE, RESULT, Files, one_form, print_csv, print_json

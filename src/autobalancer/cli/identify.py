@@ -40,8 +40,8 @@ def identify(
 ) -> None:
     """Fit parameters of a machine to measured modes, critical speeds, response curves and known values.
 
-    Example: autobalancer identify rig.toml \\
-      --measurements examples/measurements/rodrigues_critical_speeds.toml \\
+    Example: autobalancer identify rodrigues_rig.toml \\
+      --measurements rodrigues_critical_speeds.toml \\
       --out fitted.toml --out fit.nc
     """
     from autobalancer.cli.output import MACHINE, RESULT, Files, one_form, print_csv, print_json

@@ -12,6 +12,7 @@ app = typer.Typer(
     name="autobalancer",
     cls=Group,
     help="Automatic ball balancers: describe the machine, simulate it, see what the balls do.",
+    epilog="The files in the examples are written by: autobalancer example --all",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )

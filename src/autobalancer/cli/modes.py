@@ -38,7 +38,7 @@ def modes(
     Critical speeds are those of the rotor without damping. A Campbell diagram has damping; where its natural frequencies
     meet the speed is listed beside them.
 
-    Example: autobalancer modes examples/machines/rigid_rotor.toml \\
+    Example: autobalancer modes rigid_rotor.toml \\
       --speeds "0 rpm:6000 rpm:121" --plot campbell.png
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json

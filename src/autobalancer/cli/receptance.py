@@ -52,9 +52,8 @@ def receptance(
 ) -> None:
     """Exact border, least drag and margins from a measured receptance, without a model of the rotor.
 
-    Example: autobalancer receptance \\
-      examples/measurements/discoidal_hammer.csv \\
-      --machine examples/machines/discoidal.toml --speed "1200 rpm"
+    Example: autobalancer receptance discoidal_hammer.csv \\
+      --machine discoidal.toml --speed "1200 rpm"
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.progress import progress_bar

@@ -43,7 +43,7 @@ def response(
 ) -> None:
     """Print the peaks of the unbalance response over a range of speeds, or the whirl of every station at one speed.
 
-    Example: autobalancer response examples/machines/two_plane_rotor.toml \\
+    Example: autobalancer response two_plane_rotor.toml \\
       --speeds "600 rpm:5500 rpm:400" --plot bode.png
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json

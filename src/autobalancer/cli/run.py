@@ -49,7 +49,7 @@ def run(
     The exit code is 0 for a run that finished or was ended by an event, 3 if the motion left all bounds, 4 if the step became too
     small, 5 if the steps were spent, 130 after Ctrl-C and 143 after SIGTERM; 2 for something you can mend.
 
-    Example: autobalancer run examples/machines/stall_and_release.toml \\
+    Example: autobalancer run stall_and_release.toml \\
       --out stall.nc
     """
     from autobalancer import verdict

@@ -41,7 +41,7 @@ def stability(
 ) -> None:
     """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on anisotropic supports.
 
-    Example: autobalancer stability examples/machines/discoidal.toml \\
+    Example: autobalancer stability discoidal.toml \\
       --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
     from autobalancer.cli.output import Files, one_form, print_csv, print_json

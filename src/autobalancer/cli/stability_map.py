@@ -30,7 +30,7 @@ def map_(
     A NAME is speed, viscosity, drag, ball_mass, ball_diameter, count, unbalance, damping, stiffness, temperature,
     plateau, rolling_resistance, or a path such as rotor.damping.
 
-    Example: autobalancer map examples/machines/discoidal.toml \\
+    Example: autobalancer map discoidal.toml \\
       --x "speed=50 rad/s:130 rad/s:400" \\
       --y "viscosity=0.2 mm^2/s:100 mm^2/s:400:log" --plot map.png
     """

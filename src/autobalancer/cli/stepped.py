@@ -51,7 +51,7 @@ def stepped(
 ) -> None:
     """Hold a speed, let transients die, measure, go to the next. Ctrl-C keeps what was measured; the same call goes on.
 
-    Example: autobalancer stepped examples/machines/discoidal.toml \\
+    Example: autobalancer stepped discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
     from autobalancer.cli.exit_codes import stop_code

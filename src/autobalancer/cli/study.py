@@ -52,7 +52,7 @@ def amplitudes(
 
     Without --out the result is written here, under the machine's name with _amplitudes.nc.
 
-    Example: autobalancer study amplitudes examples/machines/deep_chamber.toml \\
+    Example: autobalancer study amplitudes deep_chamber.toml \\
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
@@ -113,7 +113,7 @@ def reactions(
 ) -> None:
     """One run into an archive, with pictures: history, energy, collisions, reactions, arrangement of the balls.
 
-    Example: autobalancer study reactions examples/machines/deep_chamber.toml \\
+    Example: autobalancer study reactions deep_chamber.toml \\
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
     from autobalancer.plots.chamber_arrangement import plot_arrangement

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from autobalancer.errors import CatalogError
-from autobalancer.files.machine_file import SAMPLES, parse_any
+from autobalancer.files.machine_file import parse_any
+from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 
 
 def examples() -> tuple[str, ...]:
     """Names of the sample machines, ascending."""
-    return tuple(sorted(Path(entry.name).stem for entry in SAMPLES.iterdir() if entry.name.endswith(".toml")))
+    return sample_names("machines")
 
 
 def example_text(name: str) -> str:
@@ -25,7 +24,7 @@ def example_text(name: str) -> str:
     """
     if name not in examples():
         raise CatalogError(f"no sample machine is called {name!r}; there are {', '.join(examples())}")
-    return (SAMPLES / f"{name}.toml").read_text(encoding="utf-8")
+    return example_path(name).read_text(encoding="utf-8")
 
 
 def example(name: str) -> Machine | ChamberMachine:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import tomllib
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from autobalancer.machine.part import ImpossiblePart, Part, spell
 from autobalancer.safe_file import write_text_safely
 
 LISTED = 20  # problems named in one message
-SAMPLES = files("autobalancer") / "catalog" / "data" / "machines"
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -62,17 +60,7 @@ def read_machine(path: str | Path) -> Machine | ChamberMachine:
     """Read a machine file of either kind; raises as :func:`load_machine`."""
     path = Path(path)
     _refuse_result(path)
-    _refuse_missing_sample(path)
     return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
-
-
-def _refuse_missing_sample(path: Path) -> None:
-    """The pages name the sample machines as a checkout has them; an installed package has them under their names."""
-    if not path.exists() and (SAMPLES / path.name).is_file():
-        raise MachineFileError(
-            f"{path}: no such file; a sample machine of this name comes with the package: "
-            f"'autobalancer example {path.stem} --out {path.name}' writes it"
-        )
 
 
 def _refuse_result(path: Path) -> None:

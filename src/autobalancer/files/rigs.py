@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
-from pathlib import Path
-
 from autobalancer.errors import CatalogError
 from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
-
-_FOLDER = files("autobalancer") / "catalog" / "data" / "rigs"
 
 
 def rigs() -> tuple[str, ...]:
     """Names of the published rigs, ascending."""
-    return tuple(sorted(Path(entry.name).stem for entry in _FOLDER.iterdir() if entry.name.endswith(".toml")))
+    return sample_names("rigs")
 
 
 def rig_text(name: str) -> str:
@@ -27,7 +23,7 @@ def rig_text(name: str) -> str:
     """
     if name not in rigs():
         raise CatalogError(f"no published rig is called {name!r}; there are {', '.join(rigs())}")
-    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+    return example_path(name).read_text(encoding="utf-8")
 
 
 def rig(name: str) -> Machine:

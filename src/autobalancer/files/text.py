@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from autobalancer.errors import AutobalancerError
+from autobalancer.files.samples import sample_hint
 
 MACHINE = 10_000_000  # bytes of a machine file
 TABLE = 100_000_000  # bytes of a table
@@ -35,7 +36,7 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
             content = file.read(largest + 1)
         text = content.decode("utf-8-sig").replace("\r\n", "\n") if len(content) <= largest else ""
     except FileNotFoundError:
-        raise error(f"{place}: no such file") from None
+        raise error(f"{place}: no such file{sample_hint(path)}") from None
     except (OSError, ValueError) as reason:  # ValueError: no text, or no name of a file
         raise error(f"{place}: cannot be read: {reason}") from None
     if len(content) > largest:

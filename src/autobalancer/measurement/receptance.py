@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
+from autobalancer.files.samples import sample_hint
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -47,7 +48,7 @@ def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Data
     try:
         text = path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as reason:
-        raise ResultError(f"{path}: cannot be read: {reason.strerror}") from None
+        raise ResultError(f"{path}: cannot be read: {reason.strerror}{sample_hint(path)}") from None
     lines = text.splitlines()
     if any(line.strip() == "-1" for line in lines[:5]):
         return read_universal(lines, path.name, function)
