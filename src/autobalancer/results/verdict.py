@@ -18,7 +18,12 @@ from autobalancer.results.places import plane_vectors, residual_unbalance, suppo
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict_text import verdict_html, verdict_lines
 
-NOTES = ("left_race_text", "friction_text", "eccentricity_text")  # attributes of a run that are its remarks
+NOTES = (
+    "input_text",
+    "left_race_text",
+    "friction_text",
+    "eccentricity_text",
+)  # attributes of a run that are its remarks
 
 
 @dataclass(frozen=True)
@@ -135,7 +140,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         raise QuestionError(
             "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
         )
-    notes = tuple(str(run.attrs[name]) for name in NOTES if name in run.attrs)
+    notes = tuple(line for name in NOTES if name in run.attrs for line in str(run.attrs[name]).split("\n"))
     peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":

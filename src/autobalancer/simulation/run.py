@@ -43,6 +43,7 @@ from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.friction_text import friction_text
+from autobalancer.simulation.input_text import input_notes
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
@@ -189,6 +190,7 @@ def simulate(
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             "critical_speeds": list(assembly.critical_speeds),
             **({"unbalance_jumps": list(jumps)} if jumps else {}),
+            **({"input_text": "\n".join(odd)} if (odd := input_notes(machine, end)) else {}),
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
             **known.record,

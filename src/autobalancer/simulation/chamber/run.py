@@ -10,6 +10,7 @@ import xarray as xr
 
 from autobalancer.assembly.chamber import contact_time
 from autobalancer.errors import QuestionError
+from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.dataset import joined, labeled
@@ -103,6 +104,7 @@ def simulate_chamber(
         "sample": interval,
         "contact_time": shortest,
         "critical_speeds": list(chamber_critical_speeds(machine)[0]),
+        **({"input_text": "\n".join(odd)} if (odd := bare_numbers(machine)) else {}),
     }
     march = begin(machine, h, every, method, seed, settle) if resume is None else restore(machine, h, every, resume)
     samples = round(end / interval)

@@ -11,6 +11,7 @@ import numpy as np
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.filling import fill
@@ -103,7 +104,7 @@ def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
         step=default_step(machine),
         duration=float(machine.run.duration) if machine.run is not None else None,
         highest_speed=highest,
-        warnings=_warnings(machine, unbalance, couple, capability, critical, highest),
+        warnings=bare_numbers(machine) + _warnings(machine, unbalance, couple, capability, critical, highest),
     )
 
 

@@ -72,7 +72,7 @@ def chamber_verdict(run: xr.Dataset, last: float | None = None) -> Verdict:
         peak=Peak(MIDDLE, float(np.abs(z - static[0])[peak]), float(run["speed"].values[peak])),
         peak_without_balls=None,
         settling=_settling(run, last),
-        notes=(),
+        notes=tuple(str(run.attrs["input_text"]).split("\n")) if "input_text" in run.attrs else (),
     )
 
 

@@ -20,6 +20,7 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.shown import html_table, speed_cells, text_table
 from autobalancer.simulation.fluid_lag import diffusing_lags
+from autobalancer.simulation.input_text import input_notes
 from autobalancer.stability.borders.speeds import Border, border_speeds
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
@@ -138,7 +139,8 @@ def summary(machine: Machine | str | Path) -> Summary:
         borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
-        warnings=_gravity_note(machine)
+        warnings=input_notes(machine, None if machine.run is None else float(machine.run.duration))
+        + _gravity_note(machine)
         + _warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
