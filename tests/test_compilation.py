@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 from numba.core.caching import _CacheLocator
 
 from autobalancer.kernels import cache
+from autobalancer.kernels.announce import KINDS, Announcement
 
 SECOND = """
 import autobalancer as ab
@@ -161,5 +163,34 @@ def test_the_first_compilation_is_announced_in_one_line_and_a_second_process_say
         )
         assert done.stdout == ""
         said.append(done.stderr)
-    assert said[0].count("compiling its equations; this happens once") == 1
+    assert said[0].count("compiling what all runs share; this happens once for each kind") == 1
     assert said[1] == ""
+
+
+def test_the_announcement_names_each_kind_once_and_not_the_kernels_within_a_kernel(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def kernel(module: str) -> SimpleNamespace:
+        dispatcher = SimpleNamespace(py_func=SimpleNamespace(__module__=module))
+        return SimpleNamespace(data={"dispatcher": dispatcher})
+
+    told = Announcement()
+    for outer, inner in (
+        ("autobalancer.kernels.guided_race", "autobalancer.kernels.contact_laws"),
+        ("autobalancer.kernels.guided_race", "autobalancer.kernels.stations"),
+        ("autobalancer.kernels.chamber.verlet", "autobalancer.kernels.chamber.pairs"),
+        ("somebody.elses", "autobalancer.kernels.dwell"),
+    ):
+        told.on_start(kernel(outer))
+        told.on_start(kernel(inner))
+        told.on_end(kernel(inner))
+        told.on_end(kernel(outer))
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(";")[0] for line in lines] == [
+        "autobalancer: compiling the equations of real races",
+        "autobalancer: compiling the equations of deep chambers",
+    ]
+
+
+def test_every_kind_that_is_announced_is_a_kernel() -> None:
+    assert all((cache.HERE / f"{name}.py").exists() or (cache.HERE / name).is_dir() for name in KINDS)

@@ -23,7 +23,7 @@ WRITES = ("--out", "--plot", "--archive", "--store")
 READ = (".toml", ".csv", ".nc", ".unv")
 INCLUDED = r"^```\{literalinclude\} (?:machines/(\S+)|reference/generated/tables/(\S+\.txt))"
 BLOCKS = re.compile(INCLUDED + r"|^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
-COMMAND = re.compile(r"^\$ (autobalancer [a-z](?:.*\\\n)*.*)", re.MULTILINE)
+COMMAND = re.compile(r"^(?:\$ )?(autobalancer [a-z](?:.*\\\n)*.*)", re.MULTILINE)
 HANDED = {"machine.toml", "rig.toml"}  # the reader's own
 
 

@@ -9,12 +9,9 @@ the wall carries them around, and seconds later they have found places that bala
 # %%
 # The reference machine, with twelve balls of 1 kg together and a friction of 0.7.
 
-from pathlib import Path
-
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.chamber_variant(ab.load_chamber_machine(here / "machines" / "deep_chamber.toml"), balls=12, friction=0.7)
+machine = ab.chamber_variant(ab.example("deep_chamber"), balls=12, friction=0.7)
 run = ab.simulate_chamber(machine, duration=16.0)
 figure = ab.plot_chamber_run(run)
 

@@ -11,15 +11,13 @@ chamber finds its way along the axis, but slowly.
 # The machine, and three others with the same rotor: a body held in planar motion, one layer in the middle, one deep chamber.
 
 import tomllib
-from pathlib import Path
 
 import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import ChamberMachine
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-described = tomllib.loads((here / "machines" / "released_body.toml").read_text())
+described = tomllib.loads(ab.example_text("released_body"))
 steel = {"density": "7800 kg/m^3", "total_mass": "1 kg"}
 layer = {"radius": "100 mm", "balls": [{"count": 6, **steel}]}
 deep = {"radius": "100 mm", "depth": "300 mm", "balls": [{"count": 12, **steel}]}

@@ -7,14 +7,11 @@ center is off the shaft by 0.1 mm, the shaft keeps a deflection of 0.1 mm, howev
 is that of Bykov and Kovachev (2018): constant speed, both balls near the unbalance.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "eccentric_race.toml")
+machine = ab.example("eccentric_race")
 run = ab.simulate(machine, save=[ab.Samples(20_001), ab.Envelope(1000), ab.LastRevolutions(10)])
 
 # %%

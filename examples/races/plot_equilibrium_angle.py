@@ -9,14 +9,11 @@ coefficient over five decades of the Reynolds number, and the rolling resistance
 # %%
 # In one oil: statics, and a run-up so slow that the ball nearly stands at any time.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = here / "machines" / "equilibrium_angle.toml"
+machine = ab.example("equilibrium_angle")
 curve = ab.angle_against_speed(machine, simulation=True)
 figure = ab.plot_equilibrium_angles(curve)
 below = curve.where(curve["angle"] < np.radians(60.0), drop=True)
@@ -27,7 +24,7 @@ print(f"simulated angle against statics up to 60 deg: {miss:.2f} deg")
 # A table of angles in ten fluids, computed with a rolling resistance of 0.05 and scattered by half a degree. Where series
 # of two fluids overlap they must agree, which they do with one coefficient only.
 
-found = ab.evaluate_angles(machine, ab.load_angle_series(here / "measurements" / "equilibrium_angles.csv"))
+found = ab.evaluate_angles(machine, ab.load_angle_series(ab.example_path("equilibrium_angles")))
 figure = ab.plot_measured_drag(found)
 one = found.sel(pressure_force="left out")
 rolling, deviation = float(one["rolling_resistance"]), float(one["rolling_resistance_deviation"])

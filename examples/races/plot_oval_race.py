@@ -7,14 +7,11 @@ drives it to the opposite side; what results depends on where the unbalance sits
 between its walls comes to rest where the guided one does.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "oval_race.toml")
+machine = ab.example("oval_race")
 wide = float(machine.balancers[0].races[0].harmonics[0].angle)
 
 # %%

@@ -7,14 +7,11 @@ when the rotor starts to turn. The floor and the oil take them along until they 
 bounce, slide, roll, and then do what guided balls do.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "resolved_balls.toml")
+machine = ab.example("resolved_balls")
 run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastRevolutions(10)])
 
 # %%

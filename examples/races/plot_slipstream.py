@@ -11,15 +11,13 @@ side. In line they shake the rotor with all their unbalance, and with less drag 
 # is that of 300, where its fit ends; the run reports this in ``slipstream_warning``.
 
 import warnings
-from pathlib import Path
 
 import numpy as np
 
 import autobalancer as ab
 
 warnings.simplefilter("ignore", ab.errors.RangeWarning)
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-alone = ab.load_machine(here / "machines" / "discoidal.toml")
+alone = ab.example("discoidal")
 shielded = ab.with_parameter(alone, "balancers[1].races[1].slipstream", True)
 runs = {"each ball alone": ab.simulate(alone), "slipstream": ab.simulate(shielded)}
 

@@ -10,12 +10,9 @@ been at the walls already.
 # %%
 # The race of a laboratory centrifuge with thin oil, started suddenly: the rotor turns with 60 rad/s, the oil not yet.
 
-from pathlib import Path
-
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "discoidal.toml")
+machine = ab.example("discoidal")
 start = ab.annulus_flow(machine, 60.0, initial_speed=0.0, duration=2.0, times=[0.02, 0.05, 0.1, 0.2, 0.4, 1.0])
 
 # %%

@@ -9,14 +9,11 @@ stand apart in the end: the angle between them is set by how much they must bala
 # %%
 # A centrifuge drive of Spannan (2021), here as a planar rotor at prescribed speed.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-run = ab.simulate(here / "machines" / "discoidal.toml")
+run = ab.simulate(ab.example("discoidal"))
 
 # %%
 # On a logarithmic axis the deflection falls step by step: the balls are released from the critical speed, separate, and,

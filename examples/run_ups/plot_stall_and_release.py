@@ -9,12 +9,9 @@ of the race at last tears them away. Then they fly to the light side, and nothin
 # %%
 # Two balls, each half as heavy as needed, so that together they balance the rotor exactly.
 
-from pathlib import Path
-
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-run = ab.simulate(here / "machines" / "stall_and_release.toml")
+run = ab.simulate(ab.example("stall_and_release"))
 
 # %%
 # In the upper panel the balls leave the line of the rotor at the critical speed and stay there for four seconds. In

@@ -9,14 +9,11 @@ one it mostly tilts. The balls stall at the first, break away, and have balanced
 # %%
 # The balancer sits 40 mm above the mass center, in the plane of the unbalance. Three stations are watched.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "rigid_rotor.toml")
+machine = ab.example("rigid_rotor")
 run = ab.simulate(machine)
 
 # %%

@@ -9,14 +9,11 @@ away all vibration; between them one pattern of the balls is still driven to the
 # %%
 # What the two planes have to balance is the same at any speed, like the two supports of a beam.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "two_plane_rotor.toml")
+machine = ab.example("two_plane_rotor")
 checked = ab.summary(machine)
 print("critical speeds:", [f"{speed:.1f} rad/s" for speed in checked.critical_speeds])
 for plane in checked.stations:

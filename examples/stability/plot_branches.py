@@ -9,14 +9,11 @@ where balls stay stalled, is followed along the rotor speed.
 # %%
 # The stand-in of the discoidal rig with two balls in 20 mm²/s silicone oil, from below to above its critical speed of 60 rad/s.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-rig = here / "machines" / "discoidal.toml"
+rig = ab.example("discoidal")
 found = ab.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 
 # %%

@@ -9,14 +9,11 @@ its load at every speed. Balls in two planes then make the couple worse, however
 # %%
 # The same rotor and balls, ever flatter. The conical critical speed goes to infinity at equal inertias and is gone beyond.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "disk_like_rotor.toml")
+machine = ab.example("disk_like_rotor")
 transverse = machine.rotor.transverse_inertia
 speeds = np.linspace(60.0, 1000.0, 160)
 shares = (0.4, 0.6, 1.2, 1.6)

@@ -9,14 +9,11 @@ the least oil with which the balancer works at its speed, whatever the unbalance
 # %%
 # The disc of a centrifuge on rubber bushings. Color is exact: green decays, red grows.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "discoidal.toml")
+machine = ab.example("discoidal")
 axes = {"speed": np.linspace(50.0, 130.0, 400), "viscosity": np.geomspace(0.3e-6, 100e-6, 400)}
 figure = ab.plot_map(ab.stability_map(machine, axes))
 

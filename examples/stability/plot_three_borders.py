@@ -9,14 +9,11 @@ three different questions. A slow run-up of two lightly damped balls shows which
 # %%
 # The stall-and-release machine, with a run-up of 5 rad/s in each second, slow enough for the release.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-machine = ab.load_machine(here / "machines" / "stall_and_release.toml")
+machine = ab.example("stall_and_release")
 slow = ab.with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
 run = ab.simulate(slow, duration=90.0)
 borders = {border.name: border.speed for border in ab.border_speeds(slow)}

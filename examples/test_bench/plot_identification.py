@@ -10,14 +10,11 @@ that the source gives as further measurements.
 # %%
 # The free parameters and the measurements are in a file; several entries may be tied to one parameter.
 
-from pathlib import Path
-
 import numpy as np
 
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-free, measured = ab.load_measurements(here / "measurements" / "rodrigues_critical_speeds.toml")
+free, measured = ab.load_measurements(ab.example_path("rodrigues_critical_speeds"))
 rodrigues = ab.rig("rodrigues_rig")
 fit = ab.identify(rodrigues, free, measured)
 print(fit.report())
@@ -34,7 +31,7 @@ print(fit.data["direction_part"].values.round(2))
 # A response curve with known shape says much more. The curve that the authors simulated gives all parameters of their model
 # to four digits; a robust loss does not mind two values that lie off it.
 
-free, measured = ab.load_measurements(here / "measurements" / "rodrigues_plain_rotor.toml")
+free, measured = ab.load_measurements(ab.example_path("rodrigues_plain_rotor"))
 curve = ab.identify(rodrigues, free, measured, loss="cauchy")
 print(curve.report())
 figure = ab.plot_identification(curve.data)

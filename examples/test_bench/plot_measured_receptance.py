@@ -9,12 +9,9 @@ blow with a hammer and one accelerometer give it, no model of the rotor is neede
 # %%
 # The file holds accelerance with a percent of noise. The fit finds how many modes there are, here one, and where.
 
-from pathlib import Path
-
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-fit = ab.fit_receptance(ab.load_receptance(here / "measurements" / "discoidal_hammer.csv"))
+fit = ab.fit_receptance(ab.load_receptance(ab.example_path("discoidal_hammer")))
 figure = ab.plot_receptance(fit)
 for frequency, ratio in ab.modes_of(fit):
     print(f"mode at {frequency:.2f} rad/s, damping ratio {100 * ratio:.2f} %")

@@ -13,7 +13,8 @@ from autobalancer.cli.options import SpeedUnit, Unit
 def animate(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     out: Annotated[
-        Path | None, typer.Option(help="Film, .mp4 or .gif; by default an .mp4 named as the result.")
+        Path | None,
+        typer.Option(help="Film: .gif, or .mp4 with autobalancer\\[film]; by default .mp4, named as the result."),
     ] = None,
     start: Annotated[str, typer.Option(help='Begin in the run, such as "5 s".')] = "",
     end: Annotated[str, typer.Option(help="End in the run.")] = "",

@@ -1,4 +1,4 @@
-"""One line on the terminal, in a pipe or in a notebook before kernels are compiled for the first time."""
+"""A line on the terminal, in a pipe or in a notebook for each kind of kernels that is compiled for the first time."""
 
 from __future__ import annotations
 
@@ -7,24 +7,43 @@ from typing import Any
 
 from numba.core import event
 
-TEXT = "autobalancer: compiling its equations; this happens once and takes up to a minute ..."
+TEXT = "autobalancer: compiling {}; this happens once for each kind of equations and takes up to a minute ..."
+SHARED = "what all runs share"
+KINDS = {
+    "chamber": "the equations of deep chambers",
+    "flow": "the equations of the flow in a race",
+    "guided_balls": "the equations of planar rotors",
+    "stations": "the equations of rotors that tilt or bend",
+    "guided_race": "the equations of real races",
+    "resolved_balls": "the equations of resolved balls",
+    "characteristic": "the equations of stability maps",
+    "dwell": "what stepped responses need",
+    "settle": "what many runs at once need",
+}
 
 
 class Announcement(event.Listener):
-    """Writes the line when the first kernel of a process is compiled; kernels from the cache are not."""
+    """Writes a line when the first kernel of a kind is compiled in a process; kernels from the cache are not."""
 
     def __init__(self) -> None:
-        self.made = False
+        self.said: set[str] = set()
+        self.depth = 0  # a kernel compiles those that it calls, of whatever kind
 
     def on_start(self, event: Any) -> None:
         """Called by Numba when it begins to compile."""
+        self.depth += 1
         kernel = getattr(event.data.get("dispatcher"), "py_func", None)
-        if not self.made and getattr(kernel, "__module__", "").startswith("autobalancer."):
-            self.made = True
-            print(TEXT, file=sys.stderr, flush=True)
+        place = getattr(kernel, "__module__", "").split(".")
+        if self.depth > 1 or place[0] != "autobalancer":
+            return
+        kind = next((KINDS[name] for name in place if name in KINDS), SHARED)
+        if kind not in self.said:
+            self.said.add(kind)
+            print(TEXT.format(kind), file=sys.stderr, flush=True)
 
     def on_end(self, event: Any) -> None:
         """Called by Numba when a kernel is ready."""
+        self.depth -= 1
 
 
 def announce_compiling() -> None:
