@@ -54,13 +54,15 @@ def check(
     if len(rows) > LISTED:
         table.add_row("", f"and {len(rows) - LISTED} more from {_speed(rows[LISTED][1])} on; see autobalancer modes")
     most = " (greatest over time)" if found.unbalance_varies else ""
-    table.add_row("unbalance", f"{found.unbalance * 1e6:.5g} g mm{most}")
+    several = len(described.unbalances) > 1 or any(part.is_couple for part in described.unbalances)
+    what = ", vector sum of the point unbalances" * several
+    table.add_row("unbalance", f"{found.unbalance * 1e6:.5g} g mm{what}{most}")
     if found.service is not None:
         for row in service_rows(found.service):
             table.add_row(*row)
     for race in found.races:
         share = race.capability / found.unbalance if found.unbalance else math.inf
-        enough = f", {share:.3g} times the unbalance" if found.unbalance else ""
+        enough = f", {share:.3g} times the unbalance" if found.unbalance and not found.stations else ""
         table.add_row(
             f"balancer {race.balancer}, race {race.race}",
             f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, "
@@ -70,10 +72,11 @@ def check(
             f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",
         )
     for plane in found.stations:
+        enough = f", {plane.capability / plane.required:.3g} times as much" if plane.required > 0.0 else ""
         table.add_row(
             f"plane {plane.name}",
             f"needs {plane.required * 1e6:.5g} g mm{most} for rest at {_speed(plane.speed)}, "
-            f"capability {plane.capability * 1e6:.5g} g mm",
+            f"capability {plane.capability * 1e6:.5g} g mm{enough}",
         )
     if found.friction is not None:
         for row in friction_rows(found.friction):

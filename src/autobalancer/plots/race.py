@@ -101,7 +101,7 @@ def plot_race(
 def _title(run: xr.Dataset, moments: Moments, unit: AxisUnit) -> str:
     name = run.attrs.get("machine_name", run.attrs.get("title", ""))
     speed = significant(float(moments.speed[0]) * unit.factor)
-    return f"{name}, {moments.time[0]:.6g} s, {speed} {unit.sign}"
+    return f"{name}, at {moments.time[0]:.6g} s, {speed} {unit.sign}"
 
 
 def _plane(races: Races, balancer: int) -> int:

@@ -65,7 +65,8 @@ class Verdict:
     and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
     ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
     ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
-    between them. ``parts`` are those of the run between jumps of the unbalance; none without a jump.
+    between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
+    between jumps of the unbalance; none without a jump.
     """
 
     word: str
@@ -85,6 +86,8 @@ class Verdict:
     notes: tuple[str, ...]
     static_residual: float = np.nan
     couple_residual: float = np.nan
+    static_unbalance: float = np.nan
+    couple_unbalance: float = np.nan
     parts: tuple[RunPart, ...] = ()
 
     @property
@@ -257,11 +260,13 @@ def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, f
     return float(last["turn_unbalance"].mean()), float(last["turn_residual_unbalance"].mean())
 
 
-def _shares(last: xr.Dataset) -> tuple[float, float]:
-    """Static and couple share of what two planes leave, kg m and kg m^2; nan of one plane, or of more."""
+def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
+    """Static and couple share of what two planes leave and of their unbalances, kg m and kg m^2; nan unless two."""
     if last.sizes.get("plane", 0) != 2 or "plane_position" not in last.coords:
-        return np.nan, np.nan
+        return np.nan, np.nan, np.nan, np.nan
     unbalance, balls = plane_vectors(last, "turn_")
-    first, second = (unbalance + balls).T
     half = 0.5 * float(np.diff(last["plane_position"].values)[0])
-    return float(np.abs(first + second).mean()), float(np.abs(half * (second - first)).mean())
+    (first, second), (one, two) = (unbalance + balls).T, unbalance.T
+    parts = (first + second, half * (second - first), one + two, half * (two - one))
+    left, couple, static, moment = (float(np.abs(part).mean()) for part in parts)
+    return left, couple, static, moment

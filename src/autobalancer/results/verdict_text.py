@@ -37,14 +37,16 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
     rows: Lines = []
     if not math.isnan(found.residual):
         of = f" of {moment_text(found.unbalance)}, {share_text(found.residual_share)}" if found.unbalance > 0.0 else ""
-        rows.append(("residual unbalance", moment_text(found.residual) + of))
+        added = "planes added up, " * (len(found.planes) > 1)
+        rows.append(("residual unbalance", f"{moment_text(found.residual)}{of} ({added}mean at the end)"))
     if len(found.planes) > 1:
         for plane in found.planes:
             share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
             rows.append((f"  {plane.name}", f"{moment_text(plane.residual)} of {moment_text(plane.unbalance)}{share}"))
     if not math.isnan(found.couple_residual):
-        static, couple = moment_text(found.static_residual), couple_text(found.couple_residual)
-        rows.append(("  both", f"static {static}, couple {couple}"))
+        static = f"{moment_text(found.static_residual)} of {moment_text(found.static_unbalance)}"
+        couple = f"{couple_text(found.couple_residual)} of {couple_text(found.couple_unbalance)}"
+        rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
     for number, place in enumerate(found.places):
         text = f"{length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
         rows.append(

@@ -21,12 +21,14 @@ LATE = 1e300  # a time after all schedules, s
 class Service:
     """At the highest speed of the drive, steady, with the balls spread evenly and held, after all schedules; SI.
 
-    ``grade`` is U W/M (m/s), a thousand times the grade G of ISO 21940-11, with the unbalance U of the rotor in its plane
-    or summed over several planes. ``vibration`` is the greatest at each place, ``force`` that on each support; empty where
-    the machine is shaken from outside.
+    ``grade`` is U W/M (m/s), a thousand times the grade G of ISO 21940-11, with the ``unbalance`` U (kg m) of the rotor in its
+    plane; of several planes (``added_up``) with the sum of what each of them has to balance. ``vibration`` is the greatest at
+    each place, ``force`` that on each support; empty where the machine is shaken from outside.
     """
 
     speed: float
+    unbalance: float
+    added_up: bool
     grade: float
     vibration: tuple[tuple[str, float], ...]
     force: tuple[tuple[str, float], ...]
@@ -37,15 +39,17 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
     if highest is None or not highest > 0.0:
         return None
     places = places_of(machine, assembly)
-    unbalance = _unbalance(machine, places, highest)
+    unbalance, several = _unbalance(machine, places, highest), len(places.planes) > 1
     if not (math.isfinite(unbalance) and unbalance > 0.0):
         return None
     grade = balance_grade(unbalance, turning_mass(places), highest)
     if machine.excitations:
-        return Service(highest, grade, (), ())
+        return Service(highest, unbalance, several, grade, (), ())
     vibration, force = (found.tolist() for found in without_balancing(places, LATE, highest))
     return Service(
         highest,
+        unbalance,
+        several,
         grade,
         tuple(zip(places.names, vibration, strict=True)),
         tuple(zip(places.supports, force, strict=True)),
