@@ -101,8 +101,15 @@ def test_with_much_friction_no_start_balances_and_without_any_the_result_says_th
 def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:
     found = ab.basin(_rough(3e-4), 125.0, random=40)
     figure = ab.plot_basin(found)
-    assert "residual unbalance" in figure.axes[1].get_xlabel()
-    steps = figure.axes[1].lines[0].get_xdata()
+    states, verdicts, residual = figure.axes
+    assert [text.get_text() for text in states.get_yticklabels()] == ["held by friction"]
+    drawn = {
+        text.get_text(): bar.get_width() for text, bar in zip(verdicts.get_yticklabels(), verdicts.patches, strict=True)
+    }
+    words = found["verdict_share"].to_series() * 100.0
+    assert drawn == pytest.approx(words[words > 0.0].to_dict())
+    assert "residual unbalance" in residual.get_xlabel()
+    steps = residual.lines[0].get_xdata()
     assert np.allclose(np.sort(found["residual_unbalance"].values) * 1e6, np.asarray(steps))
 
 
@@ -120,9 +127,22 @@ def test_questions_without_sense_are_refused(axes: dict[str, list[float]], rando
         ab.basin(DISCOIDAL, 100.0, axes, random=random)
 
 
-def test_from_random_angles_a_slow_run_up_always_stalls_and_a_fast_one_mostly_does_not() -> None:
-    machine = with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
-    slow, fast = (ab.basin(machine, 330.0, random=12, acceleration=rate, hold=20.0) for rate in (5.0, 5000.0))
-    assert float(slow["share"].sel(end="stalled")) == 1.0
-    assert float(fast["share"].sel(end="balanced")) > 0.5
-    assert slow.attrs["released"] == "after run-ups"
+def test_a_map_says_how_many_starts_overlap_and_the_verdicts_on_the_others() -> None:
+    angles = np.array([0.0, 0.1, 1.0])  # balls of 12.3 mm on 76.95 mm take 0.16 rad
+    found = ab.basin(_rough(3e-4), 125.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
+    assert found.attrs["overlapping"] == 5
+    texts = ab.plot_basin(found).legends[0]
+    assert "overlapping start: 5 of 9, not counted" in [text.get_text() for text in texts.get_texts()]
+    shares = {str(word): float(found["verdict_share"].sel(verdict=word)) for word in found["verdict"].values}
+    assert sum(shares.values()) == pytest.approx(1.0)  # of the four that are possible
+    title = texts.get_title().get_text()
+    assert title.startswith("Verdict: ")
+    assert all(f"{word} {100 * share:.3g} %" in title for word, share in shares.items() if share > 0.0)
+
+
+def test_random_starts_never_overlap_and_are_kept() -> None:
+    found = ab.basin(DISCOIDAL, 125.0, random=20, hold=0.1)
+    first, second = found["start_ball_angle_in_rotor"].values.T
+    apart = np.abs(np.angle(np.exp(1j * (first - second))))
+    assert apart.min() > 2.0 * np.arcsin(0.5 * 12.3 / 76.95)
+    assert found.attrs["overlapping"] == 0

@@ -108,6 +108,55 @@ def test_the_picture_has_bars_of_verdicts_and_both_distributions() -> None:
     assert np.sort(found["vibration"]) * 1e6 == pytest.approx(np.asarray(vibration.lines[0].get_xdata(), float))
 
 
+def test_a_slow_run_up_stalls_from_every_start_and_a_fast_one_balances_most() -> None:
+    machine = with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
+    slow, fast = (ab.basin(machine, 330.0, random=8, acceleration=rate, hold=20.0) for rate in (5.0, 5000.0))
+    assert float(slow["share"].sel(end="worse than without balls")) == 1.0
+    assert float(slow["moving_share"]) == 1.0  # stalled balls circle in the rotor
+    assert float(fast["share"].sel(end="balanced")) > 0.5
+    assert slow.attrs["released"] == "after run-ups"
+    held = ab.simulate(driven_to(machine, 330.0, 66.0), duration=66.0, hold_balls=True)
+    assert float(slow["peak_without_balls"]) == pytest.approx(float(ab.peak_deflection(held)["deflection"]), rel=0.01)
+    assert float(slow["peak_deflection"].min()) > float(fast["peak_deflection"].max())
+    assert float(slow["peak_quantile"].sel(quantile=1.0)) == float(slow["peak_deflection"].max())
+
+
+@pytest.mark.parametrize("acceleration", [None, 100.0])
+def test_the_machine_of_the_worst_start_repeats_its_run(acceleration: float | None, tmp_path: Path) -> None:
+    found = ab.basin(_drum(), SPEED, random=3, seed=4, acceleration=acceleration, hold=3.0)
+    worst = found.attrs["worst"]
+    by = "peak_deflection" if acceleration and (found["state"] == 0).all() else "vibration"
+    assert found.attrs["worst_by"] == by
+    assert float(found[by][worst]) == float(found[by].max())
+    ab.save_machine(ab.worst_start(found), tmp_path / "worst.toml")
+    run = ab.simulate(tmp_path / "worst.toml", seed=int(found["seed"][worst]), tolerance=1e-6)
+    assert float(run["time"][-1]) == pytest.approx(
+        float(found.attrs["hold"]) + (SPEED / 100.0 if acceleration else 0.0)
+    )
+    places = ab.vibration(run)["greatest"].values
+    assert places.max() == pytest.approx(float(found["vibration"][worst]), rel=0.01)
+
+
+def test_the_worst_start_of_a_planar_machine_keeps_the_angles_that_were_drawn() -> None:
+    found = ab.basin(MACHINES / "discoidal.toml", SPEED, random=5, hold=0.2)
+    machine = ab.worst_start(found)
+    drawn = found["start_ball_angle_in_rotor"].values[np.argmax(found["final_deflection"].values)]
+    assert machine.balancers[0].races[0].balls[0].start_angles == pytest.approx(tuple(drawn))
+    run = ab.simulate(machine)
+    assert run["ball_angle_in_rotor"].values[0] == pytest.approx(drawn)
+    assert float(run["speed"][-1]) == pytest.approx(SPEED)
+    with pytest.raises(QuestionError, match="not a result of basin"):
+        ab.worst_start(run)
+
+
+def test_the_picture_of_run_ups_has_the_peaks_beside_the_one_without_balls() -> None:
+    found = ab.basin(_drum(), SPEED, random=3, acceleration=100.0, hold=2.0)
+    peaks = ab.plot_basin(found).axes[-1]
+    assert peaks.get_xlabel() == "greatest deflection on the way (mm)"
+    assert np.sort(found["peak_deflection"]) * 1e3 == pytest.approx(np.asarray(peaks.lines[0].get_xdata(), float))
+    assert np.asarray(peaks.lines[1].get_xdata(), float) == pytest.approx(1e3 * float(found["peak_without_balls"]))
+
+
 def test_below_the_speed_at_which_balls_fall_a_note_says_that_they_are_guided() -> None:
     found = ab.basin(_drum(), SPEED, random=2, acceleration=20.0, hold=1.0)
     assert "59.8 rpm" in found.attrs["gravity_text"]  # sqrt(g/r)
@@ -121,6 +170,12 @@ def test_maps_over_starts_and_questions_without_a_verdict_are_refused_with_what_
         ab.basin(_drum("0 g*mm"), SPEED, random=2, hold=1.0)
 
 
+def test_for_a_deep_chamber_the_command_with_seeds_is_named() -> None:
+    for chamber in (MACHINES / "deep_chamber.toml", ab.load_chamber_machine(MACHINES / "deep_chamber.toml")):
+        with pytest.raises(QuestionError, match=r"study amplitudes FILE .* --seeds 50"):
+            ab.basin(chamber, SPEED, random=2)  # type: ignore[arg-type]
+
+
 def test_the_command_prints_shares_with_their_interval_and_what_is_left(tmp_path: Path) -> None:
     path = tmp_path / "drum.toml"
     ab.save_machine(_drum(), path)
@@ -131,3 +186,19 @@ def test_the_command_prints_shares_with_their_interval_and_what_is_left(tmp_path
     answer = json.loads(CliRunner().invoke(app, [*asked, "--json"]).output)
     assert answer["share"]["balanced"] == 1.0
     assert answer["vibration"]["1.0"] < 0.1 * answer["vibration_without_balls"]
+
+
+def test_the_command_keeps_the_worst_start_and_says_how_to_run_it_again(tmp_path: Path) -> None:
+    path, worst = tmp_path / "drum.toml", tmp_path / "worst.toml"
+    ab.save_machine(_drum(), path)
+    asked = ["basin", str(path), "--speed", "1200 rpm", "--hold", "2 s", "--acceleration", "100 rad/s^2"]
+    told = CliRunner().invoke(app, [*asked, "--random", "2", "--worst", str(worst)])
+    assert told.exit_code == 0, told.output
+    text = " ".join(told.output.split())
+    assert "2 runs, random starts of seed 0; none puts balls on top of each other" in text
+    assert "greatest deflection on the way, after run-ups: median" in text
+    number = int(text.partition("worst start: number ")[2][0])
+    assert f"run it again: autobalancer run {worst} --seed {number}" in text
+    assert ab.load_machine(worst).drive.profile.kind == "ramp"
+    refused = CliRunner().invoke(app, [*asked, "--x", "ball_angle[1]=0 deg:90 deg:2", "--worst", str(worst)])
+    assert "--worst: the worst is one of random starts" in refused.output + str(refused.exception)

@@ -207,6 +207,7 @@ __all__ = [
     "vibration",
     "whirl_orbits",
     "with_parameter",
+    "worst_start",
     "write_example",
 ]
 
@@ -367,3 +368,4 @@ if _TYPE_CHECKING:
     from autobalancer.studies.frequency_response import frequency_response
     from autobalancer.studies.step_size import step_size_study
     from autobalancer.studies.sweep import sweep
+    from autobalancer.studies.worst_start import worst_start

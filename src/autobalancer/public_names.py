@@ -59,6 +59,7 @@ HOME = {
     # study
     "sweep": "studies.sweep",
     "basin": "studies.basin",
+    "worst_start": "studies.worst_start",
     # show
     "plot_run_up": "plots.run_up",
     "plot_race": "plots.race",
@@ -205,7 +206,7 @@ COMMANDS = {
     "borders": ("border_speeds", "border_curve", "minimum_viscosity", "minimum_drag", "held_by_friction"),
     "map": ("stability_map",),
     "branches": ("branches",),
-    "basin": ("basin",),
+    "basin": ("basin", "worst_start"),
     "receptance": ("load_receptance", "fit_receptance", "receptance_border", "receptance_stability", "receptance_loop"),
     "stepped": ("frequency_response",),
     "modes": ("eigenfrequencies", "campbell", "critical_speeds"),

@@ -10,8 +10,9 @@ from typing import Any
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import read_machine
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
 from autobalancer.stability.basins.basin import planar_basin
 from autobalancer.stability.host.planar import STAND_IN
@@ -35,8 +36,8 @@ def basin(
 ) -> xr.Dataset:
     """Ends of a machine at a speed, from many starts.
 
-    A planar rotor without gravity in the plane ends in states of rest and motions that have names. On all other machines
-    an end is the verdict on the run, and only random starts are possible.
+    A planar rotor without gravity in the plane ends in states of rest and motions that have names. On all other machines,
+    and in run-ups from random starts, an end is the verdict on the run; there only random starts are possible.
 
     Parameters
     ----------
@@ -56,7 +57,8 @@ def basin(
         For random starts, and for balls without start angles. Where ends are verdicts, start i, from 0, has the ball
         angles of the seed ``seed + i``.
     acceleration
-        Of all starts, rad/s^2: the run begins at rest with a ramp.
+        Of all starts, rad/s^2: the run begins at rest with a ramp. With random starts the ends are verdicts then, and the
+        peaks on the way are kept.
     hold
         Time at the final speed, s. Planar: the longest; by default 400 revolutions or 25 decay times of the slowest mode
         of any stable state, and after a run-up of fluid that lags, whichever is longer. Where ends are verdicts: that of
@@ -74,17 +76,18 @@ def basin(
         ``time`` until rest, ``final_deflection``; quantiles over the starts that end at rest, of deflection too, and
         ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict_rule`. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
-        all that finished.
+        all that finished; after run-ups ``peak_deflection`` and ``peak_quantile`` too. Random starts have
+        ``start_ball_angle_in_rotor``, and the number of the worst in ``attrs["worst"]``, for
+        :func:`autobalancer.worst_start`.
 
     Raises
     ------
     QuestionError
-        For unknown axes, no axes and no random starts, axes where ends are verdicts, no balls.
+        For deep chambers, unknown axes, no axes and no random starts, axes where ends are verdicts, no balls.
     """
     speed, acceleration = argument("speed", speed, "rad/s"), optional_argument("acceleration", acceleration, "rad/s^2")
     hold = optional_argument("hold", hold, "s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = _plain(read_machine(machine) if isinstance(machine, (str, Path)) else machine)
     if not any(race.balls for balancer in machine.balancers for race in balancer.races):
         raise QuestionError("basin: the machine has no balls")
     for name, value, unit in (
@@ -100,7 +103,8 @@ def basin(
     if acceleration is not None and "acceleration" in axes:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
-    if isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0):
+    named = isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0)
+    if named and (axes or acceleration is None):
         return planar_basin(machine, speed, axes, random=random, workers=workers, progress=progress, **options)
     if axes:
         planar = isinstance(machine.rotor, PlanarRotor)
@@ -110,3 +114,13 @@ def basin(
             f"random starts instead: random=100, or '--random 100'{'' if planar else f'; {STAND_IN}'}"
         )
     return random_starts(machine, speed, random, workers=workers, progress=progress, **options)
+
+
+def _plain(machine: Machine | ChamberMachine) -> Machine:
+    if isinstance(machine, ChamberMachine):
+        raise QuestionError(
+            "basin: is for balls in races; here they move freely in chambers, and a seed draws their start. For 50 starts: "
+            "autobalancer study amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "
+            "your numbers; in Python chamber_amplitudes(..., seeds=range(50)). One of them: autobalancer run FILE --seed 7"
+        )
+    return machine

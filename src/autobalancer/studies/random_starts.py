@@ -1,4 +1,4 @@
-"""The ends of ordinary runs from random starts, for machines whose balls need not come to rest in the rotor.
+"""The ends of ordinary runs from random starts: run-ups, and machines whose balls need not come to rest in the rotor.
 
 Such are rotors with gravity in the plane and rotors that tilt or bend. An end is named by the verdict on its run.
 """
@@ -15,19 +15,24 @@ import xarray as xr
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.resolved import is_resolved
+from autobalancer.assembly.system import start_angles
 from autobalancer.catalog.friction import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
+from autobalancer.random_numbers import generator
+from autobalancer.results.measures import peak_deflection
 from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
-from autobalancer.stability.basins.basin import REVOLUTIONS, released, wilson_interval
+from autobalancer.simulation.run import simulate
+from autobalancer.simulation.sampling import Envelope
+from autobalancer.stability.basins.basin import REVOLUTIONS, START_ANGLE, released, wilson_interval
 from autobalancer.stability.basins.residuals import QUANTILES
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.sweep import sweep
 
 FAILED = "failed"
 ENDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, FAILED)
-KEPT = ("vibration", "residual_unbalance", "static_deflection", "support_force", "settling_time")
+KEPT = ("vibration", "residual_unbalance", "static_deflection", "support_force", "settling_time", "peak_deflection")
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 
 
@@ -62,8 +67,8 @@ def random_starts(
     -------
     xarray.Dataset
         As of :func:`autobalancer.basin` with random starts; its states are the words of the verdict. ``vibration``,
-        ``residual_unbalance``, ``static_deflection`` and ``support_force`` of each run are those of
-        :func:`autobalancer.sweep`.
+        ``residual_unbalance``, ``static_deflection``, ``support_force`` and ``peak_deflection`` of each run are those of
+        :func:`autobalancer.sweep`; ``moving_share`` is the share of the runs at whose end a ball moves.
 
     Raises
     ------
@@ -77,11 +82,10 @@ def random_starts(
         )
     hold = hold or long_enough(machine, speed)
     ramp = speed / acceleration if acceleration else 0.0
-    steady = driven_to(machine, speed, ramp)
+    steady = with_parameter(driven_to(machine, speed, ramp), "run", {"duration": ramp + hold})
     runs = sweep(
         steady,
         {},
-        duration=ramp + hold,
         seeds=count,
         seed=seed,
         tolerance=tolerance,
@@ -90,15 +94,26 @@ def random_starts(
     )
     if (runs["vibration_without_balls"] == 0.0).all():
         raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
-    found = _ends(runs).merge(_distributions(runs))
+    found = _ends(runs).merge(_distributions(runs, ramp > 0.0))
+    balls = resolve(machine)
+    drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
+    found["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
+    if ramp:
+        held = simulate(steady, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
+        found["peak_without_balls"] = float(peak_deflection(held)["deflection"])
+        found["peak_without_balls"].attrs = {**found["peak_deflection"].attrs}
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
     own: dict[str, Any] = {
         "title": f"Random starts of {machine.name}",
         "states": list(ENDS),
         "speed": speed,
         "hold": hold,
+        "acceleration": acceleration or 0.0,
+        "released": released((), acceleration, balls),
     }
-    own["released"] = released((), acceleration, resolve(machine))
+    # where every start balances, vibrations differ by nothing that counts
+    by = "peak_deflection" if ramp and (found["state"] == ENDS.index(BALANCED)).all() else "vibration"
+    own |= {"worst": int(np.nan_to_num(found[by].values).argmax()), "worst_by": by}
     found.attrs = {**runs.attrs, **own, **({} if rubs else {"friction_text": NONE_GIVEN})}
     found.attrs |= _falling(machine, 0.0 if acceleration else speed)
     return found
@@ -162,15 +177,18 @@ def _ends(runs: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _distributions(runs: xr.Dataset) -> xr.Dataset:
+def _distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
     """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
     found = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
     found = found.assign_coords(quantile=list(QUANTILES))
     finished = runs["outcome"].values == "finished"
-    for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance")):
+    peaks = (("peak", "peak_deflection"),) if run_up else ()
+    for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance"), *peaks):
         ended = runs[values].values[finished]
         spread = np.quantile(ended, QUANTILES) if ended.size else np.full(len(QUANTILES), np.nan)
         found[f"{name}_quantile"] = ("quantile", spread, runs[values].attrs)
+    found["moving_share"] = float(np.isnan(runs["settling_time"].values[finished]).mean()) if finished.any() else np.nan
+    found["moving_share"].attrs = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
     found["vibration_without_balls"] = float(runs["vibration_without_balls"].max())
     found["unbalance"] = float((runs["residual_unbalance"] / runs["residual_share"]).median())
     found["vibration_without_balls"].attrs = dict(runs["vibration_without_balls"].attrs)

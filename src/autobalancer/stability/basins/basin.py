@@ -56,6 +56,7 @@ from autobalancer.stability.states.questions import eigenvalues_of
 from autobalancer.stability.states.verdicts import growth
 
 REVOLUTIONS = (400.0, 20000.0)  # least and most of a hold that is not given
+START_ANGLE = {"long_name": "ball angle at the start", "units": "rad", "frame": "rotor"}
 ROWS = 128  # runs handed to a thread at once
 
 
@@ -83,7 +84,8 @@ def planar_basin(
     ends = _settle(question, starts, rates, workers, progress)
     states = np.array([end_state(question, end) for end in ends])
     states[overlapping(question, starts)] = STATES.index("overlapping start")
-    return _dataset(machine, question, axes, shape, ends, states, seed, acceleration)
+    found = _dataset(machine, question, axes, shape, ends, states, seed, acceleration)
+    return found if axes else _with_starts(found, starts)
 
 
 def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
@@ -257,10 +259,19 @@ def _dataset(
         "tolerance": question.tolerance,
         "seed": seed,
         "released": released(axes, acceleration, question.assembly.balls),
+        "overlapping": states.size - possible.size,
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }
     return found
+
+
+def _with_starts(found: xr.Dataset, starts: Matrix) -> xr.Dataset:
+    """The random starts themselves, and the number of the one with the greatest deflection at its end."""
+    n = found.sizes["ball"]
+    found["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
+    worst = int(np.nan_to_num(found["final_deflection"].values).argmax())
+    return found.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
 
 
 def _axis_name(path: str) -> str:
