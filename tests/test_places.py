@@ -17,6 +17,7 @@ from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
+from autobalancer.results.number_text import length_text
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -51,6 +52,9 @@ def test_the_weight_of_the_balls_is_static_deflection_and_no_vibration(drum: xr.
     assert float(found["half_range"]) == pytest.approx(max(ranges), rel=1e-12)
     assert max(ranges) < ab.residual_vibration(drum) < math.sqrt(2.0) * max(ranges) * 1.001
     assert ab.residual_vibration(drum) < 0.05 * abs(static)
+    alone = parse_machine(str(drum.attrs["machine"])).rotor.mass * 9.80665 / 12e3  # the sag of the rotor, not in it
+    assert float(drum["rotor_sag"][0]) == pytest.approx(alone, rel=1e-9)
+    assert f"beyond the {length_text(alone)} by which the rotor sags" in str(ab.verdict(drum))
 
 
 def test_vibration_of_a_circle_is_its_radius_and_its_velocity() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.held import center_moments
 from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, station_rows, with_ball_mass
-from autobalancer.assembly.rotors.grounds import grounds, weights
+from autobalancer.assembly.rotors.grounds import grounds, sag, weights
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.reduction import circular
@@ -28,6 +28,7 @@ class Places:
     kinds: tuple[str, ...]  # (L,) plane, reference, station or support
     rows: Matrix  # (L, 2, R) deflections
     supports: tuple[str, ...]  # (S,)
+    sag: Complexes  # (L,) of the rotor without balls under its weight, x + i y in m; deflections count from there
     weight: Matrix  # (S, 2) of the rotor without balls, N
     speeds: Floats  # (k,) of the tables
     stiffness: Matrix  # (k, S, 2, R) rows of the forces on the supports
@@ -64,6 +65,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         np.zeros(model.size, np.complex128),
     )
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
+    rest = sag(bare, pull)
     plane = tuple(planes.of_balancer[ball.balancer] for ball in assembly.balls)
     of_plane = [[b for b, p in zip(assembly.balls, plane, strict=True) if p == i] for i in range(len(planes.names))]
     shape = (len(found), bare.speeds.size, 2, basis.shape[1])
@@ -74,6 +76,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         kinds=tuple(kinds),
         rows=np.array([row @ basis for row in rows.values()]),
         supports=tuple(ground.name for ground in found),
+        sag=np.array([row @ rest @ (1.0, 1j) for row in rows.values()]),
         weight=weights(bare, found, pull),
         speeds=bare.speeds,
         stiffness=np.array([ground.stiffness @ basis for ground in found]).reshape(shape).swapaxes(0, 1),

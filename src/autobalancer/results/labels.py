@@ -76,6 +76,9 @@ LABELS: dict[str, Label] = {
     "turn_plane_balls_angle_in_rotor": Label("angle of this resultant in the rotor", "rad", "rotor"),
     "turn_unbalance": Label("unbalance of the rotor without balls, last revolutions", "kg m"),
     "turn_residual_unbalance": Label("resultant of unbalance and balls, last revolutions", "kg m"),
+    "rotor_sag": Label(
+        "static deflection of the rotor without balls under its weight, from which deflections count", "m"
+    ),
     "vibration_without_balls": Label("greatest vibration at the last speed with the balls spread and held", "m"),
     "force_without_balls": Label("greatest vibrating force at the last speed with the balls spread and held", "N"),
     "support": Label("support or joint between the rotor and the ground", ""),

@@ -28,13 +28,17 @@ NOTES = (
 
 @dataclass(frozen=True)
 class PlaceVerdict:
-    """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m)."""
+    """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m).
+
+    ``sag`` (m) is that of the rotor without balls under its weight, from which the static deflection counts.
+    """
 
     name: str
     static: float
     vibration: float
     velocity_rms: float
     without_balls: float
+    sag: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -220,7 +224,8 @@ def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...
     if run.attrs.get("axis") == "vertical" and "envelope_high" in run:
         greatest[0] = max(greatest[0], residual_vibration(run))  # slow changes over the last twentieth count too
     without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
-    columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without)
+    sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
+    columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
     return tuple(
         PlaceVerdict(str(name), *map(float, row)) for name, *row in zip(run["place"].values, *columns, strict=True)
     )

@@ -52,10 +52,13 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         rows.append(
             ("vibration" if not number else "", f"{place.name}: {text}{_without(place.without_balls, length_text)}")
         )
-    sag = [place for place in found.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
-    for number, place in enumerate(sag):
+    settled = [place for place in found.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
+    for number, place in enumerate(settled):
         name = f"{place.name}: " if len(found.places) > 1 else ""
-        rows.append(("static deflection" if not number else "", name + length_text(place.static)))
+        beyond = (
+            f", beyond the {length_text(place.sag)} by which the rotor sags without balls" if place.sag > 0.0 else ""
+        )
+        rows.append(("static deflection" if not number else "", f"{name}{length_text(place.static)}{beyond}"))
     for number, support in enumerate(found.supports):
         static = f"static {force_text(support.static)}, " if support.static > 0.01 * support.vibrating else ""
         name = f"{support.name}: " if len(found.supports) > 1 else ""

@@ -61,11 +61,12 @@ def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places
 
 
 def at_the_end(time: float, speed: float, assembly: Assembly, places: Places) -> dict[str, Any]:
-    """What the machine would do at its last speed with its balls held, unless it is shaken from outside."""
+    """What the machine would do at its last speed with its balls held, unless it is shaken; and how it sags at rest."""
+    sag = {"rotor_sag": ("place", np.abs(places.sag))} if places.sag.any() else {}
     if not assembly.balls or places.machine.excitations or not abs(speed) < FASTEST:
-        return {}
+        return sag
     vibration, force = without_balancing(places, time, speed)
-    return {"vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
+    return {**sag, "vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
 
 
 def mass_attributes(places: Places) -> dict[str, float]:

@@ -58,7 +58,8 @@ def _gravity(places: Places) -> float:
 
 
 def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Assembly, places: Places) -> dict[str, Any]:
-    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, and a sentence.
+    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, when the last one
+    is back to stay, and a sentence.
 
     A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill. Plain
     races are asked on a horizontal axis only, where the weight can take balls off.
@@ -77,12 +78,17 @@ def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Asse
     pulled = force < -0.01 * weight
     if not pulled.any():
         return {}
-    when = int(np.argmax(pulled.any(axis=1)))
-    ball = int(np.argmax(pulled[when])) + 1
+    rows = np.flatnonzero(pulled.any(axis=1))
+    when, last = int(rows[0]), int(rows[-1])
+    ball, count = int(np.argmax(pulled[when])) + 1, int(pulled.any(axis=0).sum())
     pressed = np.flatnonzero(force[:when, ball - 1] >= 0.0)
     time = float(times[pressed[-1] + 1 if pressed.size else 0])
+    back = np.flatnonzero((force[last:][:, pulled[last]] >= 0.0).all(axis=1))
+    after = float(times[last + back[0] if back.size else -1])
+    until = "to the end of the run" if not back.size else f"to {after:.5g} s, after which all stay on it"
     text = (
-        f"at {time:.6g} s ball {ball} would have left its race, since the normal force is negative; guided balls stay on "
-        "their path and do not rub there. Balls with 'resolved' contact can leave it"
+        f"from {time:.5g} s {until}, {count} {'ball' if count == 1 else 'balls'} (first ball {ball}) would have left the race "
+        "at times, since the normal force is negative; guided balls stay on their path and do not rub there. Balls with "
+        "'resolved' contact can leave it"
     )
-    return {"left_race_ball": ball, "left_race_time": time, "left_race_text": text}
+    return {"left_race_ball": ball, "left_race_time": time, "left_race_end": after, "left_race_text": text}

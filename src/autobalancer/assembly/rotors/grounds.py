@@ -55,9 +55,14 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
 
 def weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
     """Force of the rotor's weight without balls on each support, (S, 2) N; ``gravity`` acts along -y."""
-    down = -gravity * model.mass @ _translation(model)[:, 1]
-    rest = np.linalg.solve(model.stiffness_at(0.0), down)
+    rest = sag(model, gravity)
     return np.array([ground.stiffness[0] @ rest for ground in found]).reshape(len(found), 2)
+
+
+def sag(model: LateralModel, gravity: float) -> Floats:
+    """Coordinates of the rotor without balls under its own weight, (N,); ``gravity`` acts along -y."""
+    down = -gravity * model.mass @ _translation(model)[:, 1]
+    return np.asarray(np.linalg.solve(model.stiffness_at(0.0), down), np.float64)
 
 
 def _translation(model: LateralModel) -> Matrix:
