@@ -284,13 +284,37 @@ def test_the_picture_of_a_map_names_every_border_and_has_the_units_asked_for(thi
     assert not turned.texts
 
 
-def test_a_border_outside_the_picture_says_so_in_the_legend() -> None:
+def absent(figure: Any) -> str:
+    return " ".join(figure.legends[0].get_title().get_text().split())
+
+
+def test_a_border_outside_the_picture_has_no_key_but_is_named() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     axes = {"speed": np.linspace(50.0, 130.0, 21), "unbalance": np.linspace(0.0, 1.2e-3, 21)}
-    said = labels(plot_map(ab.stability_map(machine, axes)))
-    assert "averaged border: never" in said
-    assert "release speed: above the picture" in said
-    assert "no balanced state" in said
+    figure = plot_map(ab.stability_map(machine, axes))
+    assert "averaged border (never)" in absent(figure)
+    assert "release speed (above it)" in absent(figure)
+    assert "no balanced state" in labels(figure)
+    drawn = {str(line.get_label()) for line in figure.axes[0].get_lines()}
+    assert set(labels(figure)) - drawn <= {"no balanced state", machine.name}  # a patch, and the mark of the machine
+    assert not any(name in entry for entry in labels(figure) for name in ("averaged", "release"))
+
+
+def test_a_map_over_the_temperature_is_in_degrees_celsius() -> None:
+    found = ab.stability_map(
+        DISCOIDAL,
+        {"speed": [60.0, 125.0], "temperature": ["10 degC", "60 degC"]},
+        operating_points={"warm": (100.0, "40 degC")},
+        borders=3,
+    )
+    figure = plot_map(found)
+    axes = figure.axes[0]
+    assert axes.get_ylabel() == "temperature of the fluid (°C)"
+    assert axes.get_ylim() == pytest.approx((10.0, 60.0))
+    exact = next(line for line in axes.get_lines() if line.get_label() == "exact border")
+    assert exact.get_ydata()[[0, -1]] == pytest.approx([10.0, 60.0])
+    marks = [float(line.get_ydata()[0]) for line in axes.get_lines() if line.get_marker() in ("o", "D")]
+    assert any(abs(mark - 40.0) < 1e-9 for mark in marks)
 
 
 def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines() -> None:
@@ -307,10 +331,22 @@ def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     found = ab.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
-    said = labels(plot_border_curve(found, speed_unit="rad/s"))
-    assert "averaged border: never" in said
-    assert any(text.startswith("release speed: 30") for text in said)
-    assert "exact border" in said
+    figure = plot_border_curve(found, speed_unit="rad/s")
+    assert "averaged border (never)" in absent(figure)
+    assert "release speed (30" in absent(figure)
+    assert "exact border" in labels(figure)
+    assert not any(name in entry for entry in labels(figure) for name in ("averaged", "release"))
+
+
+def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
+    cases = (
+        (("exact border",), {"exact border ignores"}),
+        (("exact border", "averaged border"), {"averaged and exact border ignore "}),
+    )
+    for only, words in cases:
+        figure = plot_border_curve(ab.border_curve("docs/machines/real_race.toml", "stiffness", [9e4, 1e5], only=only))
+        assert [word in figure.get_suptitle() for word in words] == [True]
+        assert ("averaged border" in labels(figure)) == ("averaged" in figure.get_suptitle())
 
 
 def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion() -> None:
@@ -320,6 +356,19 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
     assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
     assert any(text.get_text() in set(found["leading_motion"].values) for text in upper.texts)
     assert "rad/s" in lower.get_xlabel()
+
+
+@pytest.mark.parametrize("located", [True, False])
+def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
+    found = ab.eigenvalues(DISCOIDAL, [50.0, 62.0, 71.0, 100.0])
+    ranges = ab.stability_ranges(DISCOIDAL, found) if located else None
+    upper = plot_stability(found, speed_unit="rad/s", ranges=ranges).axes[0]
+    stable = next(patch for patch in upper.patches if patch.get_label() == "stable")
+    begin = stable.get_x()
+    line = next(line for line in upper.get_lines() if line.get_label() == "greatest real part")
+    border = {entry.name: entry.speed for entry in ab.border_speeds(DISCOIDAL)}["exact border"]
+    assert abs(begin - border) < (1e-5 if located else 4.0)
+    assert float(np.interp(begin, line.get_xdata(), line.get_ydata())) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:

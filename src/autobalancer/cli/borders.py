@@ -171,10 +171,10 @@ def _columns(borders: list[dict[str, Any]]) -> list[Column]:
 
 def _over_columns(curve: xr.Dataset) -> list[Column]:
     from autobalancer.cli.sheet import Column
-    from autobalancer.plots.quantity_axis import in_celsius, quantity_axis
+    from autobalancer.plots.quantity_axis import quantity_axis
 
     across = str(next(iter(curve.dims)))
-    axis = in_celsius(quantity_axis(curve[across], speed_sign()))
+    axis = quantity_axis(curve[across], speed_sign())
     shown = [
         str(name)
         for name, entry in curve.data_vars.items()

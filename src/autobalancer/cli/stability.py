@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -69,7 +70,8 @@ def stability(
             unbalance=size,
             progress=update,
         )
-    files.save(found, lambda: plot_stability(found, speed_unit=speed_unit))
+    located = cache(lambda: stability_ranges(described, found, size))
+    files.save(found, lambda: plot_stability(found, speed_unit=speed_unit, ranges=located()))
     missing = [float(w) for w in found.attrs["speeds_without_state"]]
     if as_json:
         names = ("speed", "growth_rate", "verdict", "leading_motion")
@@ -87,8 +89,7 @@ def stability(
             }
         )
         return
-    ranges = stability_ranges(described, found, size)
-    table = _columns(ranges)
+    table = _columns(located())
     if as_csv:
         print_csv(table)
         return

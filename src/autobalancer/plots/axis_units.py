@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from autobalancer.errors import QuestionError
 from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
@@ -26,10 +27,15 @@ __all__ = [
 
 @dataclass(frozen=True)
 class AxisUnit:
-    """How a quantity is shown: ``shown = factor * si``, followed by ``sign``."""
+    """How a quantity is shown: ``factor * si + offset``, followed by ``sign``; only temperatures have an offset."""
 
     sign: str
     factor: float
+    offset: float = 0.0
+
+    def shown(self, si: Any) -> Any:
+        """A value, or an array of values, as shown."""
+        return self.factor * si + self.offset
 
 
 SPEED_UNITS = {

@@ -55,8 +55,8 @@ def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> F
                 axes.plot(across.values[points], shown, ls=style, lw=1.6, color=BALLS[0], label=label)
         for i, name in enumerate(curves["special_type"].values):
             place = (
-                float(curves["special_second_parameter"].values[i]) * across.unit.factor,
-                float(curves["special_parameter"].values[i]) * up.unit.factor,
+                across.unit.shown(float(curves["special_second_parameter"].values[i])),
+                up.unit.shown(float(curves["special_parameter"].values[i])),
             )
             text = f"{name} point" if name == "Bautin" else str(name)
             axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label="_" if text in named else text)

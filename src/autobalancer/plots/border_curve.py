@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
-from autobalancer.plots.quantity_axis import in_celsius, plain_log_ticks, quantity_axis
+from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
 from autobalancer.plots.stability import STABLE, UNSTABLE
-from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, look, picture, with_ignored
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend_below, look, picture, with_ignored
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
     "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
@@ -30,7 +30,8 @@ def plot_border_curve(
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
-    A border that is *never* leaves the picture at the top, or the legend says so. Above the exact border the
+    A border that is *never* leaves the picture at the top. One that is not in the picture at all has no key; a line above
+    the keys names it. Above the exact border the
     balanced state is stable and the picture is green, below it is red. Both are for the unbalance of the machine; the border for
     the worst unbalance is a line of its own.
 
@@ -55,16 +56,13 @@ def plot_border_curve(
     unit = speed_axis(speed_unit)
     dim = str(found["critical_speed"].dims[0])
     found = found.sortby(dim)
-    axis = in_celsius(quantity_axis(found[dim], speed_unit))
+    axis = quantity_axis(found[dim], speed_unit)
     critical = found["critical_speed"].values * unit.factor
     low = 0.93 * float(critical.min())
     high = highest * unit.factor if highest is not None else _high(found, dim, axis.log, float(critical.max()), unit)
     with look():
         figure = picture(7.6, 5.0)
         axes = figure.add_subplot()
-        both = any(name in found for name in ("exact_border", "averaged_border"))
-        verb = "averaged and exact border ignore" if both else "ignores"
-        heading(figure, with_ignored(str(found.attrs["title"]), found.attrs, verb))
         if axis.log:
             axes.set_xscale("log")
         if log_speed:
@@ -77,9 +75,11 @@ def plot_border_curve(
             )
             axes.fill_between(axis.values, exact, low, lw=0, zorder=0.5, label="not stable", color=UNSTABLE)
         axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
+        absent = []
         for name, style in BORDERS.items():
             if name in found:
-                _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
+                absent += _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
+        heading(figure, with_ignored(str(found.attrs["title"]), found.attrs, _who_ignores(axes)))
         axes.set_xlabel(axis.label)
         axes.set_ylabel(f"rotor speed ({unit.sign})")
         if axis.values.size > 1:
@@ -87,7 +87,7 @@ def plot_border_curve(
         _mark_machine(axes, found, dim, axis.unit)
         if axis.log:
             plain_log_ticks(axes, "x")
-        figure.legend(loc="outside lower center", ncols=3, handlelength=2.8)
+        legend_below(figure, axes.get_legend_handles_labels()[0], absent)
     return figure
 
 
@@ -96,16 +96,25 @@ def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
     return np.where(np.isposinf(speeds), 1e3 * high, speeds)
 
 
-def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> None:
-    label = style["label"]
+def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> list[str]:
+    """One border; if it leaves the picture everywhere it is not drawn, and where it is comes back in words."""
     if np.isnan(speeds).all():
-        return
+        return []
     if np.isposinf(speeds[~np.isnan(speeds)]).all():
-        label += ": never"
-    elif np.nanmin(speeds) > high:
+        return [f"{style['label']} (never)"]
+    if np.nanmin(speeds) > high:
         finite = speeds[np.isfinite(speeds)]
-        label += f": {'from ' if np.ptp(finite) > 1e-3 * high else ''}{significant(float(finite.min()))}{sign}"
-    axes.plot(x, drawable(speeds, high), **{**style, "label": label})
+        least = f"{'from ' if np.ptp(finite) > 1e-3 * high else ''}{significant(float(finite.min()))}{sign}"
+        return [f"{style['label']} ({least})"]
+    axes.plot(x, drawable(speeds, high), **style)
+    return []
+
+
+def _who_ignores(axes: Axes) -> str:
+    """Subject and verb of what the theory leaves out, of those drawn: release and capture speed have friction."""
+    drawn = [str(line.get_label()) for line in axes.get_lines()]
+    kinds = [kind for kind in ("averaged", "exact") if any(label.startswith(kind) for label in drawn)]
+    return f"{' and '.join(kinds)} border {'ignore' if len(kinds) > 1 else 'ignores'}" if kinds else "ignores"
 
 
 def _high(found: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUnit) -> float:
@@ -130,7 +139,7 @@ def _mark_machine(axes: Axes, found: xr.Dataset, dim: str, unit: AxisUnit) -> No
     """The unbalance of the machine itself, where the parameter is the unbalance."""
     if dim != "unbalance" or not found.attrs.get("unbalance"):
         return
-    own = float(found.attrs["unbalance"]) * unit.factor
+    own = unit.shown(float(found.attrs["unbalance"]))
     axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
     axes.annotate(
         f"machine: {significant(own)} {unit.sign}",

@@ -110,7 +110,7 @@ def plot_branches(
 
 def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: str, high: str) -> None:
     """All branches and special points in one panel."""
-    x = data["parameter"].values * across.factor
+    x = across.shown(data["parameter"].values)
     for piece, stable, name in _pieces(data):
         moving = low != high and (data["kind"].values[piece] == "orbit").any()
         for quantity, width in [(high, 1.5), (low, 0.9)] if moving else [(high, 1.5)]:
@@ -123,7 +123,7 @@ def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: s
     for i in _apart(data):
         kind = _mark_of(data, i)
         marker, face, _ = MARKS[kind]
-        place = float(data["special_parameter"].values[i]) * across.factor
+        place = across.shown(float(data["special_parameter"].values[i]))
         for value in np.unique(np.round(np.atleast_1d(data[f"special_{high}"].values[i]) * unit.factor, 9)):
             small = 0.45 if data["special_unstable_directions"].values[i] else 1.0
             size = 9.0 if marker == "*" else 5.5 * small

@@ -15,15 +15,19 @@ from autobalancer.plots.style import INK
 FAMILIES = ("silicone oil", "mineral oil", "water", "glycerol-water", "air")  # the first has the first choice of room
 
 
-def operating_points(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+def operating_points(
+    axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
+) -> list[Any]:
+    """Marks with their keys; names of those outside go to ``absent``."""
     if "operating_point" not in found:
         return []
     markers, handles = "oDs^vP*X", []
-    columns = [found[f"operating_{dim}"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True)]
+    columns = [axis.unit.shown(found[f"operating_{dim}"].values) for dim, axis in zip(dims, along, strict=True)]
     for number, name in enumerate(found["operating_point"].values):
         px, py = float(columns[0][number]), float(columns[1][number])
         inside = all(a.values[0] <= v <= a.values[-1] for a, v in zip(along, (px, py), strict=True))
         if not inside:
+            absent.append(f"{name} (outside)")
             continue
         style: dict[str, Any] = {
             "marker": markers[number % len(markers)],

@@ -21,6 +21,7 @@ SHOWN = {
     "N/m": AxisUnit("N/m", 1.0),
     "rad": AxisUnit("°", 180.0 / np.pi),
     "kg/m^3": AxisUnit("kg/m³", 1.0),
+    "K": AxisUnit("°C", 1.0, -273.15),
 }
 
 
@@ -39,14 +40,7 @@ def quantity_axis(values: xr.DataArray, speed_unit: str) -> QuantityAxis:
     numbers = np.asarray(values.values, np.float64)
     text = str(values.attrs.get("long_name", values.name))
     label = f"{text} ({unit.sign})" if unit.sign else text
-    return QuantityAxis(numbers * unit.factor, label, unit, _geometric(numbers))
-
-
-def in_celsius(axis: QuantityAxis) -> QuantityAxis:
-    """A temperature as people give it; other axes as they are."""
-    if axis.unit.sign != "K":
-        return axis
-    return QuantityAxis(axis.values - 273.15, axis.label.replace("(K)", "(°C)"), AxisUnit("°C", 1.0), axis.log)
+    return QuantityAxis(unit.shown(numbers), label, unit, _geometric(numbers))
 
 
 def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:

@@ -18,7 +18,7 @@ MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
-def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
     The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
@@ -31,6 +31,9 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         From :func:`autobalancer.eigenvalues`.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for speeds and frequencies.
+    ranges
+        From :func:`autobalancer.stability_ranges`: the shades then change at the speeds found there. Without it they change
+        where the line of the growth rate is zero between two speeds.
 
     Raises
     ------
@@ -43,15 +46,15 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
         raise QuestionError("plot_stability: the result has one speed only; ask for several")
     unit = speed_axis(speed_unit)
     found = found.sortby("speed")
-    speed = found["speed"].values * unit.factor
+    speed, edges = found["speed"].values * unit.factor, _edges(found, ranges) * unit.factor
     with look():
         figure = picture(8.0, 6.2)
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
         heading(figure, with_ignored(str(found.attrs.get("title", "Stability")), found.attrs))
-        _shade(upper, speed, [str(word) for word in found["verdict"].values], _gaps(found))
+        _shade(upper, speed, edges, [str(word) for word in found["verdict"].values], _gaps(found))
         if _gaps(found).size:
             upper.axvspan(np.nan, np.nan, fc="white", ec=MISSING, lw=0.8, label="no such state")
-        _growth_panel(upper, found, speed)
+        _growth_panel(upper, found, speed, edges)
         _frequency_panel(lower, found, speed, unit)
         lower.set_xlabel(f"rotor speed ({unit.sign})")
         lower.set_xlim(speed[0], speed[-1])
@@ -59,22 +62,22 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray) -> None:
+def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.ndarray) -> None:
     rate = found["growth_rate"].values
     axes.axhline(0.0, color=INK, lw=0.8)
-    gaps = _gaps(found)
-    axes.plot(
-        np.insert(speed, gaps, np.nan), np.insert(rate, gaps, np.nan), color=INK, lw=1.6, label="greatest real part"
-    )
+    changes, gaps = _changes(found), _gaps(found)  # at a change the growth rate is zero
+    places = np.concatenate([changes, gaps])
+    x = np.insert(speed, places, np.concatenate([edges[changes], np.full(gaps.size, np.nan)]))
+    y = np.insert(rate, places, np.concatenate([np.zeros(changes.size), np.full(gaps.size, np.nan)]))
+    axes.plot(x, y, color=INK, lw=1.6, label="greatest real part")
     axes.set_ylabel("growth rate (1/s)")
     low, high = float(np.nanmin(rate)), float(np.nanmax(rate))
     room = 0.22 * (high - low) or 1.0
     axes.set_ylim(low - 0.3 * room, high + room)
     span = speed[-1] - speed[0]
     for start, end, text in _runs([str(word) for word in found["leading_motion"].values]):
-        edges = _edges(speed)
         left, right = edges[start], edges[end + 1]
-        if right - left < 0.011 * span * len(text) * 0.62 or text.startswith("periodic state"):
+        if right - left < 0.0088 * span * len(text) or text.startswith("periodic state"):
             continue
         axes.annotate(
             text,
@@ -112,9 +115,9 @@ def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: Axi
     legend(axes)
 
 
-def _shade(axes: Axes, speed: np.ndarray, verdicts: list[str], gaps: np.ndarray) -> None:
+def _shade(axes: Axes, speed: np.ndarray, edges: np.ndarray, verdicts: list[str], gaps: np.ndarray) -> None:
     """Colors for the verdicts, none where there is no such state."""
-    edges, named = _edges(speed), set()
+    named: set[str] = set()
     ends = [0, *gaps.tolist(), speed.size]
     for first, last in pairwise(ends):
         for start, end, word in _runs(verdicts[first:last]):
@@ -132,10 +135,27 @@ def _gaps(found: xr.Dataset) -> np.ndarray:
     return np.asarray(places[(places > 0) & (places < found["speed"].size)])
 
 
-def _edges(speed: np.ndarray) -> np.ndarray:
-    """Borders halfway between the speeds."""
-    middle = 0.5 * (speed[1:] + speed[:-1])
-    return np.concatenate([[speed[0]], middle, [speed[-1]]])
+def _changes(found: xr.Dataset) -> np.ndarray:
+    """Number of the speed before which the verdict changes, where the state exists in between."""
+    verdict = found["verdict"].values
+    changes = 1 + np.flatnonzero(verdict[1:] != verdict[:-1])
+    return np.asarray(np.setdiff1d(changes, _gaps(found)), np.int64)
+
+
+def _edges(found: xr.Dataset, ranges: xr.Dataset | None) -> np.ndarray:
+    """Ends of what is true at each speed (rad/s): halfway to the next one, but at the border where the verdict changes."""
+    speed, rate = found["speed"].values, found["growth_rate"].values
+    edges = np.concatenate([[speed[0]], 0.5 * (speed[1:] + speed[:-1]), [speed[-1]]])
+    for i in _changes(found):
+        low, high = rate[i - 1], rate[i]
+        if low * high < 0.0:
+            edges[i] = speed[i - 1] + (speed[i] - speed[i - 1]) * low / (low - high)
+    if ranges is not None:
+        borders = ranges["from_speed"].values[1:]
+        places = np.searchsorted(speed, borders)
+        inside = (borders > speed[0]) & (borders < speed[np.minimum(places, speed.size - 1)])
+        edges[places[inside]] = borders[inside]
+    return edges
 
 
 def _runs(words: list[str]) -> list[tuple[int, int, str]]:

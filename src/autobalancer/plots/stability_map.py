@@ -9,17 +9,15 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import round_down, speed_axis
-from autobalancer.plots.border_curve import BORDERS
+from autobalancer.plots.map_borders import borders_on_map, held_on_map
 from autobalancer.plots.map_marks import fluid_names, operating_points
 from autobalancer.plots.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
-from autobalancer.plots.style import CRITICAL, INK, look, picture
+from autobalancer.plots.style import legend_below, look, picture
 
-STALLED = ("release_speed", "capture_speed")
 COLORS = LinearSegmentedColormap.from_list(
     "growth",
     [
@@ -44,7 +42,8 @@ def plot_map(
     """Draw a stability map: contours of the growth rate, border speeds, fluids and operating points.
 
     Green is stable, red unstable, gray where there is no balanced state. Each border has its own line and its name in
-    the legend. The exact one is the speed above which all is green; stable windows below it are green as well.
+    the legend; one that lies outside is named above the keys. The exact one is the speed above which all is green; stable
+    windows below it are green as well.
 
     Parameters
     ----------
@@ -87,9 +86,10 @@ def plot_map(
                 plain_log_ticks(axes, which)
         axes.set_xlabel(along[0].label)
         axes.set_ylabel(along[1].label)
-        handles += _borders(axes, found, dims, along)
-        handles += _held(axes, found, dims, along)
-        handles += operating_points(axes, found, dims, along)
+        absent: list[str] = []
+        handles += borders_on_map(axes, found, dims, along, absent)
+        handles += held_on_map(axes, found, dims, along, absent)
+        handles += operating_points(axes, found, dims, along, absent)
         if fluids and "fluid" in found and "viscosity" in dims:
             fluid_names(axes, found, dims.index("viscosity"), along)
         axes.set_xlim(along[0].values[0], along[0].values[-1])
@@ -100,7 +100,7 @@ def plot_map(
             else ""
         )
         figure.suptitle(title or f"{found.attrs['title']}{fixed}", fontsize=10.5, weight="bold", x=0.02, ha="left")
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=2.8)
+        legend_below(figure, handles, absent)
     return figure
 
 
@@ -135,75 +135,3 @@ def _growth(figure: Figure, axes: Axes, found: xr.Dataset, dims: list[str], alon
     bar.set_label("growth rate (1/s), stable below zero" + (f",\nignores {ignored}" if ignored else ""))
     bar.outline.set_visible(False)
     return handles
-
-
-def _borders(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
-    """The border curves over the other axis; without the speed as an axis the zero of the growth rate."""
-    if "speed" not in dims:
-        rates = found["growth_rate"].transpose(*dims).values
-        axes.contour(along[0].values, along[1].values, rates.T, levels=[0.0], colors=INK, linewidths=2.0)
-        limit = Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")
-        return [limit, *(one for name in STALLED for one in _stalled(axes, found, dims, along, name))]
-    place = dims.index("speed")
-    other = dims[1 - place]
-    coordinate = f"{other}_of_border"
-    if coordinate not in found:
-        return []
-    values, unit = found[coordinate].values * along[1 - place].unit.factor, along[place].unit
-    high = 1e3 * float(along[place].values[-1])
-    handles: list[Any] = []
-    lines = {"critical_speed": {"color": CRITICAL, "lw": 1.0, "ls": (0, (5, 3)), "label": "critical speed"}, **BORDERS}
-    for name, style in lines.items():
-        if name not in found or np.isnan(found[name].values).all():
-            continue
-        speeds = found[name].values * unit.factor
-        drawn = np.where(np.isposinf(speeds), high, speeds)
-        axes.plot(*((drawn, values) if place == 0 else (values, drawn)), **style)
-        inside = np.isfinite(speeds) & (speeds >= along[place].values[0]) & (speeds <= along[place].values[-1])
-        label = style["label"] if inside.any() else f"{style['label']}: {_where(speeds, along[place].values)}"
-        handles.append(Line2D([], [], **{**style, "label": label}))
-    return handles
-
-
-def _held(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
-    """Hatched where the unbalance alone does not move balls that friction holds."""
-    if "held_share" not in found:
-        return []
-    shares = found["held_share"].transpose(*(f"{dim}_of_friction" for dim in dims))
-    text = "friction holds balls at rest"
-    if (shares.values < 1.0).all():
-        return [Patch(fc="none", ec=INK, lw=0.6, hatch="//", label=f"{text}: nowhere here")]
-    if min(shares.shape) > 1:
-        x, y = (shares[f"{dim}_of_friction"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
-        over = np.log(np.clip(shares.values, 1e-6, 1e6)).T
-        drawn = axes.contourf(x, y, over, levels=[0.0, 1e3], colors="none", hatches=["//"], zorder=3)
-        drawn.set_edgecolor(INK)
-        drawn.set_linewidth(0.0)
-        axes.contour(x, y, over, levels=[0.0], colors=INK, linewidths=1.0, zorder=3)
-    everywhere = ": everywhere" if (shares.values >= 1.0).all() else ""
-    return [Patch(fc="none", ec=INK, lw=0.6, hatch="//", label=f"{text}{everywhere}")]
-
-
-def _stalled(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], name: str) -> list[Any]:
-    """Where the speed of the map is that border of stalled balls; nan where no ball stalls."""
-    if name not in found or "speed" not in found.attrs:
-        return []
-    speed, style = float(found.attrs["speed"]), BORDERS[name]
-    rates = found[name].transpose(*(f"{dim}_of_border" for dim in dims))
-    if np.isnan(rates.values).all():
-        return []
-    over = np.log(np.clip(np.nan_to_num(rates.values, nan=0.0, posinf=np.inf), 0.1 * speed, 10.0 * speed) / speed)
-    label = f"{style['label']} as high as the speed of the map"
-    if (over > 0.0).all() or (over <= 0.0).all():
-        side = "above" if over.min() > 0.0 else "below"
-        return [Line2D([], [], **{**style, "label": f"{style['label']}: {side} it everywhere"})]
-    x, y = (rates[f"{dim}_of_border"].values * axis.unit.factor for dim, axis in zip(dims, along, strict=True))
-    axes.contour(x, y, over.T, levels=[0.0], colors=style["color"], linewidths=style["lw"], linestyles=[style["ls"]])
-    return [Line2D([], [], **{**style, "label": label})]
-
-
-def _where(speeds: np.ndarray, shown: np.ndarray) -> str:
-    finite = speeds[np.isfinite(speeds)]
-    if not finite.size:
-        return "never"
-    return "above the picture" if finite.min() > shown[-1] else "below the picture"

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from textwrap import fill
 from typing import Any
 
 import matplotlib
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -135,6 +137,13 @@ def legend(axes: Axes) -> None:
     while columns > 1 and legend_width(labels, columns) > room:
         columns = min(columns - 1, -(-len(labels) // (-(-len(labels) // (columns - 1)))))
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], absent: Sequence[str]) -> None:
+    """A legend below all panels; above its keys stands in words what is ``absent`` from the picture."""
+    words = fill(f"not in the picture: {', '.join(absent)}", 105) if absent else None
+    place: Any = {"loc": "outside lower center", "ncols": 3, "handlelength": 2.8}
+    figure.legend(handles=list(handles), title=words, title_fontsize=8.5, **place)
 
 
 def legend_width(labels: list[str], columns: int) -> float:
