@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import pytest
 
 import autobalancer as ab
@@ -22,7 +24,43 @@ IN_SI = {
     "3000 rpm": 314.159265358979,
     "0.2 s": 0.2,
     "0.1 s": 0.1,
+    "77 mm": 0.077,
+    "12.3 mm": 0.0123,
+    "7800 kg/m^3": 7800.0,
+    "20 mm^2/s": 20e-6,
+    "10 kg": 10.0,
+    "400 kN/m": 4e5,
+    "200 N*s/m": 200.0,
+    "6.6 g": 6.6e-3,
+    "5e-6 N*m*s": 5e-6,
+    "40 degC": 313.15,
+    "30 deg": 0.523598775598299,
 }
+RUN = ab.simulate(PLANAR, duration=0.5, save=ab.Samples(101))
+CURVE = ab.DragCurve(ab.free_sphere(), 760.0, 1e-6, 0.0123)
+CHAMBER = ab.Annulus(0.068, 0.086, 0.018, 0.077, 20e-6, 950.0)
+
+
+def receptance(mass: Any, stiffness: Any, damping: Any) -> list[complex]:
+    return [complex(value) for value in ab.planar_receptance(mass, stiffness, damping)(np.array([100.0, 300.0]))]
+
+
+def turned(q: Callable[[str], Any]) -> list[float]:
+    race = ab.TurnedRace(q("12.3 mm"), q("6.6 g"), q("77 mm"), 950.0, q("20 mm^2/s"))
+    found: list[float] = ab.equilibrium_angles(race, ab.free_sphere(), [q("1000 rpm")]).tolist()
+    return found
+
+
+def film(q: Callable[[str], Any]) -> bytes:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.gif"
+        ab.animate(RUN, path, start=q("0.1 s"), end=q("0.2 s"), duration=q("0.2 s"), fps=10, width=320)
+        return path.read_bytes()
+
+
+def line_ends(figure: Any) -> list[float]:
+    return [float(x) for x in figure.axes[0].get_xlim()]
+
 
 CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
     "stable_windows": lambda q: ab.stable_windows(PLANAR, q(SPEED), unbalance=q(UNBALANCE)),
@@ -43,6 +81,40 @@ CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
     "sweep": lambda q: ab.sweep(PLANAR, {"unbalances[1].mass": ["4 g"]}, duration=q("0.2 s"))[
         "peak_deflection"
     ].values.tolist(),
+    "capability": lambda q: ab.capability(q("77 mm"), q("12.3 mm"), q("7800 kg/m^3"), 2),
+    "largest_useful_count": lambda q: ab.largest_useful_count(q("77 mm"), q("12.3 mm")),
+    "rest_interval": lambda q: ab.rest_interval(
+        q(UNBALANCE),
+        q(UNBALANCE),
+        q("77 mm"),
+        0.001,
+        mass=q("10 kg"),
+        stiffness=q("400 kN/m"),
+        damping=q("200 N*s/m"),
+        speed=q("3000 rpm"),
+    ),
+    "held_whirl": lambda q: ab.held_whirl(q("77 mm"), 0.001),
+    "balance_grade": lambda q: ab.balance_grade(q(UNBALANCE), q("10 kg"), q("3000 rpm")),
+    "permissible_unbalance": lambda q: ab.permissible_unbalance(6.3, q("10 kg"), q("3000 rpm")),
+    "DragCurve": lambda q: ab.DragCurve(ab.free_sphere(), q("7800 kg/m^3"), q("20 mm^2/s"), q("12.3 mm")).viscous,
+    "planar_receptance": lambda q: receptance(q("10 kg"), q("400 kN/m"), q("200 N*s/m")),
+    "stall_ranges": lambda q: ab.stall_ranges(
+        ab.StalledBall(q(UNBALANCE), q(UNBALANCE), q("77 mm"), lambda slip: CURVE.torque(slip, 0.077)),
+        ab.planar_receptance(10.0, 4e5, 200.0),
+        [q("1000 rpm")],
+    ),
+    "slipstream_factors": lambda q: ab.slipstream_factors(
+        [0.0, q("30 deg")], [1.0, 1.0], q("77 mm"), q("12.3 mm"), q("20 mm^2/s")
+    ).tolist(),
+    "equal_balls": lambda q: str(ab.equal_balls(2, q("6.6 g"), q("77 mm"), q("5e-6 N*m*s"), spin_ratio=0.4)),
+    "fluid": lambda q: ab.fluid("silicone oil 20", q("40 degC")),
+    "equilibrium_angles": turned,
+    "annulus_flow": lambda q: ab.annulus_flow(
+        CHAMBER, q("1000 rpm"), initial_speed=0.0, duration=q("0.2 s"), samples=5
+    )["fluid_speed"].values.tolist(),
+    "plot_run_up": lambda q: line_ends(ab.plot_run_up(RUN, start=q("0.1 s"), end=q("0.2 s"))),
+    "plot_race": lambda q: ab.plot_race(RUN, time=q("0.2 s")).axes[0].get_title(),
+    "animate": film,
 }
 
 
@@ -56,5 +128,5 @@ def test_what_is_no_such_quantity_is_refused_by_the_name_of_the_argument(name: s
     def wrong(_: str) -> str:
         return "3 kg"
 
-    with pytest.raises(UnitError, match=r"^[a-z_]+(\[1\])?: given '3 kg', but a quantity in "):
+    with pytest.raises(UnitError, match=r"^[a-z_]+(\[\d\])?: given '3 kg', but a quantity in "):
         CALLS[name](wrong)

@@ -230,6 +230,21 @@ def list_argument(name: str, values: Any, unit: str) -> list[float]:
     return [argument(f"{name}[{number}]", value, unit) for number, value in enumerate(values, start=1)]
 
 
+def texts_argument(name: str, values: Any, unit: str) -> Any:
+    """One quantity or many, of which texts are read; arrays and numbers pass as they are."""
+    if isinstance(values, str):
+        return argument(name, values, unit)
+    if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
+        return list_argument(name, values, unit)
+    return values
+
+
 def unbalance_argument(value: T | str) -> T | float:
     """An unbalance in kg m, of which a text is read; complex numbers and descriptions pass."""
     return argument("unbalance", value, "kg*m") if isinstance(value, str) else value
+
+
+def field_arguments(record: Any, **units: str) -> None:
+    """Read the texts among the fields of a frozen record, each in its unit."""
+    for name, unit in units.items():
+        object.__setattr__(record, name, argument(name, getattr(record, name), unit))

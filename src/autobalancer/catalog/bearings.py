@@ -15,7 +15,7 @@ from autobalancer.catalog.tables import rows, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.laws.capability import ball_mass, capability, largest_useful_count, needed_count
 from autobalancer.shown import Table
-from autobalancer.units import argument
+from autobalancer.units import argument, optional_argument
 
 TABLE_DENSITY = 7860.0
 """Density of the steel balls in the printed capabilities [kg/m^3]: Spannan (2021), footnote of Table C.1."""
@@ -108,12 +108,12 @@ def bearing(designation: str) -> Bearing:
 def suitable_bearings(
     unbalance: float | str,
     *,
-    min_outer: float | None = None,
-    max_outer: float | None = None,
-    min_bore: float | None = None,
-    max_width: float | None = None,
-    ball_density: float = TABLE_DENSITY,
-    fluid_density: float = 0.0,
+    min_outer: float | str | None = None,
+    max_outer: float | str | None = None,
+    min_bore: float | str | None = None,
+    max_width: float | str | None = None,
+    ball_density: float | str = TABLE_DENSITY,
+    fluid_density: float | str = 0.0,
     sort: str = "outer",
 ) -> SuitableBearings:
     """Bearings whose outer ring and balls can compensate an unbalance in a given space.
@@ -143,6 +143,12 @@ def suitable_bearings(
     QuestionError
         If a value is not positive or the balls float.
     """
+    min_outer = optional_argument("min_outer", min_outer, "m")
+    max_outer = optional_argument("max_outer", max_outer, "m")
+    min_bore = optional_argument("min_bore", min_bore, "m")
+    max_width = optional_argument("max_width", max_width, "m")
+    ball_density = argument("ball_density", ball_density, "kg/m^3")
+    fluid_density = argument("fluid_density", fluid_density, "kg/m^3")
     unbalance = argument("unbalance", unbalance, "kg*m")
     if sort not in _ORDER:
         raise QuestionError(f"sort: given {sort!r}; must be one of {', '.join(_ORDER)}")

@@ -10,6 +10,7 @@ from autobalancer.catalog.fluid_families import ROOM, FluidEntry, Offer, glycero
 from autobalancer.catalog.tables import key, unknown
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.viscosity import blend_fraction
+from autobalancer.units import argument
 
 __all__ = ["Blend", "FluidEntry", "FluidState", "blend", "fluid", "fluids"]
 
@@ -51,7 +52,7 @@ def fluids() -> tuple[FluidEntry, ...]:
     return tuple(entry for entry, _ in offers())
 
 
-def fluid(name: str, temperature: float = ROOM) -> FluidState:
+def fluid(name: str, temperature: float | str = ROOM) -> FluidState:
     """Density and viscosity of a fluid at a temperature.
 
     Parameters
@@ -69,6 +70,7 @@ def fluid(name: str, temperature: float = ROOM) -> FluidState:
 
     Source: that of the entry; see ``source`` and ``remark`` of the result.
     """
+    temperature = argument("temperature", temperature, "K")
     entry, properties = _offer(name)
     low, high = entry.lowest_temperature, entry.highest_temperature
     if not low - 1e-6 <= temperature <= high + 1e-6:
@@ -91,8 +93,8 @@ def fluid(name: str, temperature: float = ROOM) -> FluidState:
 def blend(
     first: str | FluidState,
     second: str | FluidState,
-    viscosity: float,
-    temperature: float = ROOM,
+    viscosity: float | str,
+    temperature: float | str = ROOM,
     *,
     basis: Literal["mass", "volume"] = "mass",
 ) -> Blend:
@@ -118,6 +120,8 @@ def blend(
 
     Source: Spannan (2021), eqs. (6.7) and (6.8), after Zhmud (2014); density by ideal mixing of volumes.
     """
+    viscosity = argument("viscosity", viscosity, "m^2/s")
+    temperature = argument("temperature", temperature, "K")
     if basis not in ("mass", "volume"):
         raise QuestionError(f"given basis = {basis!r}; it is 'mass' or 'volume'")
     families = {_offer(one)[0].family for one in (first, second) if isinstance(one, str)}

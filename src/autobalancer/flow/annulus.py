@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine
+from autobalancer.units import field_arguments
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -45,6 +46,7 @@ class Annulus:
     density: float
 
     def __post_init__(self) -> None:
+        field_arguments(self, inner="m", outer="m", height="m", orbit_radius="m", viscosity="m^2/s", density="kg/m^3")
         if not 0.0 < self.inner < self.outer:
             raise MachineError(
                 f"annulus: given an inner wall at {_mm(self.inner)} and an outer one at {_mm(self.outer)}; the inner "

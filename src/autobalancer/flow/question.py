@@ -19,7 +19,7 @@ from autobalancer.flow.result import Solved, flow_dataset, percent
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
-from autobalancer.units import list_argument, optional_argument
+from autobalancer.units import argument, list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "differences"]
 Progress = Callable[[float, float], None]
@@ -30,7 +30,7 @@ FIELD = 33  # points of a field of the modes in each direction
 @shows_progress
 def annulus_flow(
     chamber: Annulus | Machine | str | Path,
-    speed: SpeedProfile | WallSpeed | float | None = None,
+    speed: SpeedProfile | WallSpeed | float | str | None = None,
     *,
     duration: float | str | None = None,
     initial_speed: float | str | None = None,
@@ -91,6 +91,8 @@ def annulus_flow(
         If the speed is not known, a time lies outside the run, or the points cannot resolve the flow, or take longer
         than five minutes and were not given explicitly.
     """
+    if isinstance(speed, str):
+        speed = argument("speed", speed, "rad/s")
     duration = optional_argument("duration", duration, "s")
     initial_speed = optional_argument("initial_speed", initial_speed, "rad/s")
     times = list_argument("times", times, "s")

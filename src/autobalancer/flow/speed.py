@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from autobalancer.kernels.flow.speed import RECORD
 from autobalancer.kernels.system import HILL
 from autobalancer.machine import Constant, Machine
 from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.units import texts_argument
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class WallSpeed:
         return float(max(np.abs(self.over(times)).max(), abs(self.before)))
 
 
-def recorded_speed(times: Floats, speeds: Floats) -> WallSpeed:
+def recorded_speed(times: Floats | Sequence[str] | str, speeds: Floats | Sequence[str] | str) -> WallSpeed:
     """A speed that was measured or simulated, for :func:`autobalancer.flow.question.annulus_flow`.
 
     Parameters
@@ -103,6 +105,8 @@ def recorded_speed(times: Floats, speeds: Floats) -> WallSpeed:
     speeds
         rad/s; (time,).
     """
+    times = texts_argument("times", times, "s")
+    speeds = texts_argument("speeds", speeds, "rad/s")
     _, step, count, *pairs = table_numbers(np.asarray(times, np.float64), np.asarray(speeds, np.float64))
     piece = Recorded(float(times[0]), RECORD, np.array([step, count, *pairs]))
     alone = WallSpeed((piece,), 0.0)

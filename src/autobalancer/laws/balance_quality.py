@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import argument
 
 GRADES = (0.4, 1.0, 2.5, 6.3, 16.0, 40.0, 100.0, 250.0, 630.0, 1600.0, 4000.0)  # mm/s, ISO 21940-11, table 1
 
 
-def balance_grade(unbalance: float, mass: float, speed: float) -> float:
+def balance_grade(unbalance: float | str, mass: float | str, speed: float | str) -> float:
     """Velocity U W/M of the mass center (m/s) of a rotor with this unbalance; 1000 times that is its grade G in mm/s.
 
     Parameters
@@ -32,12 +33,15 @@ def balance_grade(unbalance: float, mass: float, speed: float) -> float:
 
     Source: ISO 21940-11:2016, section 6.
     """
+    unbalance = argument("unbalance", unbalance, "kg*m")
+    mass = argument("mass", mass, "kg")
+    speed = argument("speed", speed, "rad/s")
     if not (math.isfinite(unbalance) and unbalance >= 0.0):
         raise QuestionError(f"unbalance: given {unbalance!r}; must be a number not below zero, in kg m")
     return unbalance * _positive("speed", speed, "rad/s") / _positive("mass", mass, "kg")
 
 
-def permissible_unbalance(grade: float, mass: float, speed: float) -> float:
+def permissible_unbalance(grade: float, mass: float | str, speed: float | str) -> float:
     """Residual unbalance U = G M/W (kg m) that a balance quality grade allows; of two planes the sum of both.
 
     Parameters
@@ -56,6 +60,8 @@ def permissible_unbalance(grade: float, mass: float, speed: float) -> float:
 
     Source: ISO 21940-11:2016, section 6.
     """
+    mass = argument("mass", mass, "kg")
+    speed = argument("speed", speed, "rad/s")
     return _positive("grade", grade, "m/s") * _positive("mass", mass, "kg") / _positive("speed", speed, "rad/s")
 
 

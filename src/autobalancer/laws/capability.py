@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import argument
 
 _ROUNDING = 1e-9
 """Balls that miss their place by this fraction of a ball fit: it is rounding, not geometry."""
@@ -67,18 +68,22 @@ def potential_ratio(count: npt.ArrayLike, alpha: npt.ArrayLike) -> Any:
     return np.where(point, n, ratio)[()]
 
 
-def largest_count(orbit_radius: float, ball_diameter: float) -> int:
+def largest_count(orbit_radius: float | str, ball_diameter: float | str) -> int:
     """Number of balls that fill the whole orbit (arguments and errors: see :func:`half_sector`)."""
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    ball_diameter = argument("ball_diameter", ball_diameter, "m")
     return math.floor(math.pi / half_sector(orbit_radius, ball_diameter) + _ROUNDING)
 
 
-def largest_useful_count(orbit_radius: float, ball_diameter: float) -> int:
+def largest_useful_count(orbit_radius: float | str, ball_diameter: float | str) -> int:
     """Number of balls with the greatest capability; more balls compensate less.
 
     It is the integer nearest to pi / (2 a), the smaller one of two equals. The rule of Spannan (2021), below
     eq. (2.2), takes the next lower integer, which is one ball short whenever the fraction exceeds one half.
     Arguments and errors: see :func:`half_sector`.
     """
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    ball_diameter = argument("ball_diameter", ball_diameter, "m")
     half_orbit = 0.5 * math.pi / half_sector(orbit_radius, ball_diameter)
     return max(1, math.ceil(half_orbit - 0.5 - _ROUNDING))
 
@@ -113,12 +118,12 @@ def ball_capability(
 
 
 def capability(
-    orbit_radius: float,
-    ball_diameter: float,
-    ball_density: float,
+    orbit_radius: float | str,
+    ball_diameter: float | str,
+    ball_density: float | str,
     count: int | None = None,
     *,
-    fluid_density: float = 0.0,
+    fluid_density: float | str = 0.0,
 ) -> float:
     """Largest unbalance that the balls of one race can compensate [kg m].
 
@@ -138,6 +143,10 @@ def capability(
 
     Source: Spannan (2021), eqs. (2.1) to (2.3).
     """
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    ball_diameter = argument("ball_diameter", ball_diameter, "m")
+    ball_density = argument("ball_density", ball_density, "kg/m^3")
+    fluid_density = argument("fluid_density", fluid_density, "kg/m^3")
     alpha = half_sector(orbit_radius, ball_diameter)
     fit = largest_count(orbit_radius, ball_diameter)
     if count is None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from autobalancer.errors import RangeWarning
 from autobalancer.laws.drag_coefficient import DragLaw, Floats
+from autobalancer.units import field_arguments
 
 STOKES = 10.0  # Reynolds number up to which drag is linear near a wall (Jan and Chen 1997; Spannan 2021, 5.21)
 
@@ -39,6 +40,9 @@ class DragCurve:
     density: float
     viscosity: float
     diameter: float
+
+    def __post_init__(self) -> None:
+        field_arguments(self, density="kg/m^3", viscosity="m^2/s", diameter="m")
 
     @property
     def viscous(self) -> float:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import argument
 
 STEP = 4e-3  # relative, of the residuals that are tried
 TOGETHER = 50  # of them at once
@@ -23,7 +24,7 @@ Floats = npt.NDArray[np.float64]
 _DIRECTIONS = np.linspace(-math.pi, math.pi, 180, endpoint=False)
 
 
-def held_whirl(orbit_radius: float, adherence: float, *, weight: float = 0.0) -> float:
+def held_whirl(orbit_radius: float | str, adherence: float, *, weight: float | str = 0.0) -> float:
     """Distance of a race from the axis of rotation up to which a ball at rest stays at any angle, m.
 
     ``mu eps / sqrt(1 + mu^2) - g/w^2``: the force along the race is greatest, against what holds, where the ball stands
@@ -44,6 +45,8 @@ def held_whirl(orbit_radius: float, adherence: float, *, weight: float = 0.0) ->
     QuestionError
         If a number is negative, or the orbit radius zero.
     """
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    weight = argument("weight", weight, "m")
     if not orbit_radius > 0.0:
         raise QuestionError(f"orbit_radius: given {orbit_radius:g} m; must be above zero")
     if adherence < 0.0 or weight < 0.0:

@@ -11,18 +11,19 @@ from typing import Any
 import numpy as np
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import argument
 
 
 def rest_interval(
-    unbalance: float,
-    moment: float,
-    orbit_radius: float,
+    unbalance: float | str,
+    moment: float | str,
+    orbit_radius: float | str,
     adherence: float,
     *,
-    mass: float,
-    stiffness: float,
-    damping: float = 0.0,
-    speed: float,
+    mass: float | str,
+    stiffness: float | str,
+    damping: float | str = 0.0,
+    speed: float | str,
     heavy: bool = False,
 ) -> tuple[float, float]:
     """Both ends of the interval in which a ball at rest in the rotor stays, as angles from its place.
@@ -57,6 +58,13 @@ def rest_interval(
     QuestionError
         If a number is not above zero (damping: below zero), or no place within 90 degrees holds the ball.
     """
+    unbalance = argument("unbalance", unbalance, "kg*m")
+    moment = argument("moment", moment, "kg*m")
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    mass = argument("mass", mass, "kg")
+    stiffness = argument("stiffness", stiffness, "N/m")
+    damping = argument("damping", damping, "N*s/m")
+    speed = argument("speed", speed, "rad/s")
     for name, value in (("unbalance", unbalance), ("moment", moment), ("orbit_radius", orbit_radius),
                         ("adherence", adherence), ("mass", mass), ("stiffness", stiffness), ("speed", speed)):  # fmt: skip
         if not value > 0.0:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, RangeWarning
+from autobalancer.units import argument, texts_argument
 
 Floats = NDArray[np.float64]
 REYNOLDS = (0.0, 300.0)
@@ -56,7 +57,11 @@ def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
 
 
 def slipstream_factors(
-    angles: ArrayLike, velocities: ArrayLike, orbit_radius: float, diameter: float, viscosity: float
+    angles: ArrayLike,
+    velocities: ArrayLike,
+    orbit_radius: float | str,
+    diameter: float | str,
+    viscosity: float | str,
 ) -> Floats:
     """Slipstream factor of every ball of a race: the next ball ahead shields it, in the direction in which it moves.
 
@@ -76,6 +81,11 @@ def slipstream_factors(
     QuestionError
         If there are not as many velocities as angles.
     """
+    angles = texts_argument("angles", angles, "rad")
+    velocities = texts_argument("velocities", velocities, "m/s")
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    diameter = argument("diameter", diameter, "m")
+    viscosity = argument("viscosity", viscosity, "m^2/s")
     phi, u = np.asarray(angles, dtype=float), np.asarray(velocities, dtype=float)
     if phi.shape != u.shape or phi.ndim != 1:
         raise QuestionError(

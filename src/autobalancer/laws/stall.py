@@ -28,6 +28,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.units import argument, field_arguments, list_argument, texts_argument
+
 Floats = NDArray[np.float64]
 Receptance = Callable[[Floats], NDArray[np.complex128]]
 Torque = Callable[[Floats], Floats]
@@ -51,6 +53,9 @@ class StalledBall:
     orbit_radius: float
     drag: Torque
     rolling: float = 0.0
+
+    def __post_init__(self) -> None:
+        field_arguments(self, moment="kg*m", total="kg*m", orbit_radius="m")
 
 
 @dataclass(frozen=True)
@@ -83,11 +88,14 @@ class StallRange:
     capture_whirl: float
 
 
-def planar_receptance(mass: float, stiffness: ArrayLike, damping: ArrayLike) -> Receptance:
+def planar_receptance(mass: float | str, stiffness: ArrayLike, damping: ArrayLike) -> Receptance:
     """Receptance of a planar rotor for forward whirl: the mean of both axes.
 
     ``mass`` in motion, balls included; ``stiffness`` and ``damping`` one number, or two along x and y; SI.
     """
+    mass = argument("mass", mass, "kg")
+    stiffness = texts_argument("stiffness", stiffness, "N/m")
+    damping = texts_argument("damping", damping, "N*s/m")
     k, b = (np.atleast_1d(np.asarray(given, dtype=float)) for given in (stiffness, damping))
 
     def receptance(whirl: Floats) -> NDArray[np.complex128]:
@@ -99,6 +107,7 @@ def planar_receptance(mass: float, stiffness: ArrayLike, damping: ArrayLike) -> 
 
 def stall_balance(ball: StalledBall, receptance: Receptance, whirl: ArrayLike) -> StallBalance:
     """Torques on a stalled ball and the rotor speed that keeps it stalled, for whirl speeds of shape (n,)."""
+    whirl = texts_argument("whirl", whirl, "rad/s")
     v = np.atleast_1d(np.asarray(whirl, dtype=float))
     response = ball.total * v**2 * receptance(v)
     braking = -ball.moment * v**2 * response.imag
@@ -108,12 +117,15 @@ def stall_balance(ball: StalledBall, receptance: Receptance, whirl: ArrayLike) -
     return StallBalance(v, braking, normal, excess, slip, v + slip)
 
 
-def stall_ranges(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> tuple[StallRange, ...]:
+def stall_ranges(
+    ball: StalledBall, receptance: Receptance, resonances: Sequence[float | str]
+) -> tuple[StallRange, ...]:
     """The folds at all resonances at which balls can stall, in the order of the release speeds; none if they never do.
 
     ``resonances`` are the undamped critical speeds, near which folds are sought, rad/s. ``release`` is infinite if no drag
     is enough, ``capture`` nan if the curve does not turn again below ten times the highest resonance.
     """
+    resonances = list_argument("resonances", resonances, "rad/s")
     near = np.geomspace(1e-7, LOW, POINTS)
     far = np.geomspace(1e-7, HIGH, 2 * POINTS)
     whirl = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], far])) for w in resonances]))
@@ -163,12 +175,17 @@ def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequenc
     return found[-1].release if found else math.nan
 
 
-def holding_speed(unbalance: float, receptance: Receptance, resonances: Sequence[float], arm: float) -> float:
+def holding_speed(
+    unbalance: float | str, receptance: Receptance, resonances: Sequence[float | str], arm: float | str
+) -> float:
     """The highest speed at which the whirl of a residual ``unbalance`` (kg m) tears balls out of their places, rad/s.
 
     Balls at rest feel a force m W^2 z across the race and are pressed to it by m eps W^2; so they stay where the
     deflection is below ``arm`` = mu_adh eps (m), whatever their mass and whatever the fluid. nan if they always stay.
     """
+    unbalance = argument("unbalance", unbalance, "kg*m")
+    resonances = list_argument("resonances", resonances, "rad/s")
+    arm = argument("arm", arm, "m")
     above = np.geomspace(1e-7, HIGH, 4 * POINTS)
     near = np.geomspace(1e-7, LOW, POINTS)
     speed = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], above])) for w in resonances]))
@@ -188,13 +205,15 @@ def holding_speed(unbalance: float, receptance: Receptance, resonances: Sequence
     return float(brentq(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14))
 
 
-def run_down_capture(lets_go: float, release: float) -> float:
+def run_down_capture(lets_go: float | str, release: float | str) -> float:
     """From which speed down balls are caught in a slow run-down, rad/s.
 
     Balls at rest in their places feel no braking, so no torque balance makes them leave. They leave at ``lets_go``: the
     exact border, or where rolling resistance no longer holds them (:func:`holding_speed`). If that is above the release
     speed they cannot stall yet; their motion down to there requires a simulation. nan if they are never captured.
     """
+    lets_go = argument("lets_go", lets_go, "rad/s")
+    release = argument("release", release, "rad/s")
     return math.nan if math.isnan(lets_go) or math.isnan(release) else min(lets_go, release)
 
 

@@ -20,7 +20,7 @@ from autobalancer.measurement.equilibrium_angle import Floats, TurnedRace, equil
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.units import argument
+from autobalancer.units import argument, texts_argument
 
 STEEPEST = math.radians(85.0)  # end of the speeds that are taken where none are given
 COUNT, SLOWEST = 60, 0.02  # how many, and the first as a share of the last
@@ -129,6 +129,7 @@ def angle_against_speed(
     QuestionError
         If the machine does not fit (:func:`angle_machine`), or the speeds or the duration are not as said.
     """
+    speeds = texts_argument("speeds", speeds, "rad/s")
     duration = argument("duration", duration, "s")
     given = angle_machine(machine)
     w = _speeds(given) if speeds is None else np.atleast_1d(np.asarray(speeds, dtype=float))

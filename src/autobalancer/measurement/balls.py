@@ -14,6 +14,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.states.polygon import directions
+from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
 LEVELS = 9  # so many ways of standing are gone through for the worst case
@@ -44,8 +45,13 @@ class RaceBalls:
         return replace(self, drag=factor * self.drag)
 
 
-def equal_balls(count: int, mass: float, orbit_radius: float, drag: float, *, spin_ratio: float) -> RaceBalls:
+def equal_balls(
+    count: int, mass: float | str, orbit_radius: float | str, drag: float | str, *, spin_ratio: float
+) -> RaceBalls:
     """``count`` equal balls without buoyancy: kg, m, N m s; ``spin_ratio`` is 2/5 for rolling balls, 0 for points."""
+    mass = argument("mass", mass, "kg")
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    drag = argument("drag", drag, "N*m*s")
     ones = np.ones(count)
     inertia = (1.0 + spin_ratio) * mass * orbit_radius**2
     return RaceBalls(mass * ones, mass * orbit_radius * ones, inertia * ones, drag * ones)

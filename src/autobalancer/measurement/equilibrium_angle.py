@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw
 from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.units import field_arguments, texts_argument
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.80665
@@ -39,6 +40,9 @@ class TurnedRace:
     gravity: float = GRAVITY
 
     def __post_init__(self) -> None:
+        field_arguments(
+            self, diameter="m", mass="kg", orbit_radius="m", fluid_density="kg/m^3", viscosity="m^2/s", gravity="m/s^2"
+        )
         if self.weight <= 0.0:
             raise QuestionError(
                 f"the ball floats: its mass of {self.mass:g} kg is not more than that of the fluid it displaces"
@@ -73,6 +77,7 @@ def equilibrium_angles(race: TurnedRace, law: DragLaw, speeds: ArrayLike, rollin
 
     nan where none up to 90 degrees holds the ball: from there on it is carried around, or leaves the wall.
     """
+    speeds = texts_argument("speeds", speeds, "rad/s")
     w = np.asarray(speeds, dtype=float)
     curve = DragCurve(law, race.fluid_density, race.viscosity, race.diameter)
     force = curve.force(w * race.orbit_radius) - rolling * race.inward(w)
@@ -86,8 +91,15 @@ def equilibrium_angles(race: TurnedRace, law: DragLaw, speeds: ArrayLike, rollin
     return np.asarray(np.where(angle <= 0.5 * math.pi, angle, np.nan))
 
 
-def drag_coefficients(race: TurnedRace, speeds: ArrayLike, angles: ArrayLike, rolling: float = 0.0) -> Floats:
+def drag_coefficients(
+    race: TurnedRace,
+    speeds: ArrayLike,
+    angles: ArrayLike,
+    rolling: float = 0.0,
+) -> Floats:
     """c_d from measured angles (rad, up to pi/2), (6.6); with the force P if ``race.pressure`` is not zero."""
+    speeds = texts_argument("speeds", speeds, "rad/s")
+    angles = texts_argument("angles", angles, "rad")
     w, s = np.asarray(speeds, dtype=float), np.asarray(angles, dtype=float)
     if np.any(s > 0.5 * math.pi) or np.any(w <= 0.0):
         raise QuestionError(

@@ -20,6 +20,7 @@ from autobalancer.plots.film_scene import Scene
 from autobalancer.plots.motion import Floats, Moments, Motion, races_of
 from autobalancer.plots.places import places_in_rotor
 from autobalancer.plots.style import look
+from autobalancer.units import argument, optional_argument
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 
@@ -29,9 +30,9 @@ def animate(
     run: xr.Dataset,
     path: str | Path,
     *,
-    start: float | None = None,
-    end: float | None = None,
-    duration: float = 10.0,
+    start: float | str | None = None,
+    end: float | str | None = None,
+    duration: float | str = 10.0,
     fps: int = 25,
     frame: Literal["rotor", "space"] = "rotor",
     deflection_scale: float | Literal["auto"] = "auto",
@@ -91,6 +92,9 @@ def animate(
     ResultError
         If the file cannot be written.
     """
+    start = optional_argument("start", start, "s")
+    end = optional_argument("end", end, "s")
+    duration = argument("duration", duration, "s")
     path = Path(path)
     film_format(path)
     unit = speed_axis(speed_unit)

@@ -14,6 +14,7 @@ from autobalancer.plots.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.quantity_axis import plain_log_ticks, quantity_axis
 from autobalancer.plots.stability import STABLE, UNSTABLE
 from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend_below, look, picture, with_ignored
+from autobalancer.units import optional_argument
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
     "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
@@ -26,7 +27,7 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
 
 
 def plot_border_curve(
-    found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | None = None, log_speed: bool = False
+    found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
@@ -51,6 +52,7 @@ def plot_border_curve(
     QuestionError
         If ``found`` is no result of ``border_curve``, or the unit is unknown.
     """
+    highest = optional_argument("highest", highest, "rad/s")
     if not any(name in found and found[name].ndim == 1 for name in BORDERS) or "parameter" not in found.attrs:
         raise QuestionError("plot_border_curve: this is not a result of border_curve()")
     unit = speed_axis(speed_unit)

@@ -16,12 +16,13 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber_view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.style import RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.units import list_argument
 
 RIM = "#8A949C"
 
 
 def plot_arrangement(
-    run: xr.Dataset, times: Sequence[float] | None = None, *, chamber: int = 1, title: str | None = None
+    run: xr.Dataset, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
 ) -> Figure:
     """The balls of a chamber at some times, colored by speed, with the unbalance in space.
 
@@ -44,6 +45,7 @@ def plot_arrangement(
     QuestionError
         If a time is not in the run, or there is no such chamber.
     """
+    times = None if times is None else list_argument("times", times, "s")
     time = run["time"].values
     if times is None:
         times = [float(time[0]), 0.5 * float(time[0] + time[-1]), float(time[-1])]

@@ -21,15 +21,16 @@ from autobalancer.plots.film_files import film_format, write_film
 from autobalancer.plots.film_question import frame_count, frame_times, magnification, pace
 from autobalancer.plots.style import BALLS, INK, UNBALANCE, look
 from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.units import argument, optional_argument
 
 
 def animate_chamber(
     run: xr.Dataset,
     path: str | Path,
     *,
-    start: float | None = None,
-    end: float | None = None,
-    duration: float = 10.0,
+    start: float | str | None = None,
+    end: float | str | None = None,
+    duration: float | str = 10.0,
     fps: int = 25,
     frame: Literal["rotor", "space"] = "space",
     azimuth: float = 35.0,
@@ -77,6 +78,9 @@ def animate_chamber(
     ResultError
         If the file cannot be written.
     """
+    start = optional_argument("start", start, "s")
+    end = optional_argument("end", end, "s")
+    duration = argument("duration", duration, "s")
     path = Path(path)
     film_format(path)
     unit = speed_axis(speed_unit)

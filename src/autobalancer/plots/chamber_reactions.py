@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 from autobalancer.plots.axis_units import length_axis
 from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.results.chamber_unconstrained import LooseBody, unconstrained_motion
+from autobalancer.units import optional_argument
 
 
 def plot_reactions(
-    run: xr.Dataset, body: LooseBody | None = None, *, until: float | None = None, title: str | None = None
+    run: xr.Dataset, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
 ) -> Figure:
     """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
 
@@ -27,6 +28,7 @@ def plot_reactions(
     title
         Above the picture; by default the name of the machine.
     """
+    until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
         ("axial force $P_x$ (N)", run["constraint_force"].isel(axis=0).values),

@@ -15,13 +15,14 @@ from scipy.interpolate import RectBivariateSpline
 from autobalancer.errors import QuestionError
 from autobalancer.plots.axis_units import speed_axis
 from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, ball_color, heading, legend, look, picture
+from autobalancer.units import list_argument, optional_argument
 
 STREAM_LINES = 7  # in each direction of circulation
 MODELS = {"chebyshev": "Chebyshev collocation", "differences": "finite differences", "modes": "diffusion modes"}
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
-def plot_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw spin-up history, velocity profiles and secondary flow in one picture.
 
     Parameters
@@ -42,6 +43,7 @@ def plot_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = 
     QuestionError
         If the result has no field at ``time``, or the unit is unknown.
     """
+    time = optional_argument("time", time, "s")
     with look():
         figure = picture(9.6, 6.4)
         panels = figure.subplots(2, 2, width_ratios=(1.4, 1.0))
@@ -64,12 +66,13 @@ def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float] | None = None) -> Figure:
+def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of the result. The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
     rotor speeds up the fluid lags behind in the middle of the gap (5.6b).
     """
+    moments = None if moments is None else list_argument("moments", moments, "s")
     with look():
         figure = picture(6.0, 4.4)
         axes = figure.subplots()
@@ -79,8 +82,9 @@ def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float] | None 
     return figure
 
 
-def plot_secondary_flow(flow: xr.Dataset, *, time: float | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_secondary_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor."""
+    time = optional_argument("time", time, "s")
     with look():
         figure = picture(6.4, 5.4)
         _stream_lines(figure, figure.subplots(), flow, _moment(flow, time), speed_unit)

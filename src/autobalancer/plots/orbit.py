@@ -15,6 +15,7 @@ from autobalancer.plots.axis_units import AxisUnit, length_axis, length_text, si
 from autobalancer.plots.motion import Complexes
 from autobalancer.plots.orbit_path import OrbitPath, orbit_paths
 from autobalancer.plots.style import INK, UNBALANCE, heading, look, picture
+from autobalancer.units import optional_argument
 
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it
 NOTHING = 1e-11  # m; a vibration below it is none
@@ -25,8 +26,8 @@ QUIET = 0.1  # of the greatest orbit; a smaller one has its own scale
 def plot_orbit(
     run: xr.Dataset,
     *,
-    start: float | None = None,
-    end: float | None = None,
+    start: float | str | None = None,
+    end: float | str | None = None,
     frame: Literal["space", "rotor"] = "space",
     place: str | None = None,
     deflection_unit: str | None = None,
@@ -69,6 +70,8 @@ def plot_orbit(
         If the run has neither samples nor last revolutions in the interval, has no such place, or a unit or frame is
         unknown.
     """
+    start = optional_argument("start", start, "s")
+    end = optional_argument("end", end, "s")
     if frame not in ("space", "rotor"):
         raise QuestionError(f"frame: given {frame!r}; must be 'space' or 'rotor'")
     speeds = speed_axis(speed_unit)

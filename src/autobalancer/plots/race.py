@@ -14,12 +14,13 @@ from autobalancer.plots.race_panel import WIDTH, RacePanel, deflected
 from autobalancer.plots.race_vectors import couple_note, vectors_of
 from autobalancer.plots.static import static_part
 from autobalancer.plots.style import heading, look, picture
+from autobalancer.units import optional_argument
 
 COLUMNS = 3  # panels side by side
 
 
 def plot_race(
-    run: xr.Dataset, *, time: float | None = None, balancer: int | None = None, speed_unit: str = "rpm"
+    run: xr.Dataset, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
@@ -52,6 +53,7 @@ def plot_race(
     QuestionError
         If the run has no balls or no samples, or the time or balancer does not exist.
     """
+    time = optional_argument("time", time, "s")
     speeds, motion, races = speed_axis(speed_unit), Motion(run), races_of(run)
     if not races.orbit_radius.size or not (races.orbit_radius > 0.0).all():
         raise QuestionError("the run has no balls in races, so there is nothing to draw; try plot_run_up or plot_orbit")

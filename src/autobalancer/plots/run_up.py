@@ -22,6 +22,7 @@ from autobalancer.plots.history import (
 )
 from autobalancer.plots.panels import angle_panel, deflection_panel, speed_panel
 from autobalancer.plots.style import CRITICAL, heading, look, picture
+from autobalancer.units import optional_argument
 
 
 def plot_run_up(
@@ -30,8 +31,8 @@ def plot_run_up(
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
     log_deflection: bool | None = None,
-    start: float | None = None,
-    end: float | None = None,
+    start: float | str | None = None,
+    end: float | str | None = None,
     held: xr.Dataset | None = None,
 ) -> Figure:
     """Draw a run over time: speeds of rotor and balls, deflection of the rotor, and ball angles.
@@ -71,6 +72,8 @@ def plot_run_up(
     QuestionError
         If the run has nothing to be drawn, a unit is unknown, or the interval is outside the run.
     """
+    start = optional_argument("start", start, "s")
+    end = optional_argument("end", end, "s")
     speeds = speed_axis(speed_unit)
     first, last = span_of(run, start, end)
     history, deflections = history_of(run, first, last), deflections_of(run, first, last, held)

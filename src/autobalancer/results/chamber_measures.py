@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autobalancer.results.chamber_balls import Floats, ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber_shape import unbalance_of
 from autobalancer.results.of_a_run import of_a_run
+from autobalancer.units import optional_argument
 
 DIRECTIONS = {
     "horizontal": ("body_position", 1, "m"),
@@ -132,7 +133,7 @@ def chamber_measures(
     unbalance: complex | None = None,
     couple: complex = 0.0,
     chamber_places: NDArray[np.float64] | None = None,
-    last: float | None = None,
+    last: float | str | None = None,
     tolerance: float = 1.0,
 ) -> xr.Dataset:
     """All measures of a run in one dataset, each with its unit and long name.
@@ -155,6 +156,7 @@ def chamber_measures(
     QuestionError
         If there are too few samples.
     """
+    last = optional_argument("last", last, "s")
     collisions = collision_statistics(run)
     settled, carried = ball_settling_time(run, tolerance, last), balls_carried(run, last)
     found = xr.merge(

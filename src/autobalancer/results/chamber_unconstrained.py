@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from autobalancer.errors import QuestionError
+from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +59,7 @@ def pakula_body(height: float) -> LooseBody:
     return LooseBody(120.0, 25.0, 20.0, 32500.0, 41.0, height, depth=0.2, half_width=1.0)
 
 
-def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | None = None) -> xr.Dataset:
+def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | str | None = None) -> xr.Dataset:
     """Motion of a body released from rest under the reactions that held it. It has no effect on the balls.
 
     A sample holds the mean of a reaction since the sample before; it acts over that time, so that every impact keeps its impulse
@@ -84,6 +85,7 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | None =
     QuestionError
         If a mass, spring or length is not positive, or the samples are not at equal times.
     """
+    until = optional_argument("until", until, "s")
     for name, value in vars(body).items():
         if not (np.isfinite(value) and (value > 0.0 or (name in ("damping", "height") and value == 0.0))):
             raise QuestionError(f"{name}: given {value:g}; must be greater than zero")

@@ -76,7 +76,7 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 
 
 @of_a_run()
-def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
+def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> float:
     """Greatest vibration (m) at the reference station at the end of the run, without static deflection.
 
     On a vertical axis, which has no static deflection, it is the greatest deflection over the ``last`` seconds, by
@@ -89,6 +89,7 @@ def residual_vibration(run: xr.Dataset, last: float | None = None) -> float:
     QuestionError
         If the run kept no data for it.
     """
+    last = optional_argument("last", last, "s")
     if "end_time" not in run.attrs:
         raise QuestionError("residual_vibration: this result is no run of simulate; there is nothing to measure")
     end = float(run.attrs["end_time"])

@@ -14,7 +14,7 @@ from autobalancer.rotordynamics.question import along_axis, attributes, checked_
 from autobalancer.rotordynamics.response import amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import turning, whirl
-from autobalancer.units import argument, unbalance_argument
+from autobalancer.units import argument, list_argument, unbalance_argument
 
 
 def whirl_orbits(
@@ -24,7 +24,7 @@ def whirl_orbits(
     unbalance: Given | str = None,
     *,
     balls: bool = False,
-    ball_angles: Sequence[float] | None = None,
+    ball_angles: Sequence[float | str] | None = None,
     points: int = 181,
 ) -> xr.Dataset:
     """Paths of the axis over one revolution under unbalance at a speed.
@@ -50,6 +50,7 @@ def whirl_orbits(
     QuestionError
         As for ``unbalance_response``, and for fewer than 9 points.
     """
+    ball_angles = None if ball_angles is None else list_argument("ball_angles", ball_angles, "rad")
     speed = argument("speed", speed, "rad/s")
     unbalance = unbalance_argument(unbalance)
     owner = "whirl_orbits"

@@ -30,7 +30,7 @@ def unbalance_response(
     unbalance: Given | str = None,
     *,
     balls: bool = False,
-    ball_angles: Sequence[float] | None = None,
+    ball_angles: Sequence[float | str] | None = None,
     quantity: Quantity = "displacement",
 ) -> xr.Dataset:
     """Steady response of the rotor to its unbalance over the speed.
@@ -73,6 +73,7 @@ def unbalance_response(
     MachineError
         If the rotor is not possible as described, or a position is not on it.
     """
+    ball_angles = None if ball_angles is None else list_argument("ball_angles", ball_angles, "rad")
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = unbalance_argument(unbalance)
     owner = "unbalance_response"

@@ -19,6 +19,7 @@ from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import chamber_variant
 from autobalancer.studies.chamber_runs import archived_run
 from autobalancer.studies.in_threads import in_threads
+from autobalancer.units import argument, optional_argument
 
 
 def chamber_amplitudes(
@@ -26,13 +27,13 @@ def chamber_amplitudes(
     counts: Sequence[int] | Mapping[str, Sequence[int]],
     frictions: Sequence[float],
     *,
-    duration: float,
+    duration: float | str,
     layers: Sequence[str] = ("deep", "single"),
     archive: Archive | str | Path | None = None,
-    step: float | None = None,
-    sample: float = 1e-3,
+    step: float | str | None = None,
+    sample: float | str = 1e-3,
     seeds: Sequence[int] = (0,),
-    last: float | None = None,
+    last: float | str | None = None,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -72,6 +73,10 @@ def chamber_amplitudes(
     QuestionError
         For an empty list, or a machine with several chambers.
     """
+    duration = argument("duration", duration, "s")
+    step = optional_argument("step", step, "s")
+    sample = argument("sample", sample, "s")
+    last = optional_argument("last", last, "s")
     each = {name: list(counts[name] if isinstance(counts, Mapping) else counts) for name in layers}
     numbers = sorted({number for several in each.values() for number in several})
     for name, values in (("counts", numbers), ("frictions", frictions), ("layers", layers), ("seeds", seeds)):

@@ -12,6 +12,7 @@ from autobalancer.results.archive import Archive
 from autobalancer.results.archive_run import RunFolder
 from autobalancer.results.chamber_measures import catalogue_measures, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.units import argument, optional_argument
 
 PART = 1000  # samples
 
@@ -21,13 +22,13 @@ def archived_run(
     name: str,
     machine: ChamberMachine,
     *,
-    duration: float,
+    duration: float | str,
     parameters: Mapping[str, Any] | None = None,
-    step: float | None = None,
-    sample: float = 1e-3,
+    step: float | str | None = None,
+    sample: float | str = 1e-3,
     method: str = "verlet",
     seed: int = 0,
-    last: float | None = None,
+    last: float | str | None = None,
     part: int = PART,
     progress: Callable[[float, float], Any] | None = None,
 ) -> RunFolder:
@@ -66,6 +67,10 @@ def archived_run(
     ResultError
         If the disk is full; what was written is kept. If another process writes the run; the message names it.
     """
+    duration = argument("duration", duration, "s")
+    step = optional_argument("step", step, "s")
+    sample = argument("sample", sample, "s")
+    last = optional_argument("last", last, "s")
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)

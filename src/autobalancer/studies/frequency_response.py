@@ -43,7 +43,7 @@ def frequency_response(
     start: Literal["carried", "fixed"] = "carried",
     acceleration: float | str | None = None,
     stations: Sequence[str] | None = None,
-    settle: float | None = None,
+    settle: float | str | None = None,
     longest: float | str | None = None,
     tolerance: float = 1e-7,
     seed: int = 0,
@@ -115,6 +115,7 @@ def frequency_response(
     MachineError
         If a table of the machine does not cover the speeds.
     """
+    settle = optional_argument("settle", settle, "s")
     speeds = list_argument("speeds", speeds, "rad/s")
     dwell = argument("dwell", dwell, "s")
     window = argument("window", window, "s")

@@ -12,14 +12,15 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.central_collision import contact_time, energy_error
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
+from autobalancer.units import list_argument
 
 Floats = NDArray[np.float64]
 SCHEMES = ("runge_kutta", "velocity_verlet")
 
 
 def step_size_study(
-    speeds: Sequence[float] = (4.0, 6.0, 8.0, 10.0),
-    steps: Sequence[float] = (1e-4, 1e-5, 1e-6, 1e-7),
+    speeds: Sequence[float | str] = (4.0, 6.0, 8.0, 10.0),
+    steps: Sequence[float | str] = (1e-4, 1e-5, 1e-6, 1e-7),
     *,
     stiffness_over_mass: float,
     restitution: float = 1.0,
@@ -64,6 +65,8 @@ def step_size_study(
     QuestionError
         If a number is not possible.
     """
+    speeds = list_argument("speeds", speeds, "m/s")
+    steps = list_argument("steps", steps, "s")
     _check(speeds, steps, stiffness_over_mass, restitution, phases, scheme)
     start = generator(seed).random(phases)
     error = np.empty((len(speeds), len(steps), phases))

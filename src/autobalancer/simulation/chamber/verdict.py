@@ -17,12 +17,13 @@ from autobalancer.results.places import Complexes, moved
 from autobalancer.results.verdict import PlaceVerdict, SupportVerdict, Verdict
 from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
+from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"
 
 
 @of_a_run(runs="simulate_chamber")
-def chamber_verdict(run: xr.Dataset, last: float | None = None) -> Verdict:
+def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict:
     """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
 
     The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
@@ -40,6 +41,7 @@ def chamber_verdict(run: xr.Dataset, last: float | None = None) -> Verdict:
     QuestionError
         If there are too few samples, or the run does not say of which machine it is.
     """
+    last = optional_argument("last", last, "s")
     described = unbalance_of(run)
     if described is None:
         raise QuestionError(
