@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 from matplotlib.patches import FancyArrowPatch
+from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.cli.main import app
 from autobalancer.machine import Machine
 from autobalancer.plots.ball_looks import ball_looks, planes_of
 from autobalancer.plots.labels import label_level, label_point, labels_of, stacked
@@ -155,6 +158,22 @@ def test_keys_of_the_race_fit_into_their_panel(two: xr.Dataset) -> None:
     assert left.x1 < right.x0 - 5.0
     wide = max(axes.get_window_extent().width for axes in figure.axes)
     assert wide > 0.9 * 0.5 * figure.bbox.width  # keys that are too wide make the races small
+
+
+def test_the_command_draws_the_orbit_of_one_place_alone(two: xr.Dataset, tmp_path: Path) -> None:
+    ab.save_run(two, tmp_path / "two.nc")
+    drawn = {}
+    for place in ("", "upper balancer"):
+        out = tmp_path / f"orbit{len(drawn)}.png"
+        answer = CliRunner().invoke(
+            app, ["plot", str(tmp_path / "two.nc"), "--kind", "orbit", "--out", str(out), "--place", place]
+        )
+        assert answer.exit_code == 0
+        drawn[place] = imread(out)
+    assert drawn["upper balancer"].shape[1] < 0.7 * drawn[""].shape[1]  # one panel in place of two
+    other = CliRunner().invoke(app, ["plot", str(tmp_path / "two.nc"), "--out", str(tmp_path), "--place", "middle"])
+    assert other.exit_code == 2
+    assert "the run has 'lower balancer', 'upper balancer'" in other.stderr
 
 
 def test_pictures_of_a_horizontal_machine_tell_vibration_from_static_deflection(drum: xr.Dataset) -> None:

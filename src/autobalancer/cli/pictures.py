@@ -30,6 +30,7 @@ class Wishes:
     start: float | None
     end: float | None
     frame: str
+    place: str
 
 
 def is_chamber_run(result: xr.Dataset) -> bool:
@@ -58,7 +59,12 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
     return {
         "run-up": lambda: plot_run_up(run, log_deflection=wishes.log, **both),
         "race": lambda: plot_race(run, time=wishes.time, speed_unit=wishes.speed_unit),
-        "orbit": lambda: plot_orbit(run, frame=wishes.frame or "space", **both),  # type: ignore[arg-type]
+        "orbit": lambda: plot_orbit(
+            run,
+            frame=wishes.frame or "space",  # type: ignore[arg-type]
+            place=wishes.place or None,
+            **both,
+        ),
     }
 
 
@@ -67,7 +73,7 @@ def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
     from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
     from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
 
-    _refuse(wishes, "of a deep chamber", "log", "frame")
+    _refuse(wishes, "of a deep chamber", "log", "frame", "place")
     part = run.sel(time=slice(wishes.start, wishes.end))
     if part.sizes["time"] < 2:
         first, last = float(run["time"][0]), float(run["time"][-1])
@@ -90,7 +96,7 @@ def _of_study(study: xr.Dataset, wishes: Wishes) -> Pictures:
     from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
     from autobalancer.studies.chamber_means import optimal_means
 
-    _refuse(wishes, "of a study", "log", "frame", "time", "start", "end", "deflection_unit")
+    _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
     return {
         "amplitudes": lambda: plot_amplitudes(study),
         "means": lambda: plot_optimal_means(optimal_means(study)),

@@ -27,6 +27,7 @@ def plot(
     start: Annotated[str, typer.Option(help='Begin of what is drawn over time, such as "5 s".')] = "",
     end: Annotated[str, typer.Option(help="End of it.")] = "",
     frame: Annotated[str, typer.Option(help="Axes of the orbit: space or rotor; by default space.")] = "",
+    place: Annotated[str, typer.Option(help="Balancer or station whose orbit is drawn; by default all of them.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print the names of the pictures as JSON.")] = False,
 ) -> None:
     """Draw a result: run-up, race with its balls, orbit of the rotor; of deep chambers history, energy, forces and more.
@@ -58,7 +59,8 @@ def plot(
     first, last, moment = (
         optional(f"--{name}", text, "s") for name, text in (("start", start), ("end", end), ("time", time))
     )
-    draw = pictures_of(open_run(result), Wishes(speed_unit, deflection_unit or None, log, moment, first, last, frame))
+    wishes = Wishes(speed_unit, deflection_unit or None, log, moment, first, last, frame, place)
+    draw = pictures_of(open_run(result), wishes)
     if kind != "all" and kind not in draw:
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
     chosen = tuple(draw) if kind == "all" else (kind,)
@@ -86,7 +88,7 @@ def plot(
         print_json({"result": str(result), "pictures": [str(path) for path in made]})
     elif new:
         typer.echo(f"new folder: {out.parent if single else out}")
-    if skipped and (start or end or time):  # what was asked for is not all there
+    if skipped and (start or end or time or place):  # what was asked for is not all there
         raise typer.Exit(MEND)
 
 

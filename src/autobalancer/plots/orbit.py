@@ -97,7 +97,7 @@ def plot_orbit(
             unit = length_axis(deflection_unit, greatest / larger)
             span = 1.15 * greatest / larger * unit.factor if greatest >= least else 1.0
             _draw(panel, path, unit, span, in_space=frame == "space", noise=own < least)
-            if len(paths) > 1:
+            if len(paths) > 1 or place is not None:
                 panel.set_title(path.name if larger == 1.0 else f"{path.name}, drawn {larger:g} times larger")
         handles = {
             label: handle for panel in panels for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
