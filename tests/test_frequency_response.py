@@ -185,9 +185,33 @@ def test_the_picture_shows_both_ways_and_every_motion() -> None:
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
     assert {"upwards", "downwards", "balls stalled"} <= set(labels)
+    assert any(label.startswith("joined") for label in labels)
     assert figure.axes[0].get_yscale() == "log"
+    figure.draw_without_rendering()
+    assert legend.get_window_extent().x0 > 0.0
+    assert figure.axes[0].get_window_extent().width > 0.85 * figure.bbox.width  # keys that are too wide make it narrow
     with pytest.raises(QuestionError, match="not a result"):
         plot_frequency_response(found.drop_vars("amplitude_change"))
+
+
+@pytest.mark.parametrize("log", [True, False])
+def test_one_tiny_amplitude_does_not_stretch_the_axis(log: bool) -> None:
+    found = frequency_response(plain_rig(), [90.0, 100.0, 110.0, 120.0], dwell=0.5, window=0.1)
+    found["amplitude"][2] = 1e-16
+    axes = plot_frequency_response(found, log=log, deflection_unit="um").axes[0]
+    low, high = axes.get_ylim()
+    greatest = 1e6 * float(found["amplitude"].max())
+    assert high > greatest
+    drawn = np.concatenate([np.atleast_1d(line.get_ydata()) for line in axes.get_lines() if line.get_marker() == "^"])
+    legend = axes.get_legend()
+    assert legend is not None
+    edge = [text.get_text() for text in legend.get_texts() if "lower edge" in text.get_text()]
+    if log:
+        assert 1e-6 * greatest < low <= 1e-5 * greatest
+        assert low in drawn  # the tiny one stands on the edge
+        assert len(edge) == 1
+    else:
+        assert not edge
 
 
 @pytest.mark.parametrize(

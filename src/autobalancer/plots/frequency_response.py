@@ -13,14 +13,16 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.axis_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.plots.ball_looks import ball_looks
 from autobalancer.plots.quantity_axis import plain_log_ticks
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, heading, look, picture
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture
 from autobalancer.results.series import wrapped
 
+WIDE = 500.0  # points that a legend may take
 COLORS = {"at rest": INK, "swinging": "#9AA0A6", "stalled": "#7B3294"}  # none of a ball
 JUMP = 2.0  # neighbors whose amplitudes differ by a greater factor are not joined
+DEEP = 1e-5  # of the greatest amplitude; a logarithmic axis begins here, and lower marks stand on its edge
 MARKERS = {"up": "^", "down": "v", "fixed": "o"}
 WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start state"}
 
@@ -54,7 +56,9 @@ def plot_frequency_response(
     Returns
     -------
     matplotlib.figure.Figure
-        Upward triangles upwards, downward ones downwards. A ball that moves is a bar over its range, a stalled one a
+        Upward triangles upwards, downward ones downwards. Neighbors between which the amplitude jumps, or the balls begin to
+        move otherwise, are not joined. On a logarithmic axis values below 1e-5 of the greatest stand on the lower edge. A
+        ball that moves is a bar over its range, a stalled one a
         pale line over all angles.
 
     Raises
@@ -68,7 +72,9 @@ def plot_frequency_response(
         raise QuestionError("plot_frequency_response: no speed was measured")
     legs = list(_legs(found))
     speeds = speed_axis(speed_unit)
-    lengths = length_axis(deflection_unit, float(np.nanmax(found[quantity].values)))
+    greatest = float(np.nanmax(found[quantity].values))
+    floor = round_down(DEEP * greatest) if log and greatest > 0.0 else -np.inf
+    lengths = length_axis(deflection_unit or ("um" if log else None), greatest)
     balls = found.sizes.get("ball", 0)
     with look():
         figure = picture(8.0, 5.6 if balls else 3.4)
@@ -80,14 +86,22 @@ def plot_frequency_response(
                 for panel in panels:
                     panel.axvline(critical * speeds.factor, color=CRITICAL, lw=0.9, ls=(0, (1, 2)), zorder=1.0)
         for name, leg in legs:
-            _amplitudes(panels[0], name, leg, quantity, speeds, lengths, hollow=name == "down")
+            _amplitudes(panels[0], name, leg, quantity, speeds, lengths, floor, hollow=name == "down")
             if balls:
                 _angles(panels[-1], leg, speeds, zero, hollow=name == "down")
         panels[0].set_yscale("log" if log else "linear")
+        low = bool((found[quantity].values < floor).any())
+        if low:
+            panels[0].set_ylim(bottom=floor * lengths.factor)
         if log:
             plain_log_ticks(panels[0], "y")
         panels[0].set_ylabel(f"{'mean deflection' if quantity != 'amplitude' else 'amplitude'} ({lengths.sign})")
-        _above(panels[0], _handles(found, [name for name, _ in legs], balls))
+        handles = _handles(found, [name for name, _ in legs], balls)
+        if low:
+            marker = MARKERS[legs[0][0]]
+            text = f"on the lower edge: below {length_text(floor)}"
+            handles.append(Line2D([], [], ls="", marker=marker, mec="#404040", mfc="none", alpha=0.5, label=text))
+        _above(panels[0], handles)
         if balls:
             panels[-1].set_ylabel(
                 "ball angle in the rotor (°)" if zero == 0.0 else "ball angle from the zero given (°)"
@@ -110,8 +124,11 @@ def plot_frequency_response(
 
 
 def _above(panel: Axes, handles: list[Line2D]) -> None:
-    """A legend in one row above a panel."""
-    panel.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles), borderaxespad=0.1)
+    """A legend above a panel, in as few rows as fit."""
+    labels, columns = [str(handle.get_label()) for handle in handles], len(handles)
+    while columns > 1 and legend_width(labels, columns) > WIDE:
+        columns -= 1
+    panel.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
 def _legs(found: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
@@ -123,9 +140,18 @@ def _legs(found: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def _amplitudes(
-    panel: Axes, name: str, leg: xr.Dataset, quantity: str, speeds: AxisUnit, lengths: AxisUnit, *, hollow: bool
+    panel: Axes,
+    name: str,
+    leg: xr.Dataset,
+    quantity: str,
+    speeds: AxisUnit,
+    lengths: AxisUnit,
+    floor: float,
+    *,
+    hollow: bool,
 ) -> None:
-    x, y = leg["speed"].values * speeds.factor, leg[quantity].values * lengths.factor
+    """Marks, joined where they belong together; values below ``floor`` (m) stand on it."""
+    x, y = leg["speed"].values * speeds.factor, np.maximum(leg[quantity].values, floor) * lengths.factor
     joined = np.where(_jumps(y, leg["motion"].values if "motion" in leg else np.zeros(y.size)), np.nan, y[:-1])
     for i in np.flatnonzero(np.isfinite(joined)):
         panel.plot(x[i : i + 2], y[i : i + 2], color="#B0B0B0", lw=0.7, zorder=1.5)
@@ -133,7 +159,18 @@ def _amplitudes(
         here = leg["motion"].values == number if motion else np.isfinite(y)
         color = COLORS.get(motion, ALL_BALLS)
         face = "white" if hollow else color
-        panel.plot(x[here], y[here], ls="", marker=MARKERS[name], ms=4.2, mec=color, mfc=face, mew=0.9, zorder=2.0)
+        panel.plot(
+            x[here],
+            y[here],
+            ls="",
+            marker=MARKERS[name],
+            ms=4.2,
+            mec=color,
+            mfc=face,
+            mew=0.9,
+            zorder=2.0,
+            clip_on=False,
+        )
 
 
 def _jumps(y: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -180,6 +217,7 @@ def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
         Line2D([], [], ls="", marker=MARKERS[name], mec="#404040", mfc="white" if name == "down" else "#404040", label=WAYS[name])
         for name in names
     ]  # fmt: skip
+    handles.append(Line2D([], [], color="#B0B0B0", lw=1.0, label="joined: no jump, same motion"))
     critical = np.atleast_1d(found.attrs.get("critical_speeds", []))
     if ((found["speed"].values[0] < critical) & (critical < found["speed"].values[-1])).any():
         handles.append(Line2D([], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label="critical speed"))

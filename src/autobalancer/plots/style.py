@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from textwrap import fill
 from typing import Any
 
@@ -148,6 +149,7 @@ def legend_below(figure: Figure, handles: Sequence[Artist], absent: Sequence[str
 
 def legend_width(labels: list[str], columns: int) -> float:
     """Points that a legend takes, entries going down the columns."""
-    rows = -(-len(labels) // columns)
-    widest = [max(len(label) for label in labels[i : i + rows]) for i in range(0, len(labels), rows)]
+    most, longer = divmod(len(labels), columns)  # the first columns have one more
+    ends = [0, *((i + 1) * most + min(i + 1, longer) for i in range(columns))]
+    widest = [max(map(len, labels[first:last])) for first, last in pairwise(ends)]
     return sum(4.7 * width + 33.0 for width in widest)
