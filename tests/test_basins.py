@@ -141,7 +141,7 @@ def test_a_map_says_how_many_starts_overlap_and_the_verdicts_on_the_others() -> 
 
 
 def test_random_starts_never_overlap_and_are_kept() -> None:
-    found = ab.basin(DISCOIDAL, 125.0, random=20, hold=0.1)
+    found = ab.basin(DISCOIDAL, 125.0, random=20)
     first, second = found["start_ball_angle_in_rotor"].values.T
     apart = np.abs(np.angle(np.exp(1j * (first - second))))
     assert apart.min() > 2.0 * np.arcsin(0.5 * 12.3 / 76.95)

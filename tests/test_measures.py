@@ -174,7 +174,6 @@ def test_the_release_speed_of_a_machine_is_a_border_and_the_message_says_so() ->
     machine = ab.load_machine(MACHINES / "discoidal.toml")
     with pytest.raises(QuestionError, match=r"of the machine itself ask ab.border_speeds\(machine\)"):
         ab.release_speed(machine)
-    assert "release speed" in str(ab.border_speeds(machine))
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,7 @@ def basin(
     from autobalancer.cli.quantities import optional, quantity
     from autobalancer.cli.sheet import Column, print_sheet
     from autobalancer.errors import QuestionError
+    from autobalancer.results.verdict_rule import NO_VERDICT
 
     one_form(as_json, as_csv)
     files, again = Files(out, plot), Files(worst, allowed=MACHINE)
@@ -91,7 +92,10 @@ def basin(
     say(_counted(runs, overlapping, seed if random else None))
     for line in (*_lines(left), *([_worst(found)] if random else [])):
         say(line, indent="  ")
-    for text in (left["note"], left["gravity_note"]):
+    changing = (
+        "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
+    )
+    for text in (changing, left["note"], left["gravity_note"]):
         if text:
             note(text)
     files.say()
