@@ -10,11 +10,12 @@ import pytest
 from tests.references.chamber_machines import free_machine
 
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
-from autobalancer.kernels.chamber import layout as at
+from autobalancer.kernels.chamber.chamber import Chamber
+from autobalancer.kernels.chamber.verlet import start
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.energy import total_energy
-from autobalancer.simulation.chamber.march import March, begin, evaluate_first
+from autobalancer.simulation.chamber.march import March, begin
 
 UNBALANCE = [{"moment": 0.02, "position": 0.05, "angle": 0.3}]
 RADIUS = (0.75 * 0.1 / (math.pi * 7800.0)) ** (1.0 / 3.0)
@@ -36,15 +37,14 @@ def thrown(count: int = 6, seed: int = 1) -> list[dict[str, Any]]:
     return [{"radius": 0.06, "depth": 0.1, "balls": [balls]}]
 
 
-def angular_momentum(p: Any, transverse: float) -> np.ndarray:
+def angular_momentum(chamber: Chamber, transverse: float) -> np.ndarray:
     """About the origin, of balls, body and rotor, for small rotations and a body whose center is the rotor's middle."""
-    q, v = p.host[at.Q : at.Q + 7], p.host[at.V : at.V + 7]
+    q, v, balls = chamber.body.place, chamber.body.rate, chamber.balls
     axis = np.array([1.0, q[5], -q[4]])
     total = 23.0 * np.cross(q[:3], v[:3]) + np.array([0.5, 0.5, 0.5]) * v[3:6]
     total += transverse * np.array([0.0, v[4], v[5]]) + 0.5 * v[6] * axis
-    place, velocity = p.balls[:, at.POS : at.POS + 3], p.balls[:, at.VEL : at.VEL + 3]
-    total += (p.balls[:, [at.MASS]] * np.cross(place, velocity)).sum(axis=0)
-    return np.asarray(total + (p.balls[:, [at.INERTIA]] * p.balls[:, at.SPIN : at.SPIN + 3]).sum(axis=0))
+    total += (balls.mass[:, None] * np.cross(balls.position, balls.velocity)).sum(axis=0)
+    return np.asarray(total + (balls.inertia[:, None] * balls.spin).sum(axis=0))
 
 
 def test_the_angular_momentum_of_a_released_machine_stays() -> None:
@@ -53,26 +53,26 @@ def test_the_angular_momentum_of_a_released_machine_stays() -> None:
     )
     step = contact_time(machine) / 40.0
     march = begin(machine, step, 10, "verlet", 0, False)
-    start = angular_momentum(march.numbers, 0.32)
+    first = angular_momentum(march.chamber, 0.32)
     part = march.take(round(0.04 / step / 10))
-    end = angular_momentum(march.numbers, 0.32)
-    tilt = np.abs(march.numbers.host[at.Q + 4 : at.Q + 6]).max()
+    last = angular_momentum(march.chamber, 0.32)
+    tilt = np.abs(march.chamber.body.place[4:6]).max()
     assert int(part.contacts_wall.sum()) > 10
     assert 5e-5 < tilt < 1e-3
     # to first order in the tilt: along the axis its product with the lateral part is left out
-    assert np.abs(end - start)[1:].max() < 1e-9
-    assert np.abs(end - start)[0] < tilt * np.linalg.norm(start[1:]) < 1e-7 * start[0]
+    assert np.abs(last - first)[1:].max() < 1e-9
+    assert np.abs(last - first)[0] < tilt * np.linalg.norm(first[1:]) < 1e-7 * first[0]
 
 
-def momentum(p: Any, center: np.ndarray) -> np.ndarray:
+def momentum(chamber: Chamber, center: np.ndarray) -> np.ndarray:
     """Of balls, body with its center at ``center``, rotor and unbalance."""
-    q, v = p.host[at.Q : at.Q + 7], p.host[at.V : at.V + 7]
+    q, v, balls = chamber.body.place, chamber.body.rate, chamber.balls
     c, s = math.cos(q[6] + 0.3), math.sin(q[6] + 0.3)
     size, tilt, turn = 0.02, np.array([0.0, q[4], q[5]]), np.array([0.0, v[4], v[5]])
     heavy, moved = size * np.array([0.0, c, s]), size * v[6] * np.array([0.0, -s, c])
     total = 23.0 * v[:3] + 20.0 * np.cross(v[3:6], center)
     total += moved + np.array([1.0, 0.0, 0.0]) * (np.cross(turn, heavy) + np.cross(tilt, moved))
-    return np.asarray(total + (p.balls[:, [at.MASS]] * p.balls[:, at.VEL : at.VEL + 3]).sum(axis=0))
+    return np.asarray(total + (balls.mass[:, None] * balls.velocity).sum(axis=0))
 
 
 def test_the_momentum_of_a_released_machine_with_unbalance_stays() -> None:
@@ -81,12 +81,12 @@ def test_the_momentum_of_a_released_machine_with_unbalance_stays() -> None:
     machine = free_machine(body=body, chambers=thrown(), unbalances=UNBALANCE, **coasting(60.0, rated_torque=5.0))
     step = contact_time(machine) / 400.0
     march = begin(machine, step, 10, "verlet", 0, False)
-    start = momentum(march.numbers, center)
-    balls = march.numbers.balls[:, at.VEL : at.VEL + 3].copy()
+    first = momentum(march.chamber, center)
+    velocities = march.chamber.balls.velocity.copy()
     march.take(round(0.03 / step / 10))
-    assert np.abs(march.numbers.balls[:, at.VEL : at.VEL + 3] - balls).max() > 1.0
-    assert np.abs(march.numbers.host[at.Q + 3 : at.Q + 6]).min() > 1e-4
-    assert np.abs(momentum(march.numbers, center) - start).max() < 1e-8 * np.linalg.norm(start)
+    assert np.abs(march.chamber.balls.velocity - velocities).max() > 1.0
+    assert np.abs(march.chamber.body.place[3:6]).min() > 1e-4
+    assert np.abs(momentum(march.chamber, center) - first).max() < 1e-8 * np.linalg.norm(first)
 
 
 def test_the_work_of_fluid_drag_is_an_entry_of_its_own_and_the_account_closes() -> None:
@@ -125,10 +125,10 @@ def test_drag_takes_a_ball_along_as_its_equation_says() -> None:
 
 def pressed(machine: ChamberMachine, step: float, method: str) -> March:
     """Balls pressed into the race from the start, so that nothing of the motion has a corner."""
-    p = assemble_chamber(machine, np.array([[x, 0.0, -(0.06 - RADIUS) - 2e-5] for x in (-0.03, 0.03)]), step)
-    p.balls[:, at.VEL + 1] = 0.05
-    evaluate_first(p)
-    return March(machine, p, 1, method, float(total_energy(machine, p)))
+    chamber = assemble_chamber(machine, np.array([[x, 0.0, -(0.06 - RADIUS) - 2e-5] for x in (-0.03, 0.03)]), step)
+    chamber.balls.velocity[:, 1] = 0.05
+    start(chamber)
+    return March(machine, chamber, 1, method, total_energy(chamber))
 
 
 @pytest.mark.parametrize(("method", "order"), [("verlet", 2), ("runge_kutta", 4)])
@@ -148,8 +148,8 @@ def test_smooth_motion_converges_with_the_full_order_of_the_method(method: str, 
         march = pressed(smooth, 4e-3 / steps, method)
         part = march.take(steps)
         assert int(part.contacts_wall[1:].sum()) == 0  # never left
-        p = march.numbers
-        return np.concatenate([p.host[:14], p.balls[:, : at.SPIN + 3].ravel()])
+        body, balls = march.chamber.body, march.chamber.balls
+        return np.concatenate([a.ravel() for a in (body.place, body.rate, balls.position, balls.velocity, balls.spin)])
 
     counts = (64, 128, 256)
     coarse, middle, fine = (end(count) for count in counts)

@@ -10,13 +10,12 @@ import pytest
 from tests.references.chamber_machines import free_machine
 
 from autobalancer.assembly.chamber import assemble_chamber
-from autobalancer.kernels.chamber import layout as at
+from autobalancer.kernels.chamber.verlet import start
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.march import evaluate_first
 
 FLOATING = [
     {"radius": 0.1, "depth": 0.1, "balls": [{"count": 1, "density": 7800.0, "mass": 0.02, "positions": [[0, 0, 0]]}]}
@@ -52,18 +51,18 @@ def as_rigid_rotor() -> Machine:
 
 def state_matrix(machine: ChamberMachine, speed: float) -> np.ndarray:
     """Of y, z, and the rotations about y and z, by differences of the accelerations."""
-    p = assemble_chamber(machine, np.zeros((1, 3)), 1e-5)
-    coordinates, step = [1, 2, 4, 5], 1e-5
+    chamber = assemble_chamber(machine, np.zeros((1, 3)), 1e-5)
+    body, coordinates, step = chamber.body, [1, 2, 4, 5], 1e-5
     matrix = np.zeros((8, 8))
     matrix[:4, 4:] = np.eye(4)
-    for i, place in enumerate([*(at.Q + c for c in coordinates), *(at.V + c for c in coordinates)]):
+    for i, (moved, coordinate) in enumerate([(part, c) for part in (body.place, body.rate) for c in coordinates]):
         ends = []
         for sign in (1.0, -1.0):
-            p.host[at.Q : at.Q + 14] = 0.0
-            p.host[at.V + 6] = speed
-            p.host[place] = sign * step
-            evaluate_first(p)
-            ends.append(p.host[[at.A + c for c in coordinates]].copy())
+            body.place, body.rate = 0.0, 0.0
+            body.rate[6] = speed
+            moved[coordinate] = sign * step
+            start(chamber)
+            ends.append(body.acceleration[coordinates].copy())
         matrix[4:, i] = (ends[0] - ends[1]) / (2.0 * step)
     return matrix
 

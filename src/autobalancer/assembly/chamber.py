@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
 from itertools import pairwise
 from typing import Any
 
@@ -11,7 +10,9 @@ import numpy as np
 
 from autobalancer.assembly.profile import corners, profile_pieces
 from autobalancer.errors import MachineError
-from autobalancer.kernels.chamber import layout as at
+from autobalancer.kernels.chamber import records as of
+from autobalancer.kernels.chamber.chamber import Chamber, Pairs, Scratch, Search
+from autobalancer.kernels.fields import Row, Rows
 from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.laws.rebound import hertz_damping_ratio
 from autobalancer.machine.chamber import AsynchronousMotor, ChamberMachine, FreeBalls, HistoryContact
@@ -21,44 +22,6 @@ from autobalancer.machine.profile import Hill
 Array = Any
 MARGIN = 0.3  # of the least ball radius: how far beyond contact pairs are listed
 NEIGHBORS = 24  # pairs kept for each ball
-
-
-@dataclass
-class ChamberNumbers:
-    """The arrays of ``kernels/chamber`` in the order in which ``verlet`` takes them, and what runs carry along."""
-
-    balls: Array  # (n, BALL_COLUMNS)
-    chambers: Array  # (c, CHAMBER_COLUMNS)
-    wall_springs: Array  # (n, 9)
-    number: Array  # (NUMBERS,)
-    pair_stiffness: Array  # (kinds, kinds) N/m^1.5
-    first: Array
-    second: Array
-    touching: Array
-    springs: Array
-    old_row: Array
-    old_second: Array
-    old_springs: Array
-    cells: Array
-    order: Array
-    places: Array
-    host: Array  # (HOST,)
-    inertia: Array  # (6, 6) of body and rotor about the rotor's middle
-    stiffness: Array  # (6, 6)
-    damping: Array  # (6, 6)
-    active: Array  # free coordinates, then -1
-    work: Array
-    block: Array  # (BLOCK_ROWS, BLOCK) contacts under evaluation
-    profile: Array  # (p, 2) time, speed
-    power: Array
-    before: Array
-    ledger: Array
-    greatest: Array
-    counts: Array
-
-    def checkpoint(self) -> dict[str, Array]:
-        """Copies of everything that a run changes."""
-        return {field.name: getattr(self, field.name).copy() for field in fields(self)}
 
 
 def ball_groups(machine: ChamberMachine) -> list[tuple[int, FreeBalls]]:
@@ -102,73 +65,86 @@ def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
     return least
 
 
-def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> ChamberNumbers:
+def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> Chamber:
     """Numbers of a machine at rest whose balls are at ``positions`` (n, 3) from the middles of their chambers."""
     groups = ball_groups(machine)
+    radii = [balls.radius for _, balls in groups]
     n = sum(balls.count for _, balls in groups)
-    rows = np.zeros((n, at.BALL_COLUMNS))
-    smallest = min(balls.radius for _, balls in groups)
-    kinds = [balls.radius for _, balls in groups]
+    room = NEIGHBORS * n + 64
+    body = of.BODY.row()
+    body.place[6], body.rate[6] = machine.start.rotor_angle, machine.start.speed
+    return Chamber(
+        run=of.RUN.row(step=step, margin=MARGIN * min(radii)),
+        contact=_contact(machine.contact),
+        machine=_machine(machine),
+        rooms=_rooms(machine),
+        pair_stiffness=np.array([[pair_stiffness(machine.contact, a, b) for b in radii] for a in radii]),
+        profile=_profile(machine),
+        balls=_balls(machine, positions),
+        wall_stretch=np.zeros((n, of.WALLS, 3)),
+        pairs=Pairs(np.zeros(room, np.int32), np.zeros(room, np.int32), np.zeros(room, np.int8), np.zeros((room, 3))),
+        body=body,
+        power=of.POWER.row(),
+        before=of.POWER.row(),
+        account=of.ACCOUNT.row(),
+        since=of.SINCE.row(),
+        progress=of.PROGRESS.row(),
+        scratch=_scratch(n, room),
+    )
+
+
+def _scratch(n: int, room: int) -> Scratch:
+    return Scratch(
+        search=Search(
+            old_row=np.zeros(n + 1, np.int32),
+            old_second=np.zeros(room, np.int32),
+            old_stretch=np.zeros((room, 3)),
+            cells=np.zeros(max(8 * n, 64) + 2, np.int64),
+            order=np.zeros(n, np.int32),
+            places=np.zeros(n, np.int32),
+        ),
+        contacts=of.CONTACTS.row(),
+        equations=np.zeros((7, 8)),
+        reduced=np.zeros((7, 8)),
+        begun=of.MOTION.rows(n),
+        gone=of.MOTION.rows(n),
+        body_begun=of.BODY_MOTION.row(),
+        body_gone=of.BODY_MOTION.row(),
+    )
+
+
+def _balls(machine: ChamberMachine, positions: Array) -> Rows:
+    groups = ball_groups(machine)
+    rows = of.BALL.rows(sum(balls.count for _, balls in groups))
     i = 0
     for kind, (number, group) in enumerate(groups):
         chamber = machine.chambers[number]
         own = rows[i : i + group.count]
-        own[:, at.POS : at.POS + 3] = positions[i : i + group.count]
-        own[:, at.POS] += chamber.position
-        own[:, at.RADIUS], own[:, at.MASS] = group.radius, group.ball_mass
-        own[:, at.INERTIA] = 0.4 * group.ball_mass * group.radius**2
-        own[:, at.INVERSE_MASS], own[:, at.INVERSE_INERTIA] = 1.0 / own[:, at.MASS], 1.0 / own[:, at.INERTIA]
-        own[:, at.KIND], own[:, at.CHAMBER] = kind, number
-        own[:, at.K_RACE] = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
-        own[:, at.K_FLAT] = wall_stiffness(machine.contact, group.radius)
+        own.position = positions[i : i + group.count]
+        own.position[:, 0] += chamber.position
+        own.radius, own.mass = group.radius, group.ball_mass
+        own.inertia = 0.4 * group.ball_mass * group.radius**2
+        own.inverse_mass, own.inverse_inertia = 1.0 / own.mass, 1.0 / own.inertia
+        own.kind, own.chamber = kind, number
+        own.race_stiffness = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
+        own.flat_stiffness = wall_stiffness(machine.contact, group.radius)
         if chamber.inner_radius > 0.0:
-            own[:, at.K_INNER] = wall_stiffness(machine.contact, group.radius, -float(chamber.inner_radius))
+            own.inner_stiffness = wall_stiffness(machine.contact, group.radius, -float(chamber.inner_radius))
         if group.velocities is not None:
-            own[:, at.VEL : at.VEL + 3] = group.velocities
+            own.velocity = group.velocities
         if group.spins is not None:
-            own[:, at.SPIN : at.SPIN + 3] = group.spins
+            own.spin = group.spins
         i += group.count
-    room = NEIGHBORS * n + 64
-    host = np.zeros(at.HOST)
-    host[at.Q + 6], host[at.V + 6] = machine.start.rotor_angle, machine.start.speed
-    inertia, stiffness, damping = _body(machine)
-    active = {"fixed": [], "planar": [1, 2, 3], "free": [0, 1, 2, 3, 4, 5]}[machine.body.freedom]
-    return ChamberNumbers(
-        balls=rows,
-        chambers=np.array(
-            [
-                [c.position, c.radius, 0.5 * c.inner_depth, c.drag, c.square_drag, c.inner_radius or -math.inf]
-                for c in machine.chambers
-            ],
-            np.float64,
-        ),
-        wall_springs=np.zeros((n, at.WALL_SPRINGS)),
-        number=_number(machine, step, MARGIN * smallest),
-        pair_stiffness=np.array([[pair_stiffness(machine.contact, a, b) for b in kinds] for a in kinds]),
-        first=np.zeros(room, np.int32),
-        second=np.zeros(room, np.int32),
-        touching=np.zeros(room, np.int8),
-        springs=np.zeros((room, 3)),
-        old_row=np.zeros(n + 1, np.int32),
-        old_second=np.zeros(room, np.int32),
-        old_springs=np.zeros((room, 3)),
-        cells=np.zeros(max(8 * n, 64) + 2, np.int64),
-        order=np.zeros(n, np.int32),
-        places=np.zeros(n, np.int32),
-        host=host,
-        inertia=inertia,
-        stiffness=stiffness,
-        damping=damping,
-        active=np.array([*active, -1], np.int64),
-        work=np.zeros((14, 8)),
-        block=np.zeros((at.BLOCK_ROWS, at.BLOCK)),
-        profile=_profile(machine),
-        power=np.zeros(at.POWERS),
-        before=np.zeros(at.STORED + 1 + 12),
-        ledger=np.zeros(at.POWERS),
-        greatest=np.zeros(2),
-        counts=np.zeros(at.COUNTS, np.int64),
-    )  # fmt: skip
+    return rows
+
+
+def _rooms(machine: ChamberMachine) -> Rows:
+    rows = of.ROOM.rows(len(machine.chambers))
+    for room, chamber in zip(rows, machine.chambers, strict=True):
+        room.center, room.wall_radius, room.half_depth = chamber.position, chamber.radius, 0.5 * chamber.inner_depth
+        room.drag, room.square_drag = chamber.drag, chamber.square_drag
+        room.inner_radius = chamber.inner_radius or -math.inf
+    return rows
 
 
 def _cross(r: Any) -> Array:
@@ -193,46 +169,67 @@ def _body(machine: ChamberMachine) -> tuple[Array, Array, Array]:
     return inertia, stiffness, damping
 
 
-def _number(machine: ChamberMachine, step: float, margin: float) -> Array:
-    number = np.zeros(at.NUMBERS)
-    contact, rotor, drive = machine.contact, machine.rotor, machine.drive
-    number[at.STEP] = step
-    number[[at.GRAVITY_X, at.GRAVITY_Y, at.GRAVITY_Z]] = machine.gravity
-    number[at.FRICTION], number[at.RESTITUTION_SQUARED] = contact.friction, contact.restitution**2
-    number[at.ROLLING_ARM], number[at.SLOW] = contact.rolling_arm, contact.slow
+def _contact(contact: ChamberContact) -> Row:
+    row = of.CONTACT.row(
+        friction=contact.friction,
+        restitution_squared=contact.restitution**2,
+        rolling_arm=contact.rolling_arm,
+        slow=contact.slow,
+    )
     if isinstance(contact, HistoryContact):
-        number[at.LAW] = at.HISTORY
-        number[at.DAMPING_RATIO] = hertz_damping_ratio(contact.restitution)
-        nu = contact.poisson_ratio
-        ratio = contact.shear_ratio
-        number[at.SHEAR_RATIO] = ratio if ratio is not None else 2.0 * (1.0 - nu) / (2.0 - nu)
+        row.has_memory = 1
+        row.damping_ratio = hertz_damping_ratio(contact.restitution)
+        nu, ratio = contact.poisson_ratio, contact.shear_ratio
+        row.shear_ratio = ratio if ratio is not None else 2.0 * (1.0 - nu) / (2.0 - nu)
+    return row
+
+
+def _machine(machine: ChamberMachine) -> Row:
+    rotor, drive = machine.rotor, machine.drive
+    inertia, stiffness, damping = _body(machine)
+    free = {"fixed": [], "planar": [1, 2, 3], "free": [0, 1, 2, 3, 4, 5]}[machine.body.freedom]
+    row = of.MACHINE.row(
+        gravity=machine.gravity,
+        inertia=inertia,
+        stiffness=stiffness,
+        damping=damping,
+        free=free + [-1] * (7 - len(free)),
+        rotor_mass=rotor.mass,
+        polar_inertia=rotor.polar_inertia,
+        transverse_inertia=rotor.transverse_inertia,
+        bearings=rotor.bearings,
+        neck=0.5 * rotor.bearing_friction * rotor.neck_diameter,
+        rotor_damping=rotor.damping,
+    )
     if isinstance(drive, AsynchronousMotor):
-        number[at.DRIVEN] = 1.0
-        number[at.RATED], number[at.OVERLOAD] = drive.rated_torque, drive.overload
-        number[at.SYNCHRONOUS] = drive.synchronous_speed
-        number[at.BREAKDOWN] = drive.synchronous_speed * (1.0 - drive.breakdown_slip)
-    number[at.NECK] = 0.5 * rotor.bearing_friction * rotor.neck_diameter
-    number[[at.BEARING_1, at.BEARING_2]] = rotor.bearings
-    number[[at.ROTOR_MASS, at.POLAR, at.TRANSVERSE]] = rotor.mass, rotor.polar_inertia, rotor.transverse_inertia
-    number[at.ROTOR_DAMPING], number[at.SKIN] = rotor.damping, margin
+        row.driven = 1
+        row.rated_torque, row.overload = drive.rated_torque, drive.overload
+        row.synchronous_speed = drive.synchronous_speed
+        row.breakdown_speed = drive.synchronous_speed * (1.0 - drive.breakdown_slip)
     for unbalance in machine.unbalances:
-        along, up = unbalance.size * math.cos(unbalance.angle), unbalance.size * math.sin(unbalance.angle)
-        number[[at.U_C, at.U_S]] += along, up
-        number[[at.COUPLE_C, at.COUPLE_S]] += unbalance.position * along, unbalance.position * up
-    return number
+        vector = np.array([math.cos(unbalance.angle), math.sin(unbalance.angle)]) * unbalance.size
+        row.unbalance += vector
+        row.couple += unbalance.position * vector
+    return row
 
 
-def _profile(machine: ChamberMachine) -> Array:
+def _profile(machine: ChamberMachine) -> Rows:
     if isinstance(machine.drive, AsynchronousMotor):
-        return np.zeros((1, 2))
+        return of.PROFILE.rows(1)
     profile = machine.drive.profile
     if isinstance(profile, Hill):
         piece = profile_pieces(profile)[0]
         end, half, exponent, begin = piece.numbers
         times = half * np.geomspace(1e-3, 1e3, 4000)
         rise = (times / half) ** exponent
-        return np.column_stack([np.r_[0.0, times], np.r_[begin, begin + (end - begin) * rise / (1.0 + rise)]])
+        return _corners(np.r_[0.0, times], np.r_[begin, begin + (end - begin) * rise / (1.0 + rise)])
     points = corners(profile)
     if any(b[0] <= a[0] for a, b in pairwise(points)):
         raise MachineError("drive.profile: the speed jumps; give its change some time")
-    return np.array(points, np.float64)
+    return _corners(*np.array(points, np.float64).T)
+
+
+def _corners(times: Array, speeds: Array) -> Rows:
+    rows = of.PROFILE.rows(len(times))
+    rows.time, rows.speed = times, speeds
+    return rows

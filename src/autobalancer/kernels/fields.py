@@ -37,10 +37,9 @@ class Record:
         """What a signature calls one row."""
         return from_dtype(self.dtype)
 
-    @property
-    def rows_type(self) -> Any:
+    def rows_type(self, dimensions: int = 1) -> Any:
         """What a signature calls an array of rows."""
-        return types.Array(self.row_type, 1, "C")
+        return types.Array(self.row_type, dimensions, "C")
 
     def rows(self, *shape: int) -> Rows:
         """Rows of zeros."""

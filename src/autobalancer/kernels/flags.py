@@ -27,3 +27,6 @@ COMPILED: dict[str, Any] = {
     "fastmath": {"contract"},
 }
 EQUATIONS: dict[str, Any] = COMPILED | {"fastmath": {"contract", "nsz", "arcp"}}
+# parts of a compiled kernel: MERGED into its caller by LLVM, and APART from it, as it is called at several places
+APART: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
+MERGED: dict[str, Any] = APART | {"forceinline": True}

@@ -16,206 +16,230 @@ Source: Pakuła (2021), (2), (5), (7), (13), (43)-(51), with the signs of the de
 from __future__ import annotations
 
 from math import cos, sin, sqrt
+from typing import NamedTuple
 
 from numba import njit
 
-from autobalancer.kernels.chamber.contact import APART
-from autobalancer.kernels.chamber.layout import (
-    BEARING_1,
-    BEARING_2,
-    BEARING_TORQUE,
-    BREAKDOWN,
-    CONSTRAINT,
-    CONTACT,
-    COUPLE_C,
-    COUPLE_S,
-    DRIVEN,
-    GRAVITY_X,
-    GRAVITY_Y,
-    GRAVITY_Z,
-    NECK,
-    NEW,
-    OVERLOAD,
-    P1,
-    P2,
-    P_BEARINGS,
-    P_MOTOR,
-    P_SUPPORTS,
-    POLAR,
-    RATED,
-    ROTOR_DAMPING,
-    ROTOR_MASS,
-    SYNCHRONOUS,
-    TORQUE,
-    TRANSVERSE,
-    U_C,
-    U_S,
-    Q,
-    V,
-)
+from autobalancer.kernels.chamber.vectors import dot, put, three
+from autobalancer.kernels.flags import APART, MERGED
 
 EVEN = 1e-3  # rad/s over which bearing friction changes its sign
 
 
-@njit(**APART)
-def body_rates(number, host, inertia, stiffness, damping, active, work, power, prescribed):
-    """Second rates (``host[NEW:]``), reactions and powers from the state and the sums over the contacts.
+class Turned(NamedTuple):
+    """The unbalance in space; names as in the head of this file."""
 
-    ``prescribed`` is the rate of the prescribed speed; ``active`` lists the coordinates 0 to 5 that are free, -1 at its end.
-    ``work`` is (14, 8) scratch.
+    w: float  # rad/s
+    s: float
+    t: float
+    c: float
+    d: float
+    lean: float  # b S + c T
+    tip: float  # b T - c S
+    load_b: float  # moment about y, of contacts and weight
+    load_c: float  # about z
+
+
+@njit(**MERGED)
+def turned(machine, body):
+    """The unbalance at the angle of the rotor, and the moments across it."""
+    ct, st = cos(body.place[6]), sin(body.place[6])
+    u, v = machine.unbalance[0], machine.unbalance[1]
+    s, t = u * ct - v * st, u * st + v * ct
+    u, v = machine.couple[0], machine.couple[1]
+    c, d = u * ct - v * st, u * st + v * ct
+    tilt_b, tilt_c = body.place[4], body.place[5]
+    about, weight = body.contact_moment, machine.gravity[0]
+    lean, tip = tilt_b * s + tilt_c * t, tilt_b * t - tilt_c * s
+    load_b = about[1] - tilt_c * about[0] + weight * t
+    load_c = about[2] + tilt_b * about[0] - weight * s
+    return Turned(body.rate[6], s, t, c, d, lean, tip, load_b, load_c)
+
+
+@njit(**MERGED)
+def motor_torque(rated, overload, synchronous, breakdown, speed):
+    """Formula of Kloss."""
+    below, width = synchronous - speed, synchronous - breakdown
+    return 2.0 * rated * overload * below * width / (width * width + below * below)
+
+
+@njit(**MERGED)
+def _bearing_torque(machine, body, slip):
+    size = sqrt(_square(body.bearing_1)) + sqrt(_square(body.bearing_2))
+    return machine.neck * size * min(max(slip / EVEN, -1.0), 1.0) + machine.rotor_damping * slip
+
+
+@njit(**MERGED)
+def _square(numbers):
+    a = three(numbers)
+    return dot(a, a)
+
+
+@njit(**APART)
+def body_rates(machine, body, scratch, power, prescribed):
+    """Second rates of ``body``, reactions and powers from its state and the sums over the contacts.
+
+    ``prescribed`` is the rate of a prescribed speed.
     """
-    w = host[V + 6]
-    ct, st = cos(host[Q + 6]), sin(host[Q + 6])
-    s, t = number[U_C] * ct - number[U_S] * st, number[U_C] * st + number[U_S] * ct
-    c, d = number[COUPLE_C] * ct - number[COUPLE_S] * st, number[COUPLE_C] * st + number[COUPLE_S] * ct
-    gx, gy, gz = number[GRAVITY_X], number[GRAVITY_Y], number[GRAVITY_Z]
-    free = number[DRIVEN] != 0.0
-    # rows 0-6: mass matrix in columns 0-6, applied less inertial forces in column 7
+    equations, rate = scratch.equations, body.rate
+    u = turned(machine, body)
+    power.supports = _supports(machine, body, equations)
+    _add_rotor(machine, body, u, equations)
+    # torques between body and rotor
+    across_y, across_z = body.place[5], -body.place[4]  # of the axis
+    slip = u.w - rate[3] - across_y * rate[4] - across_z * rate[5]
+    against = _bearing_torque(machine, body, slip)
+    motor = 0.0
+    if machine.driven != 0:
+        motor = motor_torque(
+            machine.rated_torque, machine.overload, machine.synchronous_speed, machine.breakdown_speed, u.w
+        )
+        equations[6, 7] += motor - against
+        equations[3, 7] -= motor - against
+        equations[4, 7] -= across_y * (motor - against)
+        equations[5, 7] -= across_z * (motor - against)
+    else:
+        # the drive gives what the speed asks for, and the body bears it
+        for i in range(6):
+            equations[i, 7] -= equations[i, 6] * prescribed
+        equations[6, 7] -= machine.polar_inertia * prescribed
+        for j in range(8):
+            equations[3, j] += equations[6, j]
+            equations[4, j] += across_y * equations[6, j]
+            equations[5, j] += across_z * equations[6, j]
+    _solve(machine, body, scratch, prescribed)
+    _reactions(machine, body, equations, motor, against)
+    _bearings(machine, body, u)
+    power.motor = body.torque * slip
+    power.bearings = against * slip
+
+
+@njit(**MERGED)
+def _supports(machine, body, equations):
+    """Rows 0 to 5 of the mass matrix in columns 0 to 6, forces of the supports in column 7; answers what these lose."""
+    place, rate = body.place, body.rate
+    inertia, stiffness, damping = machine.inertia, machine.stiffness, machine.damping
     lost = 0.0
     for i in range(6):
         pull, resist = 0.0, 0.0
         for j in range(6):
-            pull += stiffness[i, j] * host[Q + j]
-            resist += damping[i, j] * host[V + j]
-            work[i, j] = inertia[i, j]
-        lost += resist * host[V + i]
-        work[i, 6] = 0.0
-        work[i, 7] = -pull - resist
-    power[P_SUPPORTS] = lost
-    bv, cv = host[V + 4], host[V + 5]
-    polar = number[POLAR]
-    work[0, 4] += t
-    work[4, 0] += t
-    work[0, 5] -= s
-    work[5, 0] -= s
+            pull += stiffness[i, j] * place[j]
+            resist += damping[i, j] * rate[j]
+            equations[i, j] = inertia[i, j]
+        lost += resist * rate[i]
+        equations[i, 6] = 0.0
+        equations[i, 7] = -pull - resist
+    return lost
+
+
+@njit(**MERGED)
+def _add_rotor(machine, body, u, equations):
+    """Inertia and inertial forces of the unbalance and of the spin, weight of the unbalance, and the contacts."""
+    w, s, t, c, d = u.w, u.s, u.t, u.c, u.d
+    bv, cv = body.rate[4], body.rate[5]
+    polar, gravity, contact = machine.polar_inertia, machine.gravity, body.contact_force
+    equations[0, 4] += t
+    equations[4, 0] += t
+    equations[0, 5] -= s
+    equations[5, 0] -= s
     for j in range(6):
-        work[6, j] = 0.0
-    work[6, 1] = work[1, 6] = -t
-    work[6, 2] = work[2, 6] = s
-    work[6, 4] = work[4, 6] = -c
-    work[6, 5] = work[5, 6] = -d
-    work[6, 6] = polar
-    lean, tip = host[Q + 4] * s + host[Q + 5] * t, host[Q + 4] * t - host[Q + 5] * s
-    work[0, 6] = work[6, 0] = lean
-    work[0, 7] += host[CONTACT] + tip * w * w - 2.0 * w * (s * bv + t * cv)
-    work[1, 7] += host[CONTACT + 1] + s * w * w
-    work[2, 7] += host[CONTACT + 2] + t * w * w
-    across_y, across_z = host[Q + 5], -host[Q + 4]  # of the axis
-    load_b = host[CONTACT + 4] - across_y * host[CONTACT + 3] + gx * t
-    load_c = host[CONTACT + 5] - across_z * host[CONTACT + 3] - gx * s
-    work[4, 7] += load_b - polar * w * cv - d * w * w
-    work[5, 7] += load_c + polar * w * bv + c * w * w
-    work[6, 7] = host[CONTACT + 3] - gy * t + gz * s + gx * lean
-    # torques between body and rotor
-    slip = w - host[V + 3] - across_y * bv - across_z * cv
-    size = sqrt(host[P1] ** 2 + host[P1 + 1] ** 2 + host[P1 + 2] ** 2)
-    size += sqrt(host[P2] ** 2 + host[P2 + 1] ** 2 + host[P2 + 2] ** 2)
-    against = number[NECK] * size * min(max(slip / EVEN, -1.0), 1.0) + number[ROTOR_DAMPING] * slip
-    motor = 0.0
-    if free:
-        below, width = number[SYNCHRONOUS] - w, number[SYNCHRONOUS] - number[BREAKDOWN]
-        motor = 2.0 * number[RATED] * number[OVERLOAD] * below * width / (width * width + below * below)
-        work[6, 7] += motor - against
-        work[3, 7] -= motor - against
-        work[4, 7] -= across_y * (motor - against)
-        work[5, 7] -= across_z * (motor - against)
-    else:
-        # the drive gives what the speed asks for, and the body bears it
-        for i in range(6):
-            work[i, 7] -= work[i, 6] * prescribed
-        work[6, 7] -= polar * prescribed
-        for j in range(8):
-            work[3, j] += work[6, j]
-            work[4, j] += across_y * work[6, j]
-            work[5, j] += across_z * work[6, j]
-    _solve(host, active, work, free, prescribed)
-    _reactions(number, host, active, work, free, motor, against, polar)
-    _bearings(number, host, w, s, t, c, d, lean, tip, polar, load_b, load_c)
-    power[P_MOTOR] = host[TORQUE] * slip
-    power[P_BEARINGS] = against * slip
+        equations[6, j] = 0.0
+    equations[6, 1] = equations[1, 6] = -t
+    equations[6, 2] = equations[2, 6] = s
+    equations[6, 4] = equations[4, 6] = -c
+    equations[6, 5] = equations[5, 6] = -d
+    equations[6, 6] = polar
+    equations[0, 6] = equations[6, 0] = u.lean
+    equations[0, 7] += contact[0] + u.tip * w * w - 2.0 * w * (s * bv + t * cv)
+    equations[1, 7] += contact[1] + s * w * w
+    equations[2, 7] += contact[2] + t * w * w
+    equations[4, 7] += u.load_b - polar * w * cv - d * w * w
+    equations[5, 7] += u.load_c + polar * w * bv + c * w * w
+    equations[6, 7] = body.contact_moment[0] - gravity[1] * t + gravity[2] * s + gravity[0] * u.lean
 
 
 @njit(**APART)
-def _solve(host, active, work, free, prescribed):
-    """Gauss elimination over the free coordinates; column 7 of ``work`` is the right-hand side."""
+def _solve(machine, body, scratch, prescribed):
+    """Gauss elimination over the free coordinates; column 7 of the equations is the right-hand side."""
+    free, equations, reduced, new = machine.free, scratch.equations, scratch.reduced, body.new_acceleration
+    turns = machine.driven != 0
     for i in range(7):
-        host[NEW + i] = 0.0
+        new[i] = 0.0
     count = 0
-    while active[count] >= 0:
+    while free[count] >= 0:
         count += 1
     # the rotor angle comes last; its row is needed whole for the reactions, so the elimination works on copies
-    size = count + 1 if free else count
+    size = count + 1 if turns else count
     for i in range(size):
-        row = active[i] if i < count else 6
+        row = free[i] if i < count else 6
         for j in range(size):
-            work[7 + i, j] = work[row, active[j] if j < count else 6]
-        work[7 + i, 7] = work[row, 7]
+            reduced[i, j] = equations[row, free[j] if j < count else 6]
+        reduced[i, 7] = equations[row, 7]
     for k in range(size):
-        pivot = 1.0 / work[7 + k, k]
+        pivot = 1.0 / reduced[k, k]
         for i in range(k + 1, size):
-            part = work[7 + i, k] * pivot
+            part = reduced[i, k] * pivot
             for j in range(k + 1, size):
-                work[7 + i, j] -= part * work[7 + k, j]
-            work[7 + i, 7] -= part * work[7 + k, 7]
+                reduced[i, j] -= part * reduced[k, j]
+            reduced[i, 7] -= part * reduced[k, 7]
     for k in range(size - 1, -1, -1):
-        value = work[7 + k, 7]
+        value = reduced[k, 7]
         for j in range(k + 1, size):
-            value -= work[7 + k, j] * host[NEW + (active[j] if j < count else 6)]
-        host[NEW + (active[k] if k < count else 6)] = value / work[7 + k, k]
-    if not free:
-        host[NEW + 6] = prescribed
+            value -= reduced[k, j] * new[free[j] if j < count else 6]
+        new[free[k] if k < count else 6] = value / reduced[k, k]
+    if not turns:
+        new[6] = prescribed
 
 
 @njit(**APART)
-def _reactions(number, host, active, work, free, motor, against, polar):
+def _reactions(machine, body, equations, motor, against):
     """Torque of the drive, and what holds locked coordinates."""
-    top = 7 if free else 6  # with a prescribed speed its inertia is on the right-hand side already
+    new, free = body.new_acceleration, machine.free
+    turns = machine.driven != 0
+    top = 7 if turns else 6  # with a prescribed speed its inertia is on the right-hand side already
     for i in range(6):
-        value = -work[i, 7]
+        value = -equations[i, 7]
         for j in range(top):
-            value += work[i, j] * host[NEW + j]
-        host[CONSTRAINT + i] = value
+            value += equations[i, j] * new[j]
+        body.constraint[i] = value
     count = 0
-    while active[count] >= 0:
-        host[CONSTRAINT + active[count]] = 0.0
+    while free[count] >= 0:
+        body.constraint[free[count]] = 0.0
         count += 1
-    if free:
-        host[TORQUE] = motor
+    if turns:
+        body.torque = motor
     else:
-        value = -work[6, 7]
+        value = -equations[6, 7]
         for j in range(6):
-            value += work[6, j] * host[NEW + j]
-        host[TORQUE] = value + against
-    host[BEARING_TORQUE] = against
+            value += equations[6, j] * new[j]
+        body.torque = value + against
+    body.bearing_torque = against
 
 
-@njit(**APART)
-def _bearings(number, host, w, s, t, c, d, lean, tip, polar, load_b, load_c):
+@njit(**MERGED)
+def _bearings(machine, body, u):
     """Forces of both bearings on the rotor from its own balances, (43)-(51); the second one guides along the axis."""
-    m = number[ROTOR_MASS]
-    xa, ya, za, ba, ca, wa = host[NEW], host[NEW + 1], host[NEW + 2], host[NEW + 4], host[NEW + 5], host[NEW + 6]
-    bv, cv = host[V + 4], host[V + 5]
+    w, s, t, c, d = u.w, u.s, u.t, u.c, u.d
+    new, rate, contact, gravity = body.new_acceleration, body.rate, body.contact_force, machine.gravity
+    m, jt, polar = machine.rotor_mass, machine.transverse_inertia, machine.polar_inertia
+    xa, ya, za, ba, ca, wa = new[0], new[1], new[2], new[4], new[5], new[6]
+    bv, cv = rate[4], rate[5]
     px = (
         m * xa
         + t * ba
         - s * ca
-        + lean * wa
-        - tip * w * w
+        + u.lean * wa
+        - u.tip * w * w
         + 2.0 * w * (s * bv + t * cv)
-        - host[CONTACT]
-        - m * number[GRAVITY_X]
+        - contact[0]
+        - m * gravity[0]
     )
-    py = m * ya - t * wa - s * w * w - host[CONTACT + 1] - m * number[GRAVITY_Y]
-    pz = m * za + s * wa - t * w * w - host[CONTACT + 2] - m * number[GRAVITY_Z]
-    jt = number[TRANSVERSE]
-    mb = jt * ba + t * xa - c * wa + polar * w * cv + d * w * w - load_b
-    mc = jt * ca - s * xa - d * wa - polar * w * bv - c * w * w - load_c
+    py = m * ya - t * wa - s * w * w - contact[1] - m * gravity[1]
+    pz = m * za + s * wa - t * w * w - contact[2] - m * gravity[2]
+    mb = jt * ba + t * xa - c * wa + polar * w * cv + d * w * w - u.load_b
+    mc = jt * ca - s * xa - d * wa - polar * w * bv - c * w * w - u.load_c
     # x1 P1y + x2 P2y = mc and -x1 P1z - x2 P2z = mb
-    x1, x2 = number[BEARING_1], number[BEARING_2]
+    x1, x2 = machine.bearings[0], machine.bearings[1]
     span = 1.0 / (x1 - x2)
-    host[P1] = 0.0
-    host[P1 + 1] = (mc - x2 * py) * span
-    host[P1 + 2] = (-mb - x2 * pz) * span
-    host[P2] = px
-    host[P2 + 1] = (x1 * py - mc) * span
-    host[P2 + 2] = (x1 * pz + mb) * span
+    put(body.bearing_1, (0.0, (mc - x2 * py) * span, (-mb - x2 * pz) * span))
+    put(body.bearing_2, (px, (x1 * py - mc) * span, (x1 * pz + mb) * span))

@@ -1,4 +1,4 @@
-"""The law of a contact of a ball with another ball or a wall, for a block of contacts at once.
+"""The law of a contact of a ball with another ball or a wall.
 
 Law of Pakuła (2021), (15), (18), (26), (36)-(39): k d^1.5 in approach, R^2 of it in separation, so that the rebound speed is
 R times the speed of approach whatever k, mass and speed; Coulomb friction that always slides; rolling resistance. Each of
@@ -7,151 +7,143 @@ the three steps in velocity is replaced by a slope that one step of time can res
 Alternative: Hertz contact with viscous damping (Tsuji et al. 1992) and a tangential spring with memory (Cundall and Strack
 1979, stiffness of Mindlin 1949).
 
-Nothing here branches, so the compiler takes eight columns of the block at a time.
+Nothing here branches, and no law knows an array: what is between them and the block of contacts stands in ``block.py``.
 """
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
+from typing import NamedTuple
 
 from numba import njit
 
-from autobalancer.kernels.chamber.layout import (
-    ARM,
-    BLOCK,
-    DAMPING_RATIO,
-    FRICTION,
-    HELD,
-    HISTORY,
-    LAW,
-    LIGHTNESS,
-    LINE,
-    LOST,
-    NORMAL,
-    OFFSET,
-    PUSH,
-    RATE,
-    RESIST,
-    RESTITUTION_SQUARED,
-    ROLL,
-    ROLL_RADIUS,
-    ROLLED,
-    ROLLING_ARM,
-    SHEAR_RATIO,
-    SHRINK,
-    SLID,
-    SLOW,
-    STEP,
-    STIFFNESS,
-    STRETCH,
-    TAKEN,
-    TURN,
-    TWIST,
-)
-from autobalancer.kernels.pointers import data
+from autobalancer.kernels.chamber.vectors import cross, dot, minus, plus, times
+from autobalancer.kernels.flags import MERGED
 
-TOUCH: dict[str, Any] = {"forceinline": True, "error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
-APART: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}
 TURNING = 1.0  # slope of the normal law at the turning point, in changes of speed within one step
 SLIDING = 2.0  # the same for friction and rolling resistance
 LEAST = 1e-30  # m: rounding must not make an overlap negative
 TINY = 1e-300
-AT_ONCE = 8
+
+Vector = tuple[float, float, float]
 
 
-@njit(**TOUCH)
-def _three(b, row, i):
-    return b[row * BLOCK + i], b[(row + 1) * BLOCK + i], b[(row + 2) * BLOCK + i]
+class Constants(NamedTuple):
+    """What the laws need of ``CONTACT`` and ``RUN``, SI."""
+
+    step: float
+    friction: float
+    slow: float
+    rolling_arm: float
+    recovered: float  # restitution squared
+    damping: float  # over sqrt(mass stiffness) d^(1/4)
+    shearing: float  # tangential stiffness over k d^(1/2)
 
 
-@njit(**TOUCH)
-def _put(b, row, i, x, y, z):
-    b[row * BLOCK + i], b[(row + 1) * BLOCK + i], b[(row + 2) * BLOCK + i] = x, y, z
+class Meeting(NamedTuple):
+    """Two bodies near each other, named as in ``CONTACTS``."""
+
+    line: Vector
+    offset: float
+    taken: float
+    stiffness: float
+    lightness: float
+    roll_radius: float
+    shrink: float
+    rate: Vector
+    turn: Vector
+    roll: Vector
 
 
-@njit(**TOUCH)
-def _meet(b, i):
+class Overlap(NamedTuple):
+    """Geometry and motion of a contact."""
+
+    depth: float
+    arm: float  # over the radius
+    normal: Vector  # to the partner
+    approach: float  # relative velocity along the normal
+    across: Vector  # relative velocity at the point of contact
+
+
+class Force(NamedTuple):
+    """What a law answers."""
+
+    normal: float
+    friction: Vector
+    lost: float  # power, in the impact
+    slid: float  # power, by friction
+    held: float  # energy
+
+
+class Felt(NamedTuple):
+    """What the ball feels, named as in ``CONTACTS``; its partner feels the opposite."""
+
+    push: Vector
+    twist: Vector
+    resist: Vector
+    arm: float
+    rolled: float
+
+
+@njit(**MERGED)
+def overlap(m):
     """Overlap, normal to the partner, relative velocity along it and across it at the point of contact."""
-    dx, dy, dz = _three(b, LINE, i)
-    length = sqrt(dx * dx + dy * dy + dz * dz)
-    inverse = 1.0 / length
-    nx, ny, nz = dx * inverse, dy * inverse, dz * inverse
-    overlap = max(b[OFFSET * BLOCK + i] + b[TAKEN * BLOCK + i] * length, LEAST)
+    length = sqrt(dot(m.line, m.line))
+    normal = times(1.0 / length, m.line)
+    depth = max(m.offset + m.taken * length, LEAST)
     # the arms of both balls end at one point, or angular momentum would drift
-    arm = 1.0 - overlap * b[SHRINK * BLOCK + i]
-    b[ARM * BLOCK + i] = arm
-    vx, vy, vz = _three(b, RATE, i)
-    sx, sy, sz = _three(b, TURN, i)
-    vx, vy, vz = vx + arm * (sy * nz - sz * ny), vy + arm * (sz * nx - sx * nz), vz + arm * (sx * ny - sy * nx)
-    approach = vx * nx + vy * ny + vz * nz
-    return overlap, nx, ny, nz, approach, vx - approach * nx, vy - approach * ny, vz - approach * nz
+    arm = 1.0 - depth * m.shrink
+    velocity = plus(m.rate, times(arm, cross(m.turn, normal)))
+    approach = dot(velocity, normal)
+    return Overlap(depth, arm, normal, approach, minus(velocity, times(approach, normal)))
 
 
-@njit(**TOUCH)
-def _leave(b, i, h, arm, slow, nx, ny, nz, fx, fy, fz, normal, lost, slid, held):
-    """Rolling resistance, and the results into the block; ``f`` is the friction."""
-    wx, wy, wz = _three(b, ROLL, i)
-    radius, lightness = b[ROLL_RADIUS * BLOCK + i], b[LIGHTNESS * BLOCK + i]
-    along = wx * nx + wy * ny + wz * nz
-    wx, wy, wz = wx - along * nx, wy - along * ny, wz - along * nz
-    square = wx * wx + wy * wy + wz * wz
-    inverse = 1.0 / radius
-    least = max(slow * inverse, SLIDING * h * arm * normal * 2.5 * lightness * inverse * inverse)
-    moment = arm * normal / max(sqrt(square), least)
-    _put(b, RESIST, i, -moment * wx, -moment * wy, -moment * wz)
-    _put(b, TWIST, i, ny * fz - nz * fy, nz * fx - nx * fz, nx * fy - ny * fx)
-    _put(b, PUSH, i, fx - normal * nx, fy - normal * ny, fz - normal * nz)
-    b[LOST * BLOCK + i], b[SLID * BLOCK + i], b[ROLLED * BLOCK + i] = lost, slid, moment * square
-    b[HELD * BLOCK + i], b[NORMAL * BLOCK + i] = held, normal
+@njit(**MERGED)
+def restitution(c, m, o):
+    """Force of the law of restitution."""
+    load = m.stiffness * o.depth * sqrt(o.depth)
+    share = 0.5 + o.approach / (TURNING * c.step * load * m.lightness + TINY)
+    normal = load * (c.recovered + (1.0 - c.recovered) * min(max(share, 0.0), 1.0))
+    square = dot(o.across, o.across)
+    least = max(c.slow, SLIDING * c.step * c.friction * normal * 3.5 * m.lightness)
+    pull = c.friction * normal / max(sqrt(square), least)
+    lost = (normal - c.recovered * load) * o.approach
+    return Force(normal, times(-pull, o.across), lost, pull * square, 0.4 * c.recovered * load * o.depth)
 
 
-@njit(**APART)
-def press(number, block, count):
-    """Forces, losses and energy of the first ``count`` contacts of ``block``; unused columns are computed too."""
-    b = data(block)
-    h, friction, slow, arm = number[STEP], number[FRICTION], number[SLOW], number[ROLLING_ARM]
-    padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-    if number[LAW] == HISTORY:
-        ratio, shearing = number[DAMPING_RATIO], 1.5 * number[SHEAR_RATIO]
-        for i in range(padded):
-            overlap, nx, ny, nz, approach, tx, ty, tz = _meet(b, i)
-            k = b[STIFFNESS * BLOCK + i]
-            root = sqrt(overlap)
-            load = k * overlap * root
-            viscous = ratio * sqrt(k * root / b[LIGHTNESS * BLOCK + i])
-            normal = max(load + viscous * approach, 0.0)
-            shear = shearing * k * root
-            sx, sy, sz = _three(b, STRETCH, i)
-            off = sx * nx + sy * ny + sz * nz
-            sx, sy, sz = sx - off * nx + h * tx, sy - off * ny + h * ty, sz - off * nz + h * tz
-            fx, fy, fz = -shear * sx - viscous * tx, -shear * sy - viscous * ty, -shear * sz - viscous * tz
-            # where friction cannot hold the force, the spring yields
-            part = min(friction * normal / max(sqrt(fx * fx + fy * fy + fz * fz), TINY), 1.0)
-            fx, fy, fz = part * fx, part * fy, part * fz
-            back = -1.0 / shear
-            slides = part < 1.0
-            sx = back * (fx + viscous * tx) if slides else sx
-            sy = back * (fy + viscous * ty) if slides else sy
-            sz = back * (fz + viscous * tz) if slides else sz
-            _put(b, STRETCH, i, sx, sy, sz)
-            slid = -(fx * tx + fy * ty + fz * tz)
-            lost = (normal - load) * approach
-            _leave(b, i, h, arm, slow, nx, ny, nz, fx, fy, fz, normal, lost, slid, 0.4 * load * overlap)
-    else:
-        recovered = number[RESTITUTION_SQUARED]
-        for i in range(padded):
-            overlap, nx, ny, nz, approach, tx, ty, tz = _meet(b, i)
-            lightness = b[LIGHTNESS * BLOCK + i]
-            load = b[STIFFNESS * BLOCK + i] * overlap * sqrt(overlap)
-            share = 0.5 + approach / (TURNING * h * load * lightness + TINY)
-            normal = load * (recovered + (1.0 - recovered) * min(max(share, 0.0), 1.0))
-            square = tx * tx + ty * ty + tz * tz
-            least = max(slow, SLIDING * h * friction * normal * 3.5 * lightness)
-            pull = friction * normal / max(sqrt(square), least)
-            lost = (normal - recovered * load) * approach
-            held = 0.4 * recovered * load * overlap
-            _leave(
-                b, i, h, arm, slow, nx, ny, nz, -pull * tx, -pull * ty, -pull * tz, normal, lost, pull * square, held
-            )
+@njit(**MERGED)
+def with_memory(c, m, o, stretch):
+    """Force of a damped Hertz contact, and the tangential spring after a step; ``stretch`` is that before."""
+    root = sqrt(o.depth)
+    load = m.stiffness * o.depth * root
+    viscous = c.damping * sqrt(m.stiffness * root / m.lightness)
+    normal = max(load + viscous * o.approach, 0.0)
+    shear = c.shearing * m.stiffness * root
+    stretch = plus(minus(stretch, times(dot(stretch, o.normal), o.normal)), times(c.step, o.across))
+    friction = minus(times(-shear, stretch), times(viscous, o.across))
+    # where friction cannot hold the force, the spring yields
+    part = min(c.friction * normal / max(sqrt(dot(friction, friction)), TINY), 1.0)
+    friction = times(part, friction)
+    slipped = times(-1.0 / shear, plus(friction, times(viscous, o.across)))
+    slides = part < 1.0
+    x = slipped[0] if slides else stretch[0]
+    y = slipped[1] if slides else stretch[1]
+    z = slipped[2] if slides else stretch[2]
+    lost = (normal - load) * o.approach
+    return Force(normal, friction, lost, -dot(friction, o.across), 0.4 * load * o.depth), (x, y, z)
+
+
+@njit(**MERGED)
+def felt(c, m, o, force):
+    """Push and moment of a force, with rolling resistance."""
+    along = dot(m.roll, o.normal)
+    roll = minus(m.roll, times(along, o.normal))
+    square = dot(roll, roll)
+    inverse = 1.0 / m.roll_radius
+    least = max(
+        c.slow * inverse, SLIDING * c.step * c.rolling_arm * force.normal * 2.5 * m.lightness * inverse * inverse
+    )
+    moment = c.rolling_arm * force.normal / max(sqrt(square), least)
+    push = minus(force.friction, times(force.normal, o.normal))
+    return Felt(push, cross(o.normal, force.friction), times(-moment, roll), o.arm, moment * square)

@@ -11,48 +11,33 @@ from math import sqrt
 from numba import njit
 
 from autobalancer.kernels.chamber.body import body_rates
-from autobalancer.kernels.chamber.contact import APART
 from autobalancer.kernels.chamber.gather import near_pairs, walls
-from autobalancer.kernels.chamber.layout import CONTACT, STORED, Q
 from autobalancer.kernels.chamber.share import act
+from autobalancer.kernels.chamber.vectors import put
+from autobalancer.kernels.flags import APART, MERGED
+
+
+@njit(**MERGED)
+def _axis(place):
+    """Direction of the rotor."""
+    y, z = place[5], -place[4]
+    x = 1.0 / sqrt(1.0 + y * y + z * z)
+    return x, x * y, x * z
 
 
 @njit(**APART)
-def forces(
-    balls,
-    chambers,
-    wall_springs,
-    number,
-    pair_stiffness,
-    first,
-    second,
-    touching,
-    springs,
-    host,
-    inertia,
-    stiffness,
-    damping,
-    active,
-    work,
-    block,
-    power,
-    counts,
-    greatest,
-    prescribed,
-):
-    """Fill the forces and moments of the balls, the second rates of the body, losses, and what is stored in contacts."""
-    for i in range(STORED + 1):
-        power[i] = 0.0
-    for i in range(6):
-        host[CONTACT + i] = 0.0
-    uy, uz = host[Q + 5], -host[Q + 4]
-    ux = 1.0 / sqrt(1.0 + uy * uy + uz * uz)
-    uy, uz = ux * uy, ux * uz
-    filled = walls(balls, chambers, wall_springs, springs, number, host, block, power, counts, greatest, ux, uy, uz)
-    filled = near_pairs(
-        balls, wall_springs, springs, number, host, pair_stiffness, first, second, touching, block, filled, power, counts,
-        greatest, ux, uy, uz,
-    )  # fmt: skip
+def forces(chamber, prescribed):
+    """Fill the forces and moments of the balls, the second rates of the body, losses, and what is stored in contacts.
+
+    ``prescribed`` is the rate of a prescribed speed.
+    """
+    power, body = chamber.power, chamber.body
+    power.motor = power.contact = power.friction = power.rolling = 0.0
+    power.supports = power.bearings = power.drag = power.stored = 0.0
+    put(body.contact_force, (0.0, 0.0, 0.0))
+    put(body.contact_moment, (0.0, 0.0, 0.0))
+    axis = _axis(body.place)
+    filled = near_pairs(chamber, walls(chamber, axis), axis)
     if filled:
-        act(balls, wall_springs, springs, number, host, block, filled, power, greatest, ux, uy, uz)
-    body_rates(number, host, inertia, stiffness, damping, active, work, power, prescribed)
+        act(chamber, filled, axis)
+    body_rates(chamber.machine, body, chamber.scratch, power, prescribed)

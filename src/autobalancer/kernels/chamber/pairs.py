@@ -9,92 +9,103 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.chamber.contact import APART, TOUCH
-from autobalancer.kernels.chamber.layout import (
-    CHAMBER,
-    LOST_BALLS,
-    OVERFLOW,
-    PAIRS,
-    POS,
-    RADIUS,
-    REBUILDS,
-    SKIN,
-    TOO_DENSE,
-    WAY,
-)
+from autobalancer.kernels.chamber.records import LOST_BALLS, TOO_DENSE
+from autobalancer.kernels.chamber.vectors import dot, minus, three
+from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.pointers import row
 
 DIRECT = 100
 FAR = 1e6  # m
-X, Y, Z = POS, POS + 1, POS + 2
 
 
-@njit(**TOUCH)
-def _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts):
-    if balls[i, CHAMBER] != balls[j, CHAMBER]:
-        return
+@njit(**MERGED)
+def _note(chamber, i, j):
     if j < i:
         i, j = j, i
-    dx, dy, dz = balls[j, X] - balls[i, X], balls[j, Y] - balls[i, Y], balls[j, Z] - balls[i, Z]
-    square = dx * dx + dy * dy + dz * dz
-    both = balls[i, RADIUS] + balls[j, RADIUS]
-    reach = both + number[SKIN]
+    one, two = row(chamber.balls, i), row(chamber.balls, j)
+    if one.chamber != two.chamber:
+        return
+    line = minus(three(two.position), three(one.position))
+    square = dot(line, line)
+    both = one.radius + two.radius
+    reach = both + chamber.run.margin
     if square >= reach * reach:
         return
-    k = counts[PAIRS]
-    if k >= first.shape[0]:
-        counts[OVERFLOW] = TOO_DENSE
+    pairs, search, progress = chamber.pairs, chamber.scratch.search, chamber.progress
+    k = progress.pairs
+    if k >= pairs.first.shape[0]:
+        progress.trouble = TOO_DENSE
         return
-    first[k], second[k] = i, j
-    touching[k] = 1 if square < both * both else 0
-    springs[k, 0] = springs[k, 1] = springs[k, 2] = 0.0
-    for o in range(old_row[i], old_row[i + 1]):
-        if old_second[o] == j:
-            springs[k, 0], springs[k, 1], springs[k, 2] = old_springs[o, 0], old_springs[o, 1], old_springs[o, 2]
+    pairs.first[k], pairs.second[k] = i, j
+    pairs.touching[k] = 1 if square < both * both else 0
+    pairs.stretch[k, 0] = pairs.stretch[k, 1] = pairs.stretch[k, 2] = 0.0
+    for o in range(search.old_row[i], search.old_row[i + 1]):
+        if search.old_second[o] == j:
+            _copy(search.old_stretch, o, pairs.stretch, k)
             break
-    counts[PAIRS] = k + 1
+    progress.pairs = k + 1
+
+
+@njit(**MERGED)
+def _copy(source, i, target, j):
+    target[j, 0], target[j, 1], target[j, 2] = source[i, 0], source[i, 1], source[i, 2]
 
 
 @njit(**APART)
-def rebuild(
-    balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts
-):
+def rebuild(chamber):
     """List the pairs nearer than the margin, in an order that depends on nothing but the positions.
 
-    Springs of pairs that stay are kept. ``cells`` is scratch for the starts of cells, ``order`` and ``places`` one entry a ball.
+    Springs of pairs that stay are kept.
     """
-    n = balls.shape[0]
-    used = counts[PAIRS]
-    for i in range(n + 1):
-        old_row[i] = 0
-    for k in range(used):
-        old_row[first[k] + 1] += 1
-    for i in range(n):
-        old_row[i + 1] += old_row[i]
-        places[i] = old_row[i]
-    for k in range(used):
-        o = places[first[k]]
-        places[first[k]] = o + 1
-        old_second[o] = second[k]
-        old_springs[o, 0], old_springs[o, 1], old_springs[o, 2] = springs[k, 0], springs[k, 1], springs[k, 2]
-    counts[PAIRS] = 0
-    counts[REBUILDS] += 1
+    n = chamber.balls.shape[0]
+    _remember(chamber)
+    chamber.progress.pairs = 0
+    chamber.progress.rebuilds += 1
     if n <= DIRECT:
         for i in range(n):
             for j in range(i + 1, n):
-                _note(balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs, counts)
+                _note(chamber, i, j)
         return
+    _note_by_cells(chamber)
+
+
+@njit(**MERGED)
+def _remember(chamber):
+    """Sort the pairs of before by their first ball, so that they are found again."""
+    pairs, search, used = chamber.pairs, chamber.scratch.search, chamber.progress.pairs
+    n, first = chamber.balls.shape[0], pairs.first
+    for i in range(n + 1):
+        search.old_row[i] = 0
+    for k in range(used):
+        search.old_row[first[k] + 1] += 1
+    for i in range(n):
+        search.old_row[i + 1] += search.old_row[i]
+        search.places[i] = search.old_row[i]
+    for k in range(used):
+        o = search.places[first[k]]
+        search.places[first[k]] = o + 1
+        search.old_second[o] = pairs.second[k]
+        _copy(pairs.stretch, k, search.old_stretch, o)
+
+
+@njit(**APART)
+def _note_by_cells(chamber):
+    balls, search = chamber.balls, chamber.scratch.search
+    cells, order, places = search.cells, search.order, search.places
+    n = balls.shape[0]
     low0 = low1 = low2 = 1e300
     high0 = high1 = high2 = -1e300
     radius = away = 0.0
     for i in range(n):
-        away += abs(balls[i, X]) + abs(balls[i, Y]) + abs(balls[i, Z])
-        low0, low1, low2 = min(low0, balls[i, X]), min(low1, balls[i, Y]), min(low2, balls[i, Z])
-        high0, high1, high2 = max(high0, balls[i, X]), max(high1, balls[i, Y]), max(high2, balls[i, Z])
-        radius = max(radius, balls[i, RADIUS])
+        x, y, z = three(row(balls, i).position)
+        away += abs(x) + abs(y) + abs(z)
+        low0, low1, low2 = min(low0, x), min(low1, y), min(low2, z)
+        high0, high1, high2 = max(high0, x), max(high1, y), max(high2, z)
+        radius = max(radius, row(balls, i).radius)
     if not away < FAR * n:  # there are no cells for balls that left all bounds, or whose places are no numbers
-        counts[OVERFLOW] = LOST_BALLS
+        chamber.progress.trouble = LOST_BALLS
         return
-    size = 2.0 * radius + number[SKIN]
+    size = 2.0 * radius + chamber.run.margin
     room = cells.shape[0] - 2
     while True:
         c0, c1, c2 = int((high0 - low0) / size) + 1, int((high1 - low1) / size) + 1, int((high2 - low2) / size) + 1
@@ -105,7 +116,8 @@ def rebuild(
     for c in range(total + 2):
         cells[c] = 0
     for i in range(n):
-        a, b, c = int((balls[i, X] - low0) / size), int((balls[i, Y] - low1) / size), int((balls[i, Z] - low2) / size)
+        x, y, z = three(row(balls, i).position)
+        a, b, c = int((x - low0) / size), int((y - low1) / size), int((z - low2) / size)
         places[i] = (a * c1 + b) * c2 + c
         cells[places[i] + 2] += 1
     for c in range(total):
@@ -120,40 +132,20 @@ def rebuild(
         b, c = rest // c2, rest % c2
         for da in range(max(a - 1, 0), min(a + 2, c0)):
             for db in range(max(b - 1, 0), min(b + 2, c1)):
-                row = (da * c1 + db) * c2
-                for o in range(cells[row + max(c - 1, 0)], cells[row + min(c + 1, c2 - 1) + 1]):
+                line = (da * c1 + db) * c2
+                for o in range(cells[line + max(c - 1, 0)], cells[line + min(c + 1, c2 - 1) + 1]):
                     j = order[o]
                     if j > i:
-                        _note(
-                            balls, i, j, number, first, second, touching, springs, old_row, old_second, old_springs,
-                            counts,
-                        )  # fmt: skip
+                        _note(chamber, i, j)
 
 
 @njit(**APART)
-def follow(
-    balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts,
-    greatest, way, times, ahead,
-):  # fmt: skip
+def follow(chamber, way, times, ahead):
     """Add to the way of the fastest ball, and list the pairs again when ``times`` as much is more than the margin.
 
     ``ahead`` is the part of ``way`` that is still to be gone.
     """
-    greatest[WAY] += way
-    if times * greatest[WAY] > number[SKIN]:
-        rebuild(
-            balls,
-            number,
-            first,
-            second,
-            touching,
-            springs,
-            old_row,
-            old_second,
-            old_springs,
-            cells,
-            order,
-            places,
-            counts,
-        )
-        greatest[WAY] = ahead
+    chamber.progress.way += way
+    if times * chamber.progress.way > chamber.run.margin:
+        rebuild(chamber)
+        chamber.progress.way = ahead

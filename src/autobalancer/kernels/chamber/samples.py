@@ -1,106 +1,135 @@
-"""What a march keeps: the prescribed speed of an instant, the ledger of a step, samples."""
+"""What a march keeps: the prescribed speed of an instant, the account of a step, samples."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-from numba import njit
+from numba import njit, types, void
 
-from autobalancer.kernels.chamber.contact import APART, TOUCH
-from autobalancer.kernels.chamber.layout import (
-    BEGUN_BALL,
-    BEGUN_WALL,
-    CENTER,
-    CHAMBER,
-    CONSTRAINT,
-    FORCE_SEEN,
-    HOST,
-    P1,
-    P_CONTACT,
-    P_FRICTION,
-    PIECE,
-    POS,
-    STEPS_DONE,
-    STORED,
-    VEL,
-    Q,
-)
-
-REACTIONS = 12  # bearing forces and constraints, means since the last sample
-SAMPLE = HOST + 20  # columns of a sample: host, means of reactions, counts, greatest force, energy in contacts
+from autobalancer.kernels.chamber.chamber import CHAMBER
+from autobalancer.kernels.chamber.records import MOTION, SAMPLE
+from autobalancer.kernels.chamber.vectors import cross, minus, put, three
+from autobalancer.kernels.flags import APART, COMPILED, MERGED
+from autobalancer.kernels.pointers import row
 
 
 @njit(**APART)
-def speed_at(profile, time, counts):
-    """Speed and its rate at ``time``, straight between the rows (time, speed), constant outside."""
+def speed_at(chamber, time):
+    """Speed and its rate at ``time``, straight between the corners of the profile, constant outside."""
+    profile, progress = chamber.profile, chamber.progress
     last = profile.shape[0] - 1
-    k = counts[PIECE]
-    while k < last and time >= profile[k + 1, 0]:
+    k = progress.piece
+    while k < last and time >= profile[k + 1].time:
         k += 1
-    counts[PIECE] = k
-    if k == last or time < profile[0, 0]:
-        return profile[k, 1], 0.0
-    rate = (profile[k + 1, 1] - profile[k, 1]) / (profile[k + 1, 0] - profile[k, 0])
-    return profile[k, 1] + rate * (time - profile[k, 0]), rate
+    progress.piece = k
+    here = profile[k]
+    if k == last or time < profile[0].time:
+        return here.speed, 0.0
+    rate = (profile[k + 1].speed - here.speed) / (profile[k + 1].time - here.time)
+    return here.speed + rate * (time - here.time), rate
 
 
-@njit(**APART)
-def note_sample(balls, chambers, host, sums, counts, greatest, power, every, row, row_balls):
+@njit(**MERGED)
+def _copy_account(account, sample):
+    sample.work_motor, sample.loss_contact, sample.loss_friction = (
+        account.work_motor, account.loss_contact, account.loss_friction,
+    )  # fmt: skip
+    sample.loss_rolling, sample.loss_supports = account.loss_rolling, account.loss_supports
+    sample.loss_bearings, sample.loss_drag = account.loss_bearings, account.loss_drag
+
+
+@njit(void(CHAMBER, types.float64, SAMPLE.row_type, MOTION.rows_type()), **COMPILED)
+def note_sample(chamber, every, sample, balls):
     """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
-    for i in range(HOST):
-        row[i] = host[i]
-    for i in range(REACTIONS):
-        row[HOST + i] = sums[i] / every
-        sums[i] = 0.0
-    row[HOST + 12], row[HOST + 13] = counts[BEGUN_BALL], counts[BEGUN_WALL]
-    row[HOST + 14], row[HOST + 15] = greatest[FORCE_SEEN], power[STORED]
-    counts[BEGUN_BALL] = counts[BEGUN_WALL] = 0
-    greatest[FORCE_SEEN] = 0.0
-    a, b, c = host[Q + 3], host[Q + 4], host[Q + 5]
-    for i in range(balls.shape[0]):
-        x, y, z = balls[i, POS] - host[Q], balls[i, POS + 1] - host[Q + 1], balls[i, POS + 2] - host[Q + 2]
-        row_balls[i, 0] = x - (b * z - c * y) - chambers[int(balls[i, CHAMBER]), CENTER]
-        row_balls[i, 1] = y - (c * x - a * z)
-        row_balls[i, 2] = z - (a * y - b * x)
-        for j in range(6):
-            row_balls[i, 3 + j] = balls[i, VEL + j]
-
-
-@njit(**TOUCH)
-def add_reactions(before, host, weight):
-    """``before`` has the powers of the last evaluation, followed by the sums of the reactions."""
+    body, since = chamber.body, chamber.since
+    for i in range(7):
+        sample.place[i], sample.rate[i] = body.place[i], body.rate[i]
+    for i in range(3):
+        sample.bearing_force[0, i], sample.bearing_force[1, i] = since.bearing_1[i] / every, since.bearing_2[i] / every
+        since.bearing_1[i] = since.bearing_2[i] = 0.0
     for i in range(6):
-        before[STORED + 1 + i] += weight * host[P1 + i]
-        before[STORED + 7 + i] += weight * host[CONSTRAINT + i]
+        sample.constraint[i] = since.constraint[i] / every
+        since.constraint[i] = 0.0
+    sample.motor_torque, sample.stored = body.torque, chamber.power.stored
+    sample.contacts_ball, sample.contacts_wall = since.contacts_ball, since.contacts_wall
+    sample.greatest_force = since.greatest_force
+    since.contacts_ball = since.contacts_wall = 0
+    since.greatest_force = 0.0
+    _copy_account(chamber.account, sample)
+    middle, turn = three(body.place), (body.place[3], body.place[4], body.place[5])
+    for i in range(chamber.balls.shape[0]):
+        ball, kept = row(chamber.balls, i), row(balls, i)
+        arm = minus(three(ball.position), middle)
+        place = minus(arm, cross(turn, arm))
+        put(kept.position, (place[0] - chamber.rooms[ball.chamber].center, place[1], place[2]))
+        put(kept.velocity, three(ball.velocity))
+        put(kept.spin, three(ball.spin))
 
 
-@njit(**TOUCH)
-def book(ledger, before, power, h, jolt):
-    """Add the powers of a step to ``ledger``; ``jolt`` is the sum of the changes of all accelerations squared times mass.
+@njit(**MERGED)
+def add_reactions(since, body, weight):
+    """Add the reactions of an evaluation to the sums since the last sample."""
+    for i in range(3):
+        since.bearing_1[i] += weight * body.bearing_1[i]
+        since.bearing_2[i] += weight * body.bearing_2[i]
+    for i in range(6):
+        since.constraint[i] += weight * body.constraint[i]
+
+
+@njit(**MERGED)
+def add_work(account, power, time):
+    """Add ``power`` over ``time``."""
+    account.work_motor += time * power.motor
+    account.loss_contact += time * power.contact
+    account.loss_friction += time * power.friction
+    account.loss_rolling += time * power.rolling
+    account.loss_supports += time * power.supports
+    account.loss_bearings += time * power.bearings
+    account.loss_drag += time * power.drag
+
+
+@njit(**MERGED)
+def add_step(account, before, power, h):
+    """Add the work of a step from its powers ``before`` and after it."""
+    account.work_motor += 0.5 * h * (before.motor + power.motor)
+    account.loss_contact += 0.5 * h * (before.contact + power.contact)
+    account.loss_friction += 0.5 * h * (before.friction + power.friction)
+    account.loss_rolling += 0.5 * h * (before.rolling + power.rolling)
+    account.loss_supports += 0.5 * h * (before.supports + power.supports)
+    account.loss_bearings += 0.5 * h * (before.bearings + power.bearings)
+    account.loss_drag += 0.5 * h * (before.drag + power.drag)
+
+
+@njit(**MERGED)
+def keep_power(before, power):
+    """What is now is what was before the next step."""
+    before.motor, before.contact, before.friction, before.rolling = (
+        power.motor, power.contact, power.friction, power.rolling,
+    )  # fmt: skip
+    before.supports, before.bearings, before.drag = power.supports, power.bearings, power.drag
+
+
+@njit(**MERGED)
+def book(chamber, jolt):
+    """Add the powers of a step to the account; ``jolt`` is the sum of the changes of all accelerations squared times mass.
 
     Losses of impacts and friction are those at foreseen velocities less h^2/4 of the jolt, each by its part: with F = m a,
     F_n (v_n - v*_n) = h/2 m a_n (a_n - a_n-1), in the sum over all steps h/4 m (a_n - a_n-1)^2 and what is left of the ends.
     """
-    parts = abs(power[P_CONTACT]) + power[P_FRICTION]
+    account, power, h = chamber.account, chamber.power, chamber.run.step
+    parts = abs(power.contact) + power.friction
     over = 0.25 * h * h * jolt / parts if parts > 0.0 else 0.0
-    for i in range(STORED):
-        ledger[i] += 0.5 * h * (before[i] + power[i])
-        before[i] = power[i]
-    for i in (P_CONTACT, P_FRICTION):
-        ledger[i] -= over * abs(power[i])
+    add_step(account, chamber.before, power, h)
+    keep_power(chamber.before, power)
+    account.loss_contact -= over * abs(power.contact)
+    account.loss_friction -= over * abs(power.friction)
 
 
-@njit(**TOUCH)
-def step_done(
-    every, balls, chambers, host, before, counts, greatest, power, ledger, samples, ball_samples, ledgers, kept
-):
+@njit(**MERGED)
+def step_done(chamber, samples, kept):
     """Count a step and keep a sample if one is due; answers how many are kept now."""
-    counts[STEPS_DONE] += 1
-    if counts[STEPS_DONE] % every != 0:
+    progress = chamber.progress
+    progress.steps += 1
+    if progress.steps % samples.every != 0:
         return kept
-    note_sample(
-        balls, chambers, host, before[STORED + 1 :], counts, greatest, power, float(every), samples[kept],
-        ball_samples[kept],
-    )  # fmt: skip
-    for i in range(STORED):
-        ledgers[kept, i] = ledger[i]
+    note_sample(chamber, float(samples.every), samples.rows[kept], samples.balls[kept])
     return kept + 1

@@ -5,104 +5,60 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.chamber.contact import APART, press
-from autobalancer.kernels.chamber.layout import (
-    ARM,
-    BLOCK,
-    CONTACT,
-    FORCE,
-    FORCE_SEEN,
-    HELD,
-    HISTORY,
-    LAW,
-    LOST,
-    MOMENT,
-    NORMAL,
-    ONE,
-    P_CONTACT,
-    P_FRICTION,
-    P_ROLLING,
-    PLACE,
-    POS,
-    PUSH,
-    RADIUS,
-    RESIST,
-    ROLLED,
-    SLID,
-    STORED,
-    STRETCH,
-    TWIST,
-    TWO,
-    Q,
-)
-from autobalancer.kernels.pointers import data
+from autobalancer.kernels.chamber.block import press, vector
+from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, take, three, times
+from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.pointers import data, row
 
 
 @njit(**APART)
-def act(balls, wall_springs, springs, number, host, block, count, power, greatest, ux, uy, uz):
-    """Evaluate the first ``count`` contacts and add their forces, in their order; ``u`` is the axis of the rotor."""
-    press(number, block, count)
-    b = data(block)
-    remember = number[LAW] == HISTORY
-    x, y, z = host[Q], host[Q + 1], host[Q + 2]
-    px = py = pz = mx = my = mz = lost = slid = rolled = held = 0.0
-    most = greatest[FORCE_SEEN]
+def act(chamber, count, axis):
+    """Evaluate the first ``count`` contacts and add their forces, in their order; ``axis`` is that of the rotor."""
+    block, body, power, since = chamber.scratch.contacts, chamber.body, chamber.power, chamber.since
+    press(chamber.run, chamber.contact, block, count)
+    remember = chamber.contact.has_memory != 0
+    middle = three(body.place)
+    force = moment = 0.0, 0.0, 0.0
+    lost = slid = rolled = held = 0.0
+    most = since.greatest_force
     for i in range(count):
-        one = data(balls[int(b[ONE * BLOCK + i])])
-        other = int(b[TWO * BLOCK + i])
-        place = int(b[PLACE * BLOCK + i])
-        fx, fy, fz = b[PUSH * BLOCK + i], b[(PUSH + 1) * BLOCK + i], b[(PUSH + 2) * BLOCK + i]
-        tx, ty, tz = b[TWIST * BLOCK + i], b[(TWIST + 1) * BLOCK + i], b[(TWIST + 2) * BLOCK + i]
-        rx, ry, rz = b[RESIST * BLOCK + i], b[(RESIST + 1) * BLOCK + i], b[(RESIST + 2) * BLOCK + i]
-        arm = b[ARM * BLOCK + i]
-        r = arm * one[RADIUS]
-        ax, ay, az = r * tx + rx, r * ty + ry, r * tz + rz
-        one[FORCE] += fx
-        one[FORCE + 1] += fy
-        one[FORCE + 2] += fz
-        one[MOMENT] += ax
-        one[MOMENT + 1] += ay
-        one[MOMENT + 2] += az
-        if other >= 0:
-            two = data(balls[other])
-            r = arm * two[RADIUS]
-            two[FORCE] -= fx
-            two[FORCE + 1] -= fy
-            two[FORCE + 2] -= fz
-            two[MOMENT] += r * tx - rx
-            two[MOMENT + 1] += r * ty - ry
-            two[MOMENT + 2] += r * tz - rz
+        number, partner, place = data(block.one)[i], data(block.two)[i], data(block.place)[i]
+        one = row(chamber.balls, number)
+        push, twist, resist = vector(block.push, i), vector(block.twist, i), vector(block.resist, i)
+        arm = data(block.arm)[i]
+        turn = plus(times(arm * one.radius, twist), resist)
+        add(one.force, push)
+        add(one.moment, turn)
+        if partner >= 0:
+            two = row(chamber.balls, partner)
+            take(two.force, push)
+            add(two.moment, minus(times(arm * two.radius, twist), resist))
             if remember:
+                stretch = vector(block.stretch, i)
                 for j in range(3):
-                    springs[place, j] = b[(STRETCH + j) * BLOCK + i]
+                    chamber.pairs.stretch[place, j] = stretch[j]
         else:
-            ox, oy, oz = one[POS] - x, one[POS + 1] - y, one[POS + 2] - z
-            px, py, pz = px + fx, py + fy, pz + fz
-            mx += oy * fz - oz * fy + ax
-            my += oz * fx - ox * fz + ay
-            mz += ox * fy - oy * fx + az
+            force = plus(force, push)
+            moment = plus(moment, plus(cross(minus(three(one.position), middle), push), turn))
             if remember:
+                stretch = vector(block.stretch, i)
                 for j in range(3):
-                    wall_springs[int(b[ONE * BLOCK + i]), 3 * place + j] = b[(STRETCH + j) * BLOCK + i]
-        lost += b[LOST * BLOCK + i]
-        slid += b[SLID * BLOCK + i]
-        rolled += b[ROLLED * BLOCK + i]
-        held += b[HELD * BLOCK + i]
-        most = max(most, b[NORMAL * BLOCK + i])
-    push(host, px, py, pz, mx, my, mz, ux, uy, uz)
-    power[P_CONTACT] += lost
-    power[P_FRICTION] += slid
-    power[P_ROLLING] += rolled
-    power[STORED] += held
-    greatest[FORCE_SEEN] = most
+                    chamber.wall_stretch[number, place, j] = stretch[j]
+        lost += data(block.lost)[i]
+        slid += data(block.slid)[i]
+        rolled += data(block.rolled)[i]
+        held += data(block.held)[i]
+        most = max(most, data(block.normal)[i])
+    push_back(body, force, moment, axis)
+    power.contact += lost
+    power.friction += slid
+    power.rolling += rolled
+    power.stored += held
+    since.greatest_force = most
 
 
-@njit(**APART)
-def push(host, px, py, pz, mx, my, mz, ux, uy, uz):
-    """Body and rotor feel the opposite of a force ``p`` on balls and of its moment ``m`` about O."""
-    host[CONTACT] -= px
-    host[CONTACT + 1] -= py
-    host[CONTACT + 2] -= pz
-    host[CONTACT + 3] -= mx * ux + my * uy + mz * uz
-    host[CONTACT + 4] -= my
-    host[CONTACT + 5] -= mz
+@njit(**MERGED)
+def push_back(body, force, moment, axis):
+    """Body and rotor feel the opposite of a ``force`` on balls and of its ``moment`` about the rotor's middle."""
+    take(body.contact_force, force)
+    take(body.contact_moment, (dot(moment, axis), moment[1], moment[2]))

@@ -10,160 +10,123 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit, types, void
+from numba import njit, void
 
+from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
 from autobalancer.kernels.chamber.forces import forces
-from autobalancer.kernels.chamber.layout import (
-    ACC,
-    DRIVEN,
-    FORCE,
-    INERTIA,
-    INVERSE_INERTIA,
-    INVERSE_MASS,
-    MASS,
-    MOMENT,
-    NEW,
-    OVERFLOW,
-    POLAR,
-    POS,
-    SPIN,
-    SPIN_ACC,
-    STEP,
-    STEPS_DONE,
-    STORED,
-    VEL,
-    WAY,
-    A,
-    Q,
-    V,
-    matrix,
-    short,
-    vector,
-    whole,
-)
 from autobalancer.kernels.chamber.pairs import follow, rebuild
-from autobalancer.kernels.chamber.samples import add_reactions, book, speed_at, step_done
-from autobalancer.kernels.flags import COMPILED
-from autobalancer.kernels.pointers import data
+from autobalancer.kernels.chamber.samples import add_reactions, book, keep_power, speed_at, step_done
+from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.pointers import row
 
 
-@njit(
-    void(
-        types.int64, types.int64, matrix, matrix, matrix, vector, matrix, short, short, types.int8[::1], matrix, short,
-        short, matrix, whole, short, short, vector, matrix, matrix, matrix, whole, matrix, matrix, matrix, vector, vector,
-        vector, vector, whole, matrix, types.float64[:, :, ::1], matrix,
-    ),
-    **COMPILED,
-)  # fmt: skip
-def verlet(
-    steps, every, balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row,
-    old_second, old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, block, profile, power,
-    before, ledger, greatest, counts, samples, ball_samples, ledgers,
-):  # fmt: skip
-    """Advance by ``steps`` steps and keep a sample after each ``every`` of them.
+@njit(**MERGED)
+def _drift_body(body, h):
+    """To the end of the step, with the velocity foreseen there."""
+    for i in range(7):
+        half = body.rate[i] + 0.5 * h * body.acceleration[i]
+        body.place[i] += h * half
+        body.rate[i] = half + 0.5 * h * body.acceleration[i]
 
-    ``ledger`` gathers the powers over time; ``samples`` (., SAMPLE), ``ball_samples`` (., n, 9) and ``ledgers`` (., POWERS)
-    take what is kept; ``before`` are the powers of the last evaluation, followed by the sums of the reactions.
-    """
-    h = number[STEP]
-    n = balls.shape[0]
-    driven = number[DRIVEN] != 0.0
+
+@njit(**MERGED)
+def _drift_balls(balls, h):
+    """The same for the balls; answers the square of the greatest velocity."""
+    fastest = 0.0
+    for i in range(balls.shape[0]):
+        ball = row(balls, i)
+        square = 0.0
+        for j in range(3):
+            change = 0.5 * h * ball.acceleration[j]
+            half = ball.velocity[j] + change
+            ball.position[j] += h * half
+            square += half * half
+            ball.velocity[j] = half + change
+            ball.spin[j] += h * ball.spin_rate[j]
+        fastest = max(fastest, square)
+    return fastest
+
+
+@njit(**MERGED)
+def _kick_body(machine, body, h):
+    """Correct the velocity foreseen; answers the jolt of body and rotor."""
+    old, new, inertia = body.acceleration, body.new_acceleration, machine.inertia
+    jolt = machine.polar_inertia * (new[6] - old[6]) ** 2
+    for i in range(6):
+        for j in range(6):
+            jolt += (new[i] - old[i]) * inertia[i, j] * (new[j] - old[j])
+    for i in range(7):
+        body.rate[i] += 0.5 * h * (new[i] - old[i])
+        old[i] = new[i]
+    return jolt
+
+
+@njit(**MERGED)
+def _kick_balls(balls, h, jolt):
+    """Correct the velocities foreseen; answers the jolt with that of the balls."""
+    for i in range(balls.shape[0]):
+        ball = row(balls, i)
+        inverse, spun = ball.inverse_mass, ball.inverse_inertia
+        for j in range(3):
+            new = inverse * ball.force[j]
+            change = new - ball.acceleration[j]
+            jolt += ball.mass * change * change
+            ball.velocity[j] += 0.5 * h * change
+            ball.acceleration[j] = new
+            new = spun * ball.moment[j]
+            change = new - ball.spin_rate[j]
+            jolt += ball.inertia * change * change
+            ball.spin[j] += 0.5 * h * change
+            ball.spin_rate[j] = new
+    return jolt
+
+
+@njit(void(CHAMBER, SAMPLES), **COMPILED)
+def verlet(chamber, samples):
+    """Advance until there is a sample in every row of ``samples``."""
+    h = chamber.run.step
+    body, progress = chamber.body, chamber.progress
+    driven = chamber.machine.driven != 0
     kept = 0
-    for _ in range(steps):
-        now = (counts[STEPS_DONE] + 1) * h
-        prescribed = 0.0
+    for _ in range(samples.rows.shape[0] * samples.every):
+        speed = prescribed = 0.0
         if not driven:
-            speed, prescribed = speed_at(profile, now, counts)
-        for i in range(7):
-            half = host[V + i] + 0.5 * h * host[A + i]
-            host[Q + i] += h * half
-            host[V + i] = half + 0.5 * h * host[A + i]
+            speed, prescribed = speed_at(chamber, (progress.steps + 1) * h)
+        _drift_body(body, h)
         if not driven:
-            host[V + 6] = speed
-        fastest = 0.0
-        for i in range(n):
-            b = data(balls[i])
-            square = 0.0
-            for j in range(3):
-                change = 0.5 * h * b[ACC + j]
-                half = b[VEL + j] + change
-                b[POS + j] += h * half
-                square += half * half
-                b[VEL + j] = half + change
-                b[SPIN + j] += h * b[SPIN_ACC + j]
-            fastest = max(fastest, square)
-        follow(
-            balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts,
-            greatest, h * sqrt(fastest), 2.0, 0.0,
-        )  # fmt: skip
-        if counts[OVERFLOW] != 0:
+            body.rate[6] = speed
+        fastest = _drift_balls(chamber.balls, h)
+        follow(chamber, h * sqrt(fastest), 2.0, 0.0)
+        if progress.trouble != 0:
             return
-        forces(
-            balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia,
-            stiffness, damping, active, work, block, power, counts, greatest, prescribed,
-        )  # fmt: skip
-        jolt = number[POLAR] * (host[NEW + 6] - host[A + 6]) ** 2
-        for i in range(6):
-            for j in range(6):
-                jolt += (host[NEW + i] - host[A + i]) * inertia[i, j] * (host[NEW + j] - host[A + j])
-        for i in range(7):
-            host[V + i] += 0.5 * h * (host[NEW + i] - host[A + i])
-            host[A + i] = host[NEW + i]
+        forces(chamber, prescribed)
+        jolt = _kick_body(chamber.machine, body, h)
         if not driven:
-            host[V + 6] = speed
-        for i in range(n):
-            b = data(balls[i])
-            inverse, spun = b[INVERSE_MASS], b[INVERSE_INERTIA]
-            for j in range(3):
-                new = inverse * b[FORCE + j]
-                change = new - b[ACC + j]
-                jolt += b[MASS] * change * change
-                b[VEL + j] += 0.5 * h * change
-                b[ACC + j] = new
-                new = spun * b[MOMENT + j]
-                change = new - b[SPIN_ACC + j]
-                jolt += b[INERTIA] * change * change
-                b[SPIN + j] += 0.5 * h * change
-                b[SPIN_ACC + j] = new
-        book(ledger, before, power, h, jolt)
-        add_reactions(before, host, 1.0)
-        kept = step_done(
-            every, balls, chambers, host, before, counts, greatest, power, ledger, samples, ball_samples, ledgers, kept
-        )
+            body.rate[6] = speed
+        jolt = _kick_balls(chamber.balls, h, jolt)
+        book(chamber, jolt)
+        add_reactions(chamber.since, body, 1.0)
+        kept = step_done(chamber, samples, kept)
 
 
-@njit(
-    void(
-        matrix, matrix, matrix, vector, matrix, short, short, types.int8[::1], matrix, short, short, matrix, whole, short,
-        short, vector, matrix, matrix, matrix, whole, matrix, matrix, matrix, vector, vector, vector, whole,
-    ),
-    **COMPILED,
-)  # fmt: skip
-def start(
-    balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, old_row, old_second,
-    old_springs, cells, order, places, host, inertia, stiffness, damping, active, work, block, profile, power, before,
-    greatest, counts,
-):  # fmt: skip
+@njit(void(CHAMBER), **COMPILED)
+def start(chamber):
     """List the pairs and evaluate once at time 0, so that the first step has its rates."""
+    body, progress = chamber.body, chamber.progress
     prescribed = 0.0
-    if number[DRIVEN] == 0.0:
-        host[V + 6], prescribed = speed_at(profile, 0.0, counts)
-    rebuild(
-        balls, number, first, second, touching, springs, old_row, old_second, old_springs, cells, order, places, counts
-    )
-    greatest[WAY] = 0.0
-    if counts[OVERFLOW] != 0:
+    if chamber.machine.driven == 0:
+        body.rate[6], prescribed = speed_at(chamber, 0.0)
+    rebuild(chamber)
+    progress.way = 0.0
+    if progress.trouble != 0:
         return
     for _ in range(2):  # the second time with the bearing forces of the first
-        forces(
-            balls, chambers, wall_springs, number, pair_stiffness, first, second, touching, springs, host, inertia,
-            stiffness, damping, active, work, block, power, counts, greatest, prescribed,
-        )  # fmt: skip
+        forces(chamber, prescribed)
     for i in range(7):
-        host[A + i] = host[NEW + i]
-    for i in range(balls.shape[0]):
+        body.acceleration[i] = body.new_acceleration[i]
+    for i in range(chamber.balls.shape[0]):
+        ball = row(chamber.balls, i)
         for j in range(3):
-            balls[i, ACC + j] = balls[i, INVERSE_MASS] * balls[i, FORCE + j]
-            balls[i, SPIN_ACC + j] = balls[i, INVERSE_INERTIA] * balls[i, MOMENT + j]
-    for i in range(STORED):
-        before[i] = power[i]
+            ball.acceleration[j] = ball.inverse_mass * ball.force[j]
+            ball.spin_rate[j] = ball.inverse_inertia * ball.moment[j]
+    keep_power(chamber.before, chamber.power)

@@ -39,8 +39,8 @@ def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...],
 def linear_body(machine: ChamberMachine) -> tuple[Array, Array, Array, Array, Array]:
     """Free coordinates of the body, and M, G of speed one, K and C over them, balls in the middles of their chambers."""
     total = sum(group.count for chamber in machine.chambers for group in chamber.balls)
-    numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6)
-    free = numbers.active[:-1]
+    numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6).machine
+    free = numbers.free[numbers.free >= 0]
     inertia = numbers.inertia.astype(complex)
     for chamber in machine.chambers:
         mass = sum(group.count * group.ball_mass for group in chamber.balls)

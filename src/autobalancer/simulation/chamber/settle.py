@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from autobalancer.assembly.chamber import assemble_chamber
-from autobalancer.kernels.chamber import layout as at
+from autobalancer.kernels.chamber.records import PROFILE
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.simulation.chamber.sampling import room_for
 
 Array = Any
 DECAY = 40.0  # 1/s: at which velocities of the balls fade, the same for light and heavy ones
@@ -30,29 +30,24 @@ def settled(machine: ChamberMachine, positions: Array, step: float) -> Array:
 
 
 def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, longest: float) -> Array:
-    from autobalancer.kernels.chamber.samples import SAMPLE
-    from autobalancer.kernels.chamber.verlet import verlet
-    from autobalancer.simulation.chamber.march import evaluate_first
+    from autobalancer.kernels.chamber.verlet import start, verlet
 
-    advance: Any = verlet
-    p = assemble_chamber(machine, positions, step)
-    p.balls[:, [at.K_RACE, at.K_FLAT, at.K_INNER]] *= soft
-    p.pair_stiffness *= soft
-    p.number[at.DRIVEN] = 0.0
-    p.profile = np.zeros((1, 2))
-    p.active = np.array([-1], np.int64)
-    p.balls[:, at.VEL : at.VEL + 6] = 0.0
-    p.host[at.V + 6] = 0.0
-    evaluate_first(p)
+    chamber = assemble_chamber(machine, positions, step)._replace(profile=PROFILE.rows(1))
+    balls = chamber.balls
+    for stiffness in (balls.race_stiffness, balls.flat_stiffness, balls.inner_stiffness, chamber.pair_stiffness):
+        stiffness *= soft
+    balls.velocity, balls.spin = 0.0, 0.0
+    chamber.machine.driven, chamber.machine.free[0], chamber.body.rate[6] = 0, -1, 0.0
+    start(chamber)
     every = max(round(FADE / step), 1)
     fading = float(np.exp(-DECAY * every * step))
-    rows, balls, ledgers = np.zeros((1, SAMPLE)), np.zeros((1, len(positions), 9)), np.zeros((1, at.POWERS))
+    samples = room_for(chamber, 1, every)
     quiet = 0
     for _ in range(max(round(longest / LOOK), 1)):
         for _ in range(round(LOOK / FADE)):
-            advance(every, every, *[getattr(p, field.name) for field in fields(p)], rows, balls, ledgers)
-            p.balls[:, at.VEL : at.VEL + 3] *= fading
-        quiet = quiet + 1 if float(np.abs(balls[0, :, 3:6]).max()) < SLOW else 0
+            verlet(chamber, samples)
+            balls.velocity *= fading
+        quiet = quiet + 1 if float(np.abs(samples.balls.velocity).max()) < SLOW else 0
         if quiet == 2:
             break
-    return balls[0, :, :3].copy()
+    return np.array(samples.balls.position[0])

@@ -85,7 +85,7 @@ def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
     highest = (
         float(drive.synchronous_speed)
         if isinstance(drive, AsynchronousMotor)
-        else float(assemble_chamber(machine, np.zeros((sum(f.balls for f in fillings), 3)), 1e-6).profile[:, 1].max())
+        else float(assemble_chamber(machine, np.zeros((sum(f.balls for f in fillings), 3)), 1e-6).profile.speed.max())
     )
     return ChamberSummary(
         name=machine.name,

@@ -1,0 +1,85 @@
+"""Contacts side by side in a block, so that the compiler takes eight of them at a time.
+
+What the search found of a contact is entered, the law is evaluated for the whole block, and what it does is read.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+from numba import njit
+
+from autobalancer.kernels.chamber.contact import Constants, Meeting, felt, overlap, restitution, with_memory
+from autobalancer.kernels.chamber.records import BLOCK
+from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.pointers import data
+
+AT_ONCE = 8
+
+
+@njit(**MERGED)
+def vector(field, i):
+    """Vector ``i`` of a field of three rows."""
+    numbers = data(field)
+    return numbers[i], numbers[BLOCK + i], numbers[2 * BLOCK + i]
+
+
+@njit(**MERGED)
+def put_vector(field, i, a):
+    """Write vector ``i`` of a field of three rows."""
+    numbers = data(field)
+    numbers[i], numbers[BLOCK + i], numbers[2 * BLOCK + i] = a[0], a[1], a[2]
+
+
+@njit(**MERGED)
+def enter(block, i, meeting, one, two, place):
+    """A contact into place ``i``: of ball ``one`` with ball ``two``, -1 for a wall; ``place`` is its pair or wall."""
+    put_vector(block.line, i, meeting.line)
+    data(block.offset)[i], data(block.taken)[i] = meeting.offset, meeting.taken
+    data(block.stiffness)[i], data(block.lightness)[i] = meeting.stiffness, meeting.lightness
+    data(block.roll_radius)[i], data(block.shrink)[i] = meeting.roll_radius, meeting.shrink
+    put_vector(block.rate, i, meeting.rate)
+    put_vector(block.turn, i, meeting.turn)
+    put_vector(block.roll, i, meeting.roll)
+    data(block.one)[i], data(block.two)[i], data(block.place)[i] = one, two, place
+
+
+@njit(**MERGED)
+def _meeting(block, i):
+    return Meeting(
+        vector(block.line, i), data(block.offset)[i], data(block.taken)[i], data(block.stiffness)[i],
+        data(block.lightness)[i], data(block.roll_radius)[i], data(block.shrink)[i], vector(block.rate, i),
+        vector(block.turn, i), vector(block.roll, i),
+    )  # fmt: skip
+
+
+@njit(**MERGED)
+def _leave(block, i, feels, force):
+    put_vector(block.push, i, feels.push)
+    put_vector(block.twist, i, feels.twist)
+    put_vector(block.resist, i, feels.resist)
+    data(block.arm)[i], data(block.rolled)[i] = feels.arm, feels.rolled
+    data(block.lost)[i], data(block.slid)[i], data(block.held)[i] = force.lost, force.slid, force.held
+    data(block.normal)[i] = force.normal
+
+
+@njit(**APART)
+def press(run, contact, block, count):
+    """Forces, losses and energy of the first ``count`` contacts of ``block``; unused places are computed too."""
+    c = Constants(
+        run.step, contact.friction, contact.slow, contact.rolling_arm, contact.restitution_squared,
+        contact.damping_ratio, 1.5 * contact.shear_ratio,
+    )  # fmt: skip
+    padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+    if contact.has_memory != 0:
+        for i in range(padded):
+            m = _meeting(block, i)
+            o = overlap(m)
+            force, stretch = with_memory(c, m, o, vector(block.stretch, i))
+            put_vector(block.stretch, i, stretch)
+            _leave(block, i, felt(c, m, o, force), force)
+    else:
+        for i in range(padded):
+            m = _meeting(block, i)
+            o = overlap(m)
+            force = restitution(c, m, o)
+            _leave(block, i, felt(c, m, o, force), force)
