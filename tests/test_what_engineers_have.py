@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameter_units import parameter_unit
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.quantities import value_of, with_quantity
+from autobalancer.assembly.quantities import parameter_unit, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import MachineError, MachineFileError

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
-from autobalancer.assembly.near_paths import did_you_mean
 from autobalancer.catalog.resolve_springs import is_spring, settled, with_spring
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.errors import MachineError
 from autobalancer.machine import Machine
-from autobalancer.machine.part import Part
-
-_STEP = re.compile(r"([a-z_]+)((?:\[\d+\])*)")
+from autobalancer.machine.path import number_at, with_entry
 
 
 def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
@@ -36,56 +32,19 @@ def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
     try:
         if is_spring(machine, path):
             return with_spring(machine, path, value)
-        whole, steps = settled(machine, path), path_steps(path)
-        try:
-            changed = _changed(whole, steps, value, path)
-        except QuestionError as error:
-            raise QuestionError(f"{error}{did_you_mean(machine, path)}") from None
+        changed = with_entry(settled(machine, path), path, value)
     except MachineError as error:
         raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
     assert isinstance(changed, Machine)
     return changed
 
 
-def path_steps(path: str) -> list[str | int]:
-    """Keys and places of a path; places are counted from 0.
+def parameter_of(machine: Machine, path: str) -> float:
+    """The number at a path, SI; of a planar rotor also the springs that follow from its critical speed.
 
     Raises
     ------
     QuestionError
-        If it cannot be read.
+        If there is no single number.
     """
-    steps: list[str | int] = []
-    for piece in path.split("."):
-        match = _STEP.fullmatch(piece)
-        if match is None:
-            raise QuestionError(
-                f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.beta'"
-            )
-        steps.append(match[1])
-        steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
-    return steps
-
-
-def _there(owner: Any) -> str:
-    """What a part has in place of a key that it has not."""
-    if isinstance(owner, Part):
-        return f"there is {', '.join(type(owner).model_fields)}"
-    if isinstance(owner, tuple) and owner and isinstance(owner[0], Part):
-        return f"it is a list; choose an entry, [1]{'' if len(owner) == 1 else f' to [{len(owner)}]'}"
-    return "there is nothing"
-
-
-def _changed(owner: Any, steps: list[str | int], value: Any, path: str) -> Any:
-    if not steps:
-        return value
-    step, rest = steps[0], steps[1:]
-    if isinstance(step, str):
-        if not isinstance(owner, Part) or step not in type(owner).model_fields:
-            raise QuestionError(f"parameter {path!r}: no {step!r} there; {_there(owner)}")
-        entry = _changed(getattr(owner, step), rest, value, path)
-        return type(owner)(**{**{key: getattr(owner, key) for key in owner.model_fields_set}, step: entry})
-    if not isinstance(owner, tuple) or not 0 <= step < len(owner):
-        count = len(owner) if isinstance(owner, tuple) else 0
-        raise QuestionError(f"parameter {path!r}: entry {step + 1} does not exist; there are {count}, counted from 1")
-    return (*owner[:step], _changed(owner[step], rest, value, path), *owner[step + 1 :])
+    return number_at(settled(machine, path), path)

@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import parameter_of, with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.catalog.resolve_springs import settled
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Machine, PrescribedSpeed, Race, Unbalance
+from autobalancer.machine.near_paths import did_you_mean
+from autobalancer.machine.path import dimension_of_path, entry_at, label_of_path, unit_at
 from autobalancer.units import to_si
 
 QUANTITIES = {
@@ -26,19 +28,6 @@ QUANTITIES = {
     "temperature": ("temperature of the fluid", "K"),
     "plateau": ("drag coefficient at high Reynolds numbers", ""),
     "rolling_resistance": ("rolling resistance of the balls", ""),
-}
-_UNITS = {  # of the last key of a path
-    "mass": "kg",
-    "stiffness": "N/m",
-    "damping": "N*s/m",
-    "moment": "kg*m",
-    "beta": "N*m*s",
-    "density": "kg/m^3",
-    "viscosity": "m^2/s",
-    "temperature": "K",
-    "critical_speed": "rad/s",
-    **dict.fromkeys(("radius", "orbit_radius", "race_radius", "eccentricity", "diameter", "clear_width"), "m"),
-    **dict.fromkeys(("angle", "eccentricity_angle"), "rad"),
 }
 
 
@@ -103,7 +92,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
 def si_value(machine: Machine, name: str, value: Any) -> float:
     """A value of a quantity or path as a number in SI."""
     if _is_path(name):
-        return _entry(with_parameter(machine, name, value), name)
+        return parameter_of(with_parameter(machine, name, value), name)
     if name == "count":
         number = float(to_si(value if isinstance(value, str) else float(value), ""))
         if number != int(number) or number < 1.0:
@@ -122,7 +111,7 @@ def value_of(machine: Machine, name: str) -> float:
             return math.nan
         return float(profile_pieces(machine.drive.profile)[-1].numbers[0])
     if _is_path(name):
-        return _entry(machine, name)
+        return parameter_of(machine, name)
     if name in ("damping", "stiffness"):
         x, y = getattr(settled(machine).rotor, f"{name}_xy")
         return float(x) if x == y else math.nan
@@ -151,13 +140,34 @@ def label_of(name: str) -> tuple[str, str]:
         return QUANTITIES[name]
     if name == "speed":
         return "rotor speed", "rad/s"
-    key = name.rsplit(".", 1)[-1].split("[")[0]
-    return name, _UNITS.get(key, "")
+    return label_of_path(name), unit_at(name)
+
+
+def parameter_unit(machine: Machine, name: str) -> str:
+    """The SI unit of a quantity or of the entry at a path, empty where it is a plain number.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such quantity or entry.
+    """
+    if name == "speed":
+        return "rad/s"
+    if name in QUANTITIES:
+        return QUANTITIES[name][1]
+    if "." not in name:
+        known = ", ".join(("speed", *QUANTITIES))
+        raise QuestionError(
+            f"parameter {name!r}: no such name; there are {known}, and paths such as 'rotor.damping'"
+            f"{did_you_mean(machine, name)}"
+        )
+    entry_at(machine, name)  # refuses a path that leads nowhere
+    return unit_at(name)
 
 
 def dimension_of(name: str) -> str:
     """The name of a quantity or path as a dimension of a dataset."""
-    return name.replace("[", "_").replace("]", "").replace(".", "_")
+    return dimension_of_path(name)
 
 
 def _is_path(name: str) -> bool:
@@ -225,15 +235,3 @@ def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> 
 
 def _changed(part: Any, **new: Any) -> Any:
     return type(part)(**{**{key: getattr(part, key) for key in part.model_fields_set}, **new})
-
-
-def _entry(machine: Machine, path: str) -> float:
-    entry: Any = settled(machine, path)
-    for piece in path.split("."):
-        name, *places = piece.replace("]", "").split("[")
-        entry = getattr(entry, name)
-        for place in places:
-            entry = entry[int(place) - 1]
-    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
-        raise QuestionError(f"parameter {path!r}: is {entry!r} in this machine; must be a number")
-    return float(entry)

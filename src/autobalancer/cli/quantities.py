@@ -104,7 +104,7 @@ def parameter_values(option: str, text: str, machine: Any) -> tuple[str, np.ndar
 
 def unit_of(option: str, name: str, machine: Any) -> str:
     """The SI unit of a named quantity or of a path of this machine, empty where there is none."""
-    from autobalancer.assembly.parameter_units import parameter_unit
+    from autobalancer.assembly.quantities import parameter_unit
 
     try:
         return parameter_unit(machine, name)

@@ -55,6 +55,11 @@ def keys_of(part: type[Part]) -> list[Key]:
     return [_key(part, name, field) for name, field in fields]
 
 
+def parts_at(part: type[Part], name: str) -> tuple[type[Part], ...]:
+    """The parts that may stand at a key, one entry of a list for all of it."""
+    return tuple(leaf for leaf in _leaves(part.model_fields[name].annotation) if _is_part(leaf))
+
+
 def prose_of(part: type[Part]) -> str:
     """What a part says of itself, without its keys."""
     return (part.__doc__ or "").split(_HEAD)[0].rstrip()
@@ -94,7 +99,7 @@ def _tables(path: str, parts: tuple[type[Part], ...], seen: set[type[Part]], man
     yield Table(path, parts, many)
     for part in parts:
         for name, field in part.model_fields.items():
-            inner = tuple(leaf for leaf in _leaves(field.annotation) if _is_part(leaf))
+            inner = parts_at(part, name)
             if inner:
                 yield from _tables(f"{path}.{name}".lstrip("."), inner, seen, _is_list(field.annotation))
 

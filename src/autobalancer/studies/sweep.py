@@ -20,6 +20,7 @@ from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
+from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict_rule import BALANCED
@@ -153,7 +154,7 @@ def _dataset(
     tolerance: float,
     seed: int,
 ) -> xr.Dataset:
-    names = [path.replace("[", "_").replace("]", "").replace(".", "_") for path in variations]
+    names = [dimension_of_path(path) for path in variations]
     dims = (tuple(names) if grid else ("run",)) if names else ()
     dims = dims if len(dims) == len(shape) else (*dims, "seed")
     result = xr.Dataset(

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.parameter_units import parameter_unit
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.quantities import QUANTITIES, si_value, with_quantity
+from autobalancer.assembly.quantities import QUANTITIES, label_of, parameter_unit, si_value, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
+from autobalancer.machine.path import entry_at
 
 
 def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any, ...]) -> Machine:
@@ -42,7 +42,7 @@ def coordinate(machine: Machine, path: str, values: Sequence[Any]) -> tuple[Any,
     found = [_number(machine, path, value) for value in values]
     if not all(isinstance(value, (int, float, np.number)) for value in found):
         found = [_text(value) for value in found]
-    return found, {"long_name": path, "units": _unit(machine, path)}
+    return found, {"long_name": label_of(path)[0], "units": _unit(machine, path)}
 
 
 def _unit(machine: Machine, path: str) -> str:
@@ -59,12 +59,7 @@ def _number(machine: Machine, path: str, value: Any) -> Any:
         return value
     if path in QUANTITIES:
         return si_value(machine, path, value)
-    entry: Any = with_parameter(machine, path, value)
-    for piece in path.split("."):
-        name, *places = piece.replace("]", "").split("[")
-        entry = getattr(entry, name)
-        for place in places:
-            entry = entry[int(place) - 1]
+    entry = entry_at(with_parameter(machine, path, value), path)
     return float(entry) if isinstance(entry, float) else entry
 
 

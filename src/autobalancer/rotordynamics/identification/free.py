@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import parameter_of, with_parameter
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.identification.paths import unit_of, value_at
+from autobalancer.machine.path import unit_at
 from autobalancer.units import to_si
 
 Tie = Literal["value", "factor", "offset"]
@@ -119,8 +119,8 @@ def _read(machine: Machine, free: FreeParameter) -> Unknown:
     name = free.name or paths[0]
     if free.tie not in get_args(Tie):
         raise QuestionError(f"identify: {name}: tie: given {free.tie!r}; must be one of {', '.join(get_args(Tie))}")
-    origins = tuple(value_at(machine, path) for path in paths)
-    unit = "" if free.tie == "factor" else unit_of(paths[0])
+    origins = tuple(parameter_of(machine, path) for path in paths)
+    unit = "" if free.tie == "factor" else unit_at(paths[0])
     lower, upper = (_number(value, unit, name) for value in (free.lower, free.upper))
     default = {"value": origins[0], "factor": 1.0, "offset": 0.0}[free.tie]
     start = default if free.start is None else _number(free.start, unit, name)

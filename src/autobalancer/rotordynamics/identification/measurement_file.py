@@ -10,6 +10,7 @@ from typing import Any
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine.part import unknown_key
+from autobalancer.machine.path import unit_at
 from autobalancer.rotordynamics.identification.curve_file import read_curve
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.measurements import (
@@ -20,7 +21,6 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredStiffness,
     Measurement,
 )
-from autobalancer.rotordynamics.identification.paths import unit_of
 from autobalancer.units import to_si
 
 MODE_UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
@@ -80,9 +80,10 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
             try:
                 if kind == "parameters":
                     free.append(FreeParameter(**entry))
-                    units[free[-1].name] = "" if free[-1].tie == "factor" else unit_of(free[-1].first)
+                    units[free[-1].name] = "" if free[-1].tie == "factor" else unit_at(free[-1].first)
                 elif kind == "known":
-                    path_unit = units.get(str(entry["path"]), unit_of(str(entry["path"])))
+                    name = str(entry["path"])
+                    path_unit = units[name] if name in units else unit_at(name)
                     found.append(KnownValue(**_single(entry, path_unit)))
                 else:
                     found.append(_READ[kind](entry, path.parent))

@@ -9,10 +9,11 @@ from typing import Literal, Protocol, get_args
 
 import numpy as np
 
+from autobalancer.assembly.parameters import parameter_of
 from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.rotordynamics.identification.paths import unit_of, value_at
+from autobalancer.machine.path import unit_at
 from autobalancer.rotordynamics.identification.trial import Trial, chosen
 from autobalancer.rotordynamics.question import checked_speeds, chosen_places
 from autobalancer.rotordynamics.response import amplitudes
@@ -159,12 +160,12 @@ class KnownValue(_Single):
 
     def rows(self) -> Rows:
         """See :class:`Measurement`."""
-        return self._rows(f"known {self.path}", "known", unit_of(self.path))
+        return self._rows(f"known {self.path}", "known", unit_at(self.path))
 
     def predict(self, trial: Trial) -> Floats:
         """See :class:`Measurement`."""
         known = trial.values
-        return np.array([known[self.path] if self.path in known else value_at(trial.machine, self.path)])
+        return np.array([known[self.path] if self.path in known else parameter_of(trial.machine, self.path)])
 
 
 @dataclass(frozen=True)
