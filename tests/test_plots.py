@@ -19,9 +19,12 @@ from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.plots.angles import slipping, wrapped
 from autobalancer.plots.axis_units import length_axis, length_text, round_down, speed_axis
+from autobalancer.plots.history import Curve, Deflections
+from autobalancer.plots.labels import labels_of
 from autobalancer.plots.motion import Motion, races_of
+from autobalancer.plots.panels import deflection_panel
 from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import UNBALANCE
+from autobalancer.plots.style import UNBALANCE, picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -253,6 +256,30 @@ def test_the_command_line_writes_one_picture_or_all(run: xr.Dataset, tmp_path: P
     assert (tmp_path / "race.svg").read_bytes().startswith(b"<?xml")
     for wrong in (["--kind", "pie"], ["--format", "bmp"], ["--time", "7 kg"], ["--out", "all.png"]):
         assert runner.invoke(app, ["plot", str(result), *wrong]).exit_code == 2
+
+
+@pytest.mark.parametrize("level", [40.0, 54.7, 70.0, 95.0])
+def test_labels_of_close_levels_stand_apart_and_no_line_crosses_one(level: float) -> None:
+    time = np.linspace(0.0, 20.0, 400)
+    high = 100.0 + 827.0 * np.exp(-3.0 * time)
+    without = Curve("", time, np.full(time.size, level * 1e-6))
+    figure = picture(8.0, 2.6)
+    axes = figure.subplots()
+    deflections = Deflections(time, high * 1e-6, high * 1e-6, False, without=without)
+    deflection_panel(axes, deflections, length_axis("um", 0.0))
+    axes.set_xlim(0.0, 20.0)
+    figure.draw_without_rendering()
+    labels = labels_of(axes)
+    boxes = labels.placed
+    assert len(boxes) == 3
+    for i, box in enumerate(boxes):
+        assert not any(box.padded(1.0).overlaps(other) for other in boxes[:i])
+        assert axes.get_window_extent().padded(1.0).containsx(box.x1)
+        for joint in labels.joints:
+            (x0, y0), (x1, y1) = joint.get_xydata()
+            inner = np.linspace(0.02, 0.98, 50)
+            inside = box.padded(-1.0)
+            assert not any(inside.contains(x0 + s * (x1 - x0), y0 + s * (y1 - y0)) for s in inner)
 
 
 def test_a_measured_run_without_rotor_angle_has_an_orbit(run: xr.Dataset) -> None:

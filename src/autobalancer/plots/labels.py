@@ -25,6 +25,8 @@ SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))  
 FAR = (5.0, 14.0, 26.0, 40.0)  # points from the thing to its label
 NEEDS_LINE = 10.0  # points; a label farther away is joined to its thing
 COVERED, OUTSIDE, CURVE, DISTANCE, ORDER = 1000.0, 300.0, 25.0, 1.0, 0.6  # what is worse than what
+CROSSED, ALONG = 150.0, 3.0  # a label crossed by the line of another; one step back along its curve
+AIR = 2.5  # points between two labels
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class _Label:
     x: float
     y: float
     edge: bool  # of a level, at the right edge; else of a point
+    back: float | None = None  # of a level line: x of its other end, up to which the label may move
 
 
 class Labels(Artist):
@@ -49,13 +52,15 @@ class Labels(Artist):
         self.set_zorder(7.0)
         self.set_in_layout(False)
 
-    def add(self, text: str, x: float, y: float, *, edge: bool, color: str, size: float) -> None:
+    def add(
+        self, text: str, x: float, y: float, *, edge: bool, color: str, size: float, back: float | None = None
+    ) -> None:
         """One more label."""
         drawn = Text(0.0, 0.0, text, color=color, fontsize=size, bbox=dict(BEHIND), va="bottom", ha="left")
         as_written(drawn)
         drawn.set_figure(self.panel.figure)
         drawn.set_transform(IdentityTransform())
-        self.entries.append(_Label(drawn, x, y, edge))
+        self.entries.append(_Label(drawn, x, y, edge, back))
 
     def draw(self, renderer: Any) -> None:
         """Find the places and draw."""
@@ -86,7 +91,7 @@ class Labels(Artist):
         for label, size, low, line in zip(labels, sizes, bottom, level, strict=True):
             steps = np.linspace(frame.x1 - 2.0 * pixel - size.width, frame.x0 + 2.0 * pixel, 9)
             boxes = [Bbox.from_bounds(left, low, size.width, size.height) for left in steps]
-            costs = [self._cost(box, frame, curves) + 4.0 * i for i, box in enumerate(boxes)]
+            costs = [self._cost(box, frame, curves, pixel) + 4.0 * i for i, box in enumerate(boxes)]
             box = boxes[int(np.argmin(costs))]
             self._put(label, box, renderer)
             if low - line > NEEDS_LINE * pixel:
@@ -95,27 +100,35 @@ class Labels(Artist):
 
     def _point(self, label: _Label, renderer: Any, frame: Bbox, curves: Floats, pixel: float) -> None:
         """The best of some places around a point."""
-        x, y = self.panel.transData.transform((label.x, label.y))
         size = label.text.get_window_extent(renderer)
-        best, least = None, np.inf
-        for order, (side, up) in enumerate(SIDES):
-            for far in FAR:
-                gap = far * pixel
-                left = x + gap * side - (0.0, 0.5, 1.0)[1 - side] * size.width
-                low = y + gap * up * (0.7 if side else 1.0) - (0.0, 0.5, 1.0)[1 - up] * size.height
-                box = Bbox.from_bounds(left, low, size.width, size.height)
-                cost = self._cost(box, frame, curves) + DISTANCE * far + ORDER * order
-                if cost < least:
-                    best, least = box, cost
+        best: tuple[float, Bbox, tuple[float, float], tuple[float, float]] | None = None
+        places = [label.x] if label.back is None else np.linspace(label.x, label.back, 6)[:-1].tolist()
+        for step, place in enumerate(places):
+            x, y = self.panel.transData.transform((place, label.y))
+            for order, (side, up) in enumerate(SIDES):
+                for far in FAR:
+                    gap = far * pixel
+                    left = x + gap * side - (0.0, 0.5, 1.0)[1 - side] * size.width
+                    low = y + gap * up * (0.7 if side else 1.0) - (0.0, 0.5, 1.0)[1 - up] * size.height
+                    box = Bbox.from_bounds(left, low, size.width, size.height)
+                    corner = (float(np.clip(x, box.x0, box.x1)), float(np.clip(y, box.y0, box.y1)))
+                    cost = self._cost(box, frame, curves, pixel) + DISTANCE * far + ORDER * order + ALONG * step
+                    cost += CROSSED * sum(_passes(corner, (x, y), other) for other in self.placed)
+                    if best is None or cost < best[0]:
+                        best = cost, box, corner, (x, y)
         assert best is not None
-        self._put(label, best, renderer)
-        corner = (float(np.clip(x, best.x0, best.x1)), float(np.clip(y, best.y0, best.y1)))
-        if np.hypot(corner[0] - x, corner[1] - y) > NEEDS_LINE * pixel:
-            self._join(corner, (x, y), label, renderer)
+        _, box, corner, point = best
+        self._put(label, box, renderer)
+        if np.hypot(corner[0] - point[0], corner[1] - point[1]) > NEEDS_LINE * pixel:
+            self._join(corner, point, label, renderer)
 
-    def _cost(self, box: Bbox, frame: Bbox, curves: Floats) -> float:
+    def _cost(self, box: Bbox, frame: Bbox, curves: Floats, pixel: float) -> float:
         area = box.width * box.height
-        cost = sum(COVERED * _common(box, other) / area for other in self.placed)
+        near = box.padded(AIR * pixel)
+        cost = sum(COVERED * _common(near, other) / area for other in self.placed)
+        for joint in self.joints:
+            start, end = np.asarray(joint.get_xydata(), np.float64).tolist()
+            cost += CROSSED * _passes((start[0], start[1]), (end[0], end[1]), box)
         cost += OUTSIDE * (1.0 - _common(box, frame) / area)
         inside = (curves[:, 0] > box.x0) & (curves[:, 0] < box.x1) & (curves[:, 1] > box.y0) & (curves[:, 1] < box.y1)
         return float(cost + CURVE * min(float(inside.sum()) / box.height, 6.0))
@@ -136,9 +149,9 @@ class Labels(Artist):
         """Points of all curves in pixels, close enough to each other that no label slips between them."""
         found = [np.empty((0, 2))]
         for line in self.panel.get_lines():
-            if not line.get_visible() or line.get_transform() != self.panel.transData:
+            if not line.get_visible() or line.get_animated():
                 continue
-            place = np.asarray(self.panel.transData.transform(line.get_xydata()), np.float64)
+            place = np.asarray(line.get_transform().transform(line.get_xydata()), np.float64)
             place = place[np.isfinite(place).all(axis=1)]
             if place.shape[0] < 2:
                 found.append(place)
@@ -152,9 +165,11 @@ class Labels(Artist):
         return np.asarray(every[(every[:, 1] > frame.y0 - 1.0) & (every[:, 1] < frame.y1 + 1.0)])
 
 
-def label_point(axes: Axes, text: str, x: float, y: float, *, color: str = INK, size: float = 8.5) -> None:
-    """Label a point of data near it, where it covers least."""
-    labels_of(axes).add(text, x, y, edge=False, color=color, size=size)
+def label_point(
+    axes: Axes, text: str, x: float, y: float, *, color: str = INK, size: float = 8.5, back: float | None = None
+) -> None:
+    """Label a point of data near it, where it covers least; of a level line anywhere between ``x`` and ``back``."""
+    labels_of(axes).add(text, x, y, edge=False, color=color, size=size, back=back)
 
 
 def label_level(axes: Axes, text: str, y: float, *, color: str = INK, size: float = 8.5) -> None:
@@ -198,3 +213,10 @@ def _common(one: Bbox, other: Bbox) -> float:
     wide = min(one.x1, other.x1) - max(one.x0, other.x0)
     high = min(one.y1, other.y1) - max(one.y0, other.y0)
     return float(max(wide, 0.0) * max(high, 0.0))
+
+
+def _passes(start: tuple[float, float], end: tuple[float, float], box: Bbox) -> bool:
+    """Whether a line passes through a box."""
+    share = np.linspace(0.0, 1.0, 9)
+    x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+    return bool(((x > box.x0) & (x < box.x1) & (y > box.y0) & (y < box.y1)).any())

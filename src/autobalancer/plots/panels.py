@@ -59,7 +59,7 @@ def deflection_panel(
         least = min(_least_of(values, greatest) for values in every)
         floor = 0.5 * max(least, 1e-8 * greatest)
         axes.set_yscale("log")
-        axes.set_ylim(floor, 5.0 * greatest)
+        axes.set_ylim(floor, greatest * max(5.0, (greatest / floor) ** 0.14))  # room for a label above the peak
         low = np.maximum(low, floor)
     else:
         axes.set_ylim(0.0, 1.18 * greatest)
@@ -72,12 +72,15 @@ def deflection_panel(
         )
     if without is not None:
         axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
-        words = f"{length_text(float(without.value[-1]))} without balancing"
-        label_point(axes, words, without.time[-1], without.value[-1] * unit.factor, color=UNBALANCE)
     axes.set_ylabel(f"deflection ({unit.sign})")
     if deflections.is_envelope or deflections.curves or without is not None:
         legend(axes)
     _numbers(axes, deflections, unit)
+    if without is not None:  # last: of all labels it can move farthest
+        words = f"{length_text(float(without.value[-1]))} without balancing"
+        level = float(np.ptp(without.value)) <= 0.01 * float(without.value[-1])
+        back = without.time[0] if level else None
+        label_point(axes, words, without.time[-1], without.value[-1] * unit.factor, color=UNBALANCE, back=back)
 
 
 def angle_panel(
@@ -123,7 +126,12 @@ def _numbers(axes: Axes, deflections: Deflections, unit: AxisUnit) -> None:
         moving = f"vibration {length_text(float(curve.value[-1]))} at the end"
         label_point(axes, moving, curve.time[-1], max(curve.value[-1] * unit.factor, bottom), color=PLACES[0])
         return
-    label_point(axes, f"{length_text(float(high[-1]))} at the end", time[-1], max(high[-1] * unit.factor, bottom))
+    outside = (
+        high[-1] * unit.factor < bottom
+    )  # two short lines then stay clear of a curve that falls out of the picture
+    gap = "\n" if outside else " "
+    words = f"{length_text(float(high[-1]))}{gap}at the end"
+    label_point(axes, words, time[-1], max(high[-1] * unit.factor, bottom))
 
 
 def _main_label(deflections: Deflections, brief: bool) -> str:
