@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.measurement.mode_checks import CLEAR, covariance, weak_modes
+from autobalancer.measurement.mode_checks import covariance, frequencies, weak_modes
 from autobalancer.measurement.pole_search import Found
 from autobalancer.measurement.receptance import hertz
 
@@ -19,7 +19,7 @@ WHAT_TO_DO = "look at the picture and try another number of modes (--modes) or a
 def with_doubts(found: xr.Dataset, best: Found, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
     """``found`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
     texts = [*_mass_doubt(found), *_energy_doubt(found, best, unit), *_weak_doubt(found, best, unit)]
-    texts += [*_lone_doubt(lone), *_dropped(dropped), *_noise_doubt(found), *_tail_doubt(found)]
+    texts += [*_lone_doubt(lone), *_dropped(found, dropped), *_noise_doubt(found), *_tail_doubt(found)]
     found.attrs["warnings"] = "\n".join(texts)
     return found
 
@@ -47,12 +47,10 @@ def _energy_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
 
 
 def _weak_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
-    weak = [unit * at for at in weak_modes(best, _lines(found) / unit)]
+    weak = weak_modes(best, _lines(found) / unit)
     if not weak:
         return []
-    return [
-        f"the fit at {_listed(weak)} Hz is not {CLEAR:g} times its uncertainty: there is no mode to be seen. Give fewer --modes"
-    ]
+    return [f"the fit at {_listed(unit * frequencies(best)[weak])} Hz cannot be told from noise. Give fewer --modes"]
 
 
 def _lone_doubt(lone: Floats) -> list[str]:
@@ -65,10 +63,13 @@ def _lone_doubt(lone: Floats) -> list[str]:
     ]
 
 
-def _dropped(dropped: list[float]) -> list[str]:
+def _dropped(found: xr.Dataset, dropped: list[float]) -> list[str]:
     if not dropped:
         return []
-    return [f"dropped: a mode fitted at {_listed(dropped)} Hz, which did not exceed its own uncertainty"]
+    inside = [at for at in dropped if found.attrs["band_low"] <= at <= found.attrs["band_high"]]
+    places = [f"at {_listed(inside)} Hz"] if inside else []
+    places += [f"{len(dropped) - len(inside)} outside the band"] if len(inside) < len(dropped) else []
+    return [f"dropped: fitted modes that cannot be told from noise or drift, {' and '.join(places)}"]
 
 
 def _noise_doubt(found: xr.Dataset) -> list[str]:

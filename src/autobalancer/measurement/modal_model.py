@@ -31,6 +31,11 @@ class Modes:
         """K."""
         return int(self.shapes.size // 2)
 
+    def without(self, number: int) -> Modes:
+        """All but one; the others as they are."""
+        k = self.count
+        return Modes(np.delete(self.shapes, [number, k + number]), np.delete(self.numerators, number, axis=0), math.nan)
+
     def poles_and_residues(self) -> tuple[Complexes, Complexes]:
         """All 2 K poles and residues, a conjugate or real pair for each mode."""
         d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])

@@ -27,62 +27,65 @@ CLEAR = 3.0  # lines with so many times their noise may propose poles
 
 @dataclass(frozen=True)
 class Found:
-    """Modes, and the variance of the noise in which they were found."""
+    """Modes, the variance of the noise in which they were found, and their Bayesian information criterion."""
 
     modes: Modes
     variance: Floats
+    score: float  # -inf: exact
 
 
-def orders(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> list[Found]:
-    """The fits of 1, 2, ... modes up to the best, or up to so many ``modes``.
-
-    Each order starts from the order below and a new pole, and from poles of its own.
-    """
-    frequency, values = noise.frequency, noise.values
-    clear = np.abs(smoothed(values)) > CLEAR * np.sqrt(noise.start)
+def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> Found:
+    """Orders one after the other; each starts from the order below and a new pole, and from poles of its own."""
+    clear = np.abs(smoothed(noise.values)) > CLEAR * np.sqrt(noise.start)
     clear = clear if clear.sum() >= FEWEST else np.ones_like(clear)
-    fitting = Fitting(frequency, values, 1.0 / np.sqrt(noise.start * values.size))
-    found: list[Found] = []
-    best, least, previous = 0, math.inf, None
+    fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(noise.start * noise.values.size))
+    best, previous = None, None
     for count in range(1, (modes or most) + 1):
         if progress is not None:
             progress(count - 1, modes or most)
-        previous = fitting.search(_starts(frequency[clear], values[clear], count, previous))
-        one, score = _with_its_noise(noise, previous, noise.start)
-        found.append(one)
-        if score < least or modes is not None:
-            best, least = count, score
-        if modes is None and (count - best == WORSE or math.isinf(score)):
+        previous = fitting.search(_starts(noise, clear, count, previous))
+        found = with_its_noise(noise, previous, noise.start)
+        if best is None or found.score < best.score or modes is not None:
+            best = found
+        if modes is None and (count - best.modes.count == WORSE or math.isinf(found.score)):
             break
-    return found[:best]
+    assert best is not None
+    return best
 
 
-def _with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> tuple[Found, float]:
-    """The fit whose weights are the noise that it leaves, and its Bayesian information criterion (-inf: no noise)."""
+def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Found:
+    """The fit whose weights are the noise that it leaves, from ``modes`` fitted with this ``variance``."""
     values = noise.values
     for _ in range(PASSES):
         fitted = modes.at(noise.frequency)
         squares = np.abs(values - fitted) ** 2
         if float((squares / np.abs(values) ** 2).mean()) < EXACT**2:
-            return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2)), -math.inf
+            return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2), -math.inf)
         before, variance = variance, noise.variances(fitted, squares)
         if np.abs(np.log(variance / before)).max() < SETTLED:
             break
         modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
     squares = np.abs(values - modes.at(noise.frequency)) ** 2
     unlikely = 2.0 * float((np.log(variance) + squares / variance).sum())
-    return Found(modes, variance), unlikely + (4 * modes.count - 1) * math.log(2 * values.size)
+    return Found(modes, variance, unlikely + (4 * modes.count - 1) * math.log(2 * values.size))
 
 
-def _starts(frequency: Floats, values: Complexes, count: int, previous: Modes | None) -> list[Complexes]:
+def one_less(noise: NoiseShapes, found: Found, number: int) -> Found:
+    """The fit that begins with all modes but one."""
+    fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(found.variance * noise.values.size))
+    return with_its_noise(noise, fitting.refined(found.modes.without(number)), found.variance)
+
+
+def _starts(noise: NoiseShapes, clear: NDArray[np.bool_], count: int, previous: Modes | None) -> list[Complexes]:
+    frequency, values = noise.frequency[clear], noise.values[clear]
     own = _proposals(frequency, values, 2 * count + 1)
     starts = [own[:count]] if own.size >= count else []
     if previous is None:
-        return starts or [np.array([-0.05 + 1j]) * frequency[int(np.abs(values).argmax())]]
-    poles, residues = previous.poles_and_residues()
-    kept = poles[: previous.count]
-    left = values - (residues / (1j * frequency[:, None] - poles)).sum(axis=1)
+        return [*starts, np.array([-0.05 + 1j]) * frequency[int(np.abs(values).argmax())]]
+    kept, left = previous.poles_and_residues()[0][: previous.count], values - previous.at(frequency)
     fresh = [complex(pole) for pole in _proposals(frequency, left, 5)[:2]]
+    worst = int((np.abs(smoothed(left)) / np.sqrt(noise.start[clear])).argmax())
+    fresh.append((-0.02 + 1j) * frequency[worst])
     fresh += [(-0.05 + 1j) * 2.5 * frequency[-1], (-0.05 + 1j) * 0.4 * frequency[0]]  # what lies outside the band
     return starts + [np.append(kept, pole) for pole in fresh]
 
