@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import cmath
+import math
+import warnings
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -139,3 +142,19 @@ def test_balls_of_any_sizes_that_touch_are_the_sum_of_their_radii_apart() -> Non
     apart = abs(one.orbit_radius - other.orbit_radius * cmath.exp(1j * angle))
     assert one.orbit_radius != other.orbit_radius
     assert apart == pytest.approx(one.radius + other.radius, rel=1e-12)
+
+
+def test_the_quick_start_says_rightly_what_the_whole_drag_law_of_its_disc_changes() -> None:
+    linear = ab.load_machine(Path("examples/machines/discoidal.toml"))
+    whole = ab.with_parameter(linear, "balancers[1].races[1].drag", {"law": "discoidal"})
+    release, peak = [], []
+    for machine in (whole, linear):
+        borders = {border.name: border.speed for border in ab.border_speeds(machine)}
+        release.append(round(borders["release speed"] * 30.0 / math.pi))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error" if machine is whole else "ignore", RangeWarning)
+            run = ab.simulate(machine, save=ab.Envelope())
+        peak.append(f"{1e3 * float(ab.peak_deflection(run)['deflection']):.2f}")
+    text = Path("docs/quickstart.md").read_text(encoding="utf-8")
+    assert f"released at {release[0]} in place of\n{release[1]} rpm" in text
+    assert f"{peak[0]} in place of {peak[1]} mm" in text

@@ -26,7 +26,7 @@ def stokes_record(reynolds: float) -> dict[str, Any]:
     if reynolds > STOKES:
         text = (
             f"the Reynolds number of a ball reaches {reynolds:.3g}, but drag is linear up to about {STOKES:g} and "
-            "greater beyond; take range = 'whole' of the drag law"
+            "greater beyond; take range = 'whole' of the drag law, for cd_re with its plateau"
         )
         warnings.warn(text, RangeWarning, stacklevel=2)
     return {"drag_reynolds": reynolds, "drag_reynolds_limit": STOKES, "drag_warning": text}
