@@ -72,7 +72,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
     n = sum(balls.count for _, balls in groups)
     room = NEIGHBORS * n + 64
     body = of.BODY.row()
-    body.place[6], body.rate[6] = machine.start.rotor_angle, machine.start.speed
+    body.place[of.THETA], body.rate[of.THETA] = machine.start.rotor_angle, machine.start.speed
     return Chamber(
         run=of.RUN.row(step=step, margin=MARGIN * min(radii)),
         contact=_contact(machine.contact),

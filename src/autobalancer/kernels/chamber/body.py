@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from numba import njit
 
+from autobalancer.kernels.chamber.records import COORDINATES, RIGHT, THETA, TURN_X, TURN_Y, TURN_Z, X, Y, Z
 from autobalancer.kernels.chamber.vectors import dot, put, three
 from autobalancer.kernels.flags import APART, MERGED
 
@@ -43,17 +44,17 @@ class Turned(NamedTuple):
 @njit(**MERGED)
 def turned(machine, body):
     """The unbalance at the angle of the rotor, and the moments across it."""
-    ct, st = cos(body.place[6]), sin(body.place[6])
+    ct, st = cos(body.place[THETA]), sin(body.place[THETA])
     u, v = machine.unbalance[0], machine.unbalance[1]
     s, t = u * ct - v * st, u * st + v * ct
     u, v = machine.couple[0], machine.couple[1]
     c, d = u * ct - v * st, u * st + v * ct
-    tilt_b, tilt_c = body.place[4], body.place[5]
+    tilt_b, tilt_c = body.place[TURN_Y], body.place[TURN_Z]
     about, weight = body.contact_moment, machine.gravity[0]
     lean, tip = tilt_b * s + tilt_c * t, tilt_b * t - tilt_c * s
     load_b = about[1] - tilt_c * about[0] + weight * t
     load_c = about[2] + tilt_b * about[0] - weight * s
-    return Turned(body.rate[6], s, t, c, d, lean, tip, load_b, load_c)
+    return Turned(body.rate[THETA], s, t, c, d, lean, tip, load_b, load_c)
 
 
 @njit(**MERGED)
@@ -86,27 +87,27 @@ def body_rates(machine, body, scratch, power, prescribed):
     power.supports = _supports(machine, body, equations)
     _add_rotor(machine, body, u, equations)
     # torques between body and rotor
-    across_y, across_z = body.place[5], -body.place[4]  # of the axis
-    slip = u.w - rate[3] - across_y * rate[4] - across_z * rate[5]
+    across_y, across_z = body.place[TURN_Z], -body.place[TURN_Y]  # of the axis
+    slip = u.w - rate[TURN_X] - across_y * rate[TURN_Y] - across_z * rate[TURN_Z]
     against = _bearing_torque(machine, body, slip)
     motor = 0.0
     if machine.driven != 0:
         motor = motor_torque(
             machine.rated_torque, machine.overload, machine.synchronous_speed, machine.breakdown_speed, u.w
         )
-        equations[6, 7] += motor - against
-        equations[3, 7] -= motor - against
-        equations[4, 7] -= across_y * (motor - against)
-        equations[5, 7] -= across_z * (motor - against)
+        equations[THETA, RIGHT] += motor - against
+        equations[TURN_X, RIGHT] -= motor - against
+        equations[TURN_Y, RIGHT] -= across_y * (motor - against)
+        equations[TURN_Z, RIGHT] -= across_z * (motor - against)
     else:
         # the drive gives what the speed asks for, and the body bears it
-        for i in range(6):
-            equations[i, 7] -= equations[i, 6] * prescribed
-        equations[6, 7] -= machine.polar_inertia * prescribed
-        for j in range(8):
-            equations[3, j] += equations[6, j]
-            equations[4, j] += across_y * equations[6, j]
-            equations[5, j] += across_z * equations[6, j]
+        for i in range(THETA):
+            equations[i, RIGHT] -= equations[i, THETA] * prescribed
+        equations[THETA, RIGHT] -= machine.polar_inertia * prescribed
+        for j in range(RIGHT + 1):
+            equations[TURN_X, j] += equations[THETA, j]
+            equations[TURN_Y, j] += across_y * equations[THETA, j]
+            equations[TURN_Z, j] += across_z * equations[THETA, j]
     _solve(machine, body, scratch, prescribed)
     _reactions(machine, body, equations, motor, against)
     _bearings(machine, body, u)
@@ -120,15 +121,15 @@ def _supports(machine, body, equations):
     place, rate = body.place, body.rate
     inertia, stiffness, damping = machine.inertia, machine.stiffness, machine.damping
     lost = 0.0
-    for i in range(6):
+    for i in range(THETA):
         pull, resist = 0.0, 0.0
-        for j in range(6):
+        for j in range(THETA):
             pull += stiffness[i, j] * place[j]
             resist += damping[i, j] * rate[j]
             equations[i, j] = inertia[i, j]
         lost += resist * rate[i]
-        equations[i, 6] = 0.0
-        equations[i, 7] = -pull - resist
+        equations[i, THETA] = 0.0
+        equations[i, RIGHT] = -pull - resist
     return lost
 
 
@@ -136,26 +137,26 @@ def _supports(machine, body, equations):
 def _add_rotor(machine, body, u, equations):
     """Inertia and inertial forces of the unbalance and of the spin, weight of the unbalance, and the contacts."""
     w, s, t, c, d = u.w, u.s, u.t, u.c, u.d
-    bv, cv = body.rate[4], body.rate[5]
+    bv, cv = body.rate[TURN_Y], body.rate[TURN_Z]
     polar, gravity, contact = machine.polar_inertia, machine.gravity, body.contact_force
-    equations[0, 4] += t
-    equations[4, 0] += t
-    equations[0, 5] -= s
-    equations[5, 0] -= s
-    for j in range(6):
-        equations[6, j] = 0.0
-    equations[6, 1] = equations[1, 6] = -t
-    equations[6, 2] = equations[2, 6] = s
-    equations[6, 4] = equations[4, 6] = -c
-    equations[6, 5] = equations[5, 6] = -d
-    equations[6, 6] = polar
-    equations[0, 6] = equations[6, 0] = u.lean
-    equations[0, 7] += contact[0] + u.tip * w * w - 2.0 * w * (s * bv + t * cv)
-    equations[1, 7] += contact[1] + s * w * w
-    equations[2, 7] += contact[2] + t * w * w
-    equations[4, 7] += u.load_b - polar * w * cv - d * w * w
-    equations[5, 7] += u.load_c + polar * w * bv + c * w * w
-    equations[6, 7] = body.contact_moment[0] - gravity[1] * t + gravity[2] * s + gravity[0] * u.lean
+    equations[X, TURN_Y] += t
+    equations[TURN_Y, X] += t
+    equations[X, TURN_Z] -= s
+    equations[TURN_Z, X] -= s
+    for j in range(THETA):
+        equations[THETA, j] = 0.0
+    equations[THETA, Y] = equations[Y, THETA] = -t
+    equations[THETA, Z] = equations[Z, THETA] = s
+    equations[THETA, TURN_Y] = equations[TURN_Y, THETA] = -c
+    equations[THETA, TURN_Z] = equations[TURN_Z, THETA] = -d
+    equations[THETA, THETA] = polar
+    equations[X, THETA] = equations[THETA, X] = u.lean
+    equations[X, RIGHT] += contact[0] + u.tip * w * w - 2.0 * w * (s * bv + t * cv)
+    equations[Y, RIGHT] += contact[1] + s * w * w
+    equations[Z, RIGHT] += contact[2] + t * w * w
+    equations[TURN_Y, RIGHT] += u.load_b - polar * w * cv - d * w * w
+    equations[TURN_Z, RIGHT] += u.load_c + polar * w * bv + c * w * w
+    equations[THETA, RIGHT] = body.contact_moment[0] - gravity[1] * t + gravity[2] * s + gravity[0] * u.lean
 
 
 @njit(**APART)
@@ -163,7 +164,7 @@ def _solve(machine, body, scratch, prescribed):
     """Gauss elimination over the free coordinates; column 7 of the equations is the right-hand side."""
     free, equations, reduced, new = machine.free, scratch.equations, scratch.reduced, body.new_acceleration
     turns = machine.driven != 0
-    for i in range(7):
+    for i in range(COORDINATES):
         new[i] = 0.0
     count = 0
     while free[count] >= 0:
@@ -171,24 +172,24 @@ def _solve(machine, body, scratch, prescribed):
     # the rotor angle comes last; its row is needed whole for the reactions, so the elimination works on copies
     size = count + 1 if turns else count
     for i in range(size):
-        row = free[i] if i < count else 6
+        row = free[i] if i < count else THETA
         for j in range(size):
-            reduced[i, j] = equations[row, free[j] if j < count else 6]
-        reduced[i, 7] = equations[row, 7]
+            reduced[i, j] = equations[row, free[j] if j < count else THETA]
+        reduced[i, RIGHT] = equations[row, RIGHT]
     for k in range(size):
         pivot = 1.0 / reduced[k, k]
         for i in range(k + 1, size):
             part = reduced[i, k] * pivot
             for j in range(k + 1, size):
                 reduced[i, j] -= part * reduced[k, j]
-            reduced[i, 7] -= part * reduced[k, 7]
+            reduced[i, RIGHT] -= part * reduced[k, RIGHT]
     for k in range(size - 1, -1, -1):
-        value = reduced[k, 7]
+        value = reduced[k, RIGHT]
         for j in range(k + 1, size):
-            value -= reduced[k, j] * new[free[j] if j < count else 6]
-        new[free[k] if k < count else 6] = value / reduced[k, k]
+            value -= reduced[k, j] * new[free[j] if j < count else THETA]
+        new[free[k] if k < count else THETA] = value / reduced[k, k]
     if not turns:
-        new[6] = prescribed
+        new[THETA] = prescribed
 
 
 @njit(**APART)
@@ -196,9 +197,9 @@ def _reactions(machine, body, equations, motor, against):
     """Torque of the drive, and what holds locked coordinates."""
     new, free = body.new_acceleration, machine.free
     turns = machine.driven != 0
-    top = 7 if turns else 6  # with a prescribed speed its inertia is on the right-hand side already
-    for i in range(6):
-        value = -equations[i, 7]
+    top = COORDINATES if turns else THETA  # with a prescribed speed its inertia is on the right-hand side already
+    for i in range(THETA):
+        value = -equations[i, RIGHT]
         for j in range(top):
             value += equations[i, j] * new[j]
         body.constraint[i] = value
@@ -209,9 +210,9 @@ def _reactions(machine, body, equations, motor, against):
     if turns:
         body.torque = motor
     else:
-        value = -equations[6, 7]
-        for j in range(6):
-            value += equations[6, j] * new[j]
+        value = -equations[THETA, RIGHT]
+        for j in range(THETA):
+            value += equations[THETA, j] * new[j]
         body.torque = value + against
     body.bearing_torque = against
 
@@ -222,8 +223,8 @@ def _bearings(machine, body, u):
     w, s, t, c, d = u.w, u.s, u.t, u.c, u.d
     new, rate, contact, gravity = body.new_acceleration, body.rate, body.contact_force, machine.gravity
     m, jt, polar = machine.rotor_mass, machine.transverse_inertia, machine.polar_inertia
-    xa, ya, za, ba, ca, wa = new[0], new[1], new[2], new[4], new[5], new[6]
-    bv, cv = rate[4], rate[5]
+    xa, ya, za, ba, ca, wa = new[X], new[Y], new[Z], new[TURN_Y], new[TURN_Z], new[THETA]
+    bv, cv = rate[TURN_Y], rate[TURN_Z]
     px = (
         m * xa
         + t * ba

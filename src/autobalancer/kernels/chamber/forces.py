@@ -12,6 +12,7 @@ from numba import njit
 
 from autobalancer.kernels.chamber.body import body_rates
 from autobalancer.kernels.chamber.gather import near_pairs, walls
+from autobalancer.kernels.chamber.records import TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.share import act
 from autobalancer.kernels.chamber.vectors import put
 from autobalancer.kernels.flags import APART, MERGED
@@ -20,7 +21,7 @@ from autobalancer.kernels.flags import APART, MERGED
 @njit(**MERGED)
 def _axis(place):
     """Direction of the rotor."""
-    y, z = place[5], -place[4]
+    y, z = place[TURN_Z], -place[TURN_Y]
     x = 1.0 / sqrt(1.0 + y * y + z * z)
     return x, x * y, x * z
 

@@ -9,7 +9,7 @@ from numba import njit
 
 from autobalancer.kernels.chamber.block import enter, put_vector
 from autobalancer.kernels.chamber.contact import Meeting
-from autobalancer.kernels.chamber.records import BLOCK, WALLS
+from autobalancer.kernels.chamber.records import BLOCK, THETA, TURN_Y, TURN_Z, WALLS
 from autobalancer.kernels.chamber.share import act, push_back
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, put, three, times
 from autobalancer.kernels.flags import APART, MERGED
@@ -49,8 +49,8 @@ def _change(chamber, i, now):
 def turning(body, axis):
     """Rate of rotation of the chambers: the spin, and tilting; of this the part along x is across the axis."""
     place, rate = body.place, body.rate
-    spin = rate[6] + place[4] * rate[5] - place[5] * rate[4]
-    return spin * axis[0], spin * axis[1] + rate[4], spin * axis[2] + rate[5]
+    spin = rate[THETA] + place[TURN_Y] * rate[TURN_Z] - place[TURN_Z] * rate[TURN_Y]
+    return spin * axis[0], spin * axis[1] + rate[TURN_Y], spin * axis[2] + rate[TURN_Z]
 
 
 @njit(**APART)

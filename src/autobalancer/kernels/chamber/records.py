@@ -10,6 +10,11 @@ BLOCK = 32  # contacts that are evaluated at once
 WALLS = 4  # of a chamber: race, the flat ones at +x and at -x, the inner one
 WHOLE = np.int64
 
+# coordinates: displacement of the rotor's middle, small rotations of the body about x, y, z, angle of the rotor
+X, Y, Z, TURN_X, TURN_Y, TURN_Z, THETA = range(7)
+COORDINATES = 7
+RIGHT = 7  # column of the right-hand side in the equations of the body
+
 RUN = Record(
     Field("step", "s", "time from one evaluation to the next"),
     Field("margin", "m", "how far beyond contact pairs are listed"),
@@ -146,16 +151,21 @@ BODY_MOTION = Record(
     Field("rate", "m/s, rad/s", "as that of the body", (7,)),
 )
 
-SAMPLE = Record(
-    *BODY_MOTION.fields,
-    Field("motor_torque", "N m", "of the drive on the rotor"),
+SAMPLE = Record(  # where a run has a variable of this name, it is this number
+    Field("rotor_angle", "rad", "of the rotor in space"),
+    Field("speed", "rad/s", "of the rotor"),
+    Field("body_position", "m", "displacement of the rotor's middle", (3,)),
+    Field("body_rotation", "rad", "of the body about x, y, z", (3,)),
+    Field("body_rate", "m/s, rad/s", "rates of position and rotation", (6,)),
     Field("bearing_force", "N", "of both bearings on the rotor, mean since the sample before", (2, 3)),
-    Field("constraint", "N, N m", "force and moment, mean since the sample before", (6,)),
-    Field("contacts_ball", "1", "contacts between balls that began since then", (), WHOLE),
-    Field("contacts_wall", "1", "contacts with walls that began since then", (), WHOLE),
-    Field("greatest_force", "N", "greatest normal force since then"),
-    Field("stored", "J", "energy in the contacts"),
+    Field("constraint_force", "N", "what holds locked coordinates, mean since the sample before", (3,)),
+    Field("constraint_moment", "N m", "the same about the rotor's middle", (3,)),
+    Field("motor_torque", "N m", "of the drive on the rotor"),
+    Field("energy_contact", "J", "in the contacts"),
     *ACCOUNT.fields,
+    Field("contacts_ball", "1", "contacts between balls that began since the sample before", (), WHOLE),
+    Field("contacts_wall", "1", "contacts with walls that began since then", (), WHOLE),
+    Field("greatest_contact_force", "N", "greatest normal force since then"),
 )
 
 # contacts side by side, so that vector registers take several of them

@@ -10,6 +10,7 @@ from numba import njit, void
 from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow
+from autobalancer.kernels.chamber.records import COORDINATES, THETA
 from autobalancer.kernels.chamber.samples import add_reactions, add_work, speed_at, step_done
 from autobalancer.kernels.flags import COMPILED, MERGED
 from autobalancer.kernels.pointers import row
@@ -32,7 +33,7 @@ def _begin_balls(balls, begun, gone):
 
 @njit(**MERGED)
 def _begin_body(body, old, total):
-    for i in range(7):
+    for i in range(COORDINATES):
         old.place[i], old.rate[i] = body.place[i], body.rate[i]
         total.place[i] = total.rate[i] = 0.0
 
@@ -56,7 +57,7 @@ def _go_balls(balls, begun, gone, then, weight):
 
 @njit(**MERGED)
 def _go_body(body, old, total, then, weight):
-    for i in range(7):
+    for i in range(COORDINATES):
         speed, rate = body.rate[i], body.new_acceleration[i]
         total.place[i] += weight * speed
         total.rate[i] += weight * rate
@@ -74,7 +75,7 @@ def _end(chamber):
             ball.position[j] = old.position[j] + total.position[j]
             ball.velocity[j] = old.velocity[j] + total.velocity[j]
             ball.spin[j] = old.spin[j] + total.spin[j]
-    for i in range(7):
+    for i in range(COORDINATES):
         body.place[i] = scratch.body_begun.place[i] + scratch.body_gone.place[i]
         body.rate[i] = scratch.body_begun.rate[i] + scratch.body_gone.rate[i]
 
@@ -99,7 +100,7 @@ def runge_kutta(chamber, samples):
             weight = (h / 6.0) if stage in (0, 3) else (h / 3.0)
             prescribed = 0.0
             if not driven:
-                body.rate[6], prescribed = speed_at(chamber, now + ahead)
+                body.rate[THETA], prescribed = speed_at(chamber, now + ahead)
             forces(chamber, prescribed)
             _go_balls(chamber.balls, scratch.begun, scratch.gone, then, weight)
             _go_body(body, scratch.body_begun, scratch.body_gone, then, weight)

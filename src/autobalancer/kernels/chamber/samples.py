@@ -6,7 +6,7 @@ from __future__ import annotations
 from numba import njit, types, void
 
 from autobalancer.kernels.chamber.chamber import CHAMBER
-from autobalancer.kernels.chamber.records import MOTION, SAMPLE
+from autobalancer.kernels.chamber.records import MOTION, SAMPLE, THETA, TURN_X, TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.vectors import cross, minus, put, three
 from autobalancer.kernels.flags import APART, COMPILED, MERGED
 from autobalancer.kernels.pointers import row
@@ -41,21 +41,24 @@ def _copy_account(account, sample):
 def note_sample(chamber, every, sample, balls):
     """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
     body, since = chamber.body, chamber.since
-    for i in range(7):
-        sample.place[i], sample.rate[i] = body.place[i], body.rate[i]
+    middle = three(body.place)
+    turn = body.place[TURN_X], body.place[TURN_Y], body.place[TURN_Z]
+    sample.rotor_angle, sample.speed = body.place[THETA], body.rate[THETA]
+    put(sample.body_position, middle)
+    put(sample.body_rotation, turn)
+    for i in range(THETA):
+        sample.body_rate[i] = body.rate[i]
     for i in range(3):
         sample.bearing_force[0, i], sample.bearing_force[1, i] = since.bearing_1[i] / every, since.bearing_2[i] / every
-        since.bearing_1[i] = since.bearing_2[i] = 0.0
-    for i in range(6):
-        sample.constraint[i] = since.constraint[i] / every
-        since.constraint[i] = 0.0
-    sample.motor_torque, sample.stored = body.torque, chamber.power.stored
+        sample.constraint_force[i] = since.constraint[i] / every
+        sample.constraint_moment[i] = since.constraint[3 + i] / every
+        since.bearing_1[i] = since.bearing_2[i] = since.constraint[i] = since.constraint[3 + i] = 0.0
+    sample.motor_torque, sample.energy_contact = body.torque, chamber.power.stored
     sample.contacts_ball, sample.contacts_wall = since.contacts_ball, since.contacts_wall
-    sample.greatest_force = since.greatest_force
+    sample.greatest_contact_force = since.greatest_force
     since.contacts_ball = since.contacts_wall = 0
     since.greatest_force = 0.0
     _copy_account(chamber.account, sample)
-    middle, turn = three(body.place), (body.place[3], body.place[4], body.place[5])
     for i in range(chamber.balls.shape[0]):
         ball, kept = row(chamber.balls, i), row(balls, i)
         arm = minus(three(ball.position), middle)

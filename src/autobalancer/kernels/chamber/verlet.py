@@ -15,6 +15,7 @@ from numba import njit, void
 from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow, rebuild
+from autobalancer.kernels.chamber.records import COORDINATES, THETA
 from autobalancer.kernels.chamber.samples import add_reactions, book, keep_power, speed_at, step_done
 from autobalancer.kernels.flags import COMPILED, MERGED
 from autobalancer.kernels.pointers import row
@@ -23,7 +24,7 @@ from autobalancer.kernels.pointers import row
 @njit(**MERGED)
 def _drift_body(body, h):
     """To the end of the step, with the velocity foreseen there."""
-    for i in range(7):
+    for i in range(COORDINATES):
         half = body.rate[i] + 0.5 * h * body.acceleration[i]
         body.place[i] += h * half
         body.rate[i] = half + 0.5 * h * body.acceleration[i]
@@ -51,11 +52,11 @@ def _drift_balls(balls, h):
 def _kick_body(machine, body, h):
     """Correct the velocity foreseen; answers the jolt of body and rotor."""
     old, new, inertia = body.acceleration, body.new_acceleration, machine.inertia
-    jolt = machine.polar_inertia * (new[6] - old[6]) ** 2
-    for i in range(6):
-        for j in range(6):
+    jolt = machine.polar_inertia * (new[THETA] - old[THETA]) ** 2
+    for i in range(THETA):
+        for j in range(THETA):
             jolt += (new[i] - old[i]) * inertia[i, j] * (new[j] - old[j])
-    for i in range(7):
+    for i in range(COORDINATES):
         body.rate[i] += 0.5 * h * (new[i] - old[i])
         old[i] = new[i]
     return jolt
@@ -94,7 +95,7 @@ def verlet(chamber, samples):
             speed, prescribed = speed_at(chamber, (progress.steps + 1) * h)
         _drift_body(body, h)
         if not driven:
-            body.rate[6] = speed
+            body.rate[THETA] = speed
         fastest = _drift_balls(chamber.balls, h)
         follow(chamber, h * sqrt(fastest), 2.0, 0.0)
         if progress.trouble != 0:
@@ -102,7 +103,7 @@ def verlet(chamber, samples):
         forces(chamber, prescribed)
         jolt = _kick_body(chamber.machine, body, h)
         if not driven:
-            body.rate[6] = speed
+            body.rate[THETA] = speed
         jolt = _kick_balls(chamber.balls, h, jolt)
         book(chamber, jolt)
         add_reactions(chamber.since, body, 1.0)
@@ -115,14 +116,14 @@ def start(chamber):
     body, progress = chamber.body, chamber.progress
     prescribed = 0.0
     if chamber.machine.driven == 0:
-        body.rate[6], prescribed = speed_at(chamber, 0.0)
+        body.rate[THETA], prescribed = speed_at(chamber, 0.0)
     rebuild(chamber)
     progress.way = 0.0
     if progress.trouble != 0:
         return
     for _ in range(2):  # the second time with the bearing forces of the first
         forces(chamber, prescribed)
-    for i in range(7):
+    for i in range(COORDINATES):
         body.acceleration[i] = body.new_acceleration[i]
     for i in range(chamber.balls.shape[0]):
         ball = row(chamber.balls, i)

@@ -9,7 +9,7 @@ import xarray as xr
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.chamber.chamber import Chamber
-from autobalancer.kernels.chamber.records import ACCOUNT
+from autobalancer.kernels.chamber.records import ACCOUNT, SAMPLE
 from autobalancer.kernels.fields import Rows
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.labels import label
@@ -17,6 +17,8 @@ from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.energy import energies
 
 Array = Any
+DIMENSIONS = ((), ("time",), ("time", "axis"), ("time", "bearing", "axis"))  # by their number
+KEPT = [field.name for field in SAMPLE.fields if field.name != "body_rate"]
 LOSSES = [field.name for field in ACCOUNT.fields if field.name.startswith("loss_")]
 
 
@@ -25,29 +27,14 @@ def chamber_dataset(
 ) -> xr.Dataset:
     """Samples as ``verlet`` keeps them as a dataset; ``energy`` is that at time 0."""
     kinetic, potential = energies(chamber, samples, balls)
+    total = kinetic + potential + samples.energy_contact
     lost = sum(samples[name] for name in LOSSES)
-    vector, each = ("time", "axis"), ("time", "ball", "axis")
-    data: dict[str, Any] = {
-        "rotor_angle": ("time", samples.place[:, 6]),
-        "speed": ("time", samples.rate[:, 6]),
-        "body_position": (vector, samples.place[:, 0:3]),
-        "body_rotation": (vector, samples.place[:, 3:6]),
-        "ball_position": (each, balls.position),
-        "ball_velocity": (each, balls.velocity),
-        "ball_spin": (each, balls.spin),
-        "bearing_force": (("time", "bearing", "axis"), samples.bearing_force),
-        "constraint_force": (vector, samples.constraint[:, 0:3]),
-        "constraint_moment": (vector, samples.constraint[:, 3:6]),
-        "motor_torque": ("time", samples.motor_torque),
+    data: dict[str, Any] = {name: (DIMENSIONS[samples[name].ndim], samples[name]) for name in KEPT}
+    data |= {f"ball_{name}": (("time", "ball", "axis"), balls[name]) for name in balls.dtype.names}
+    data |= {
         "energy_kinetic": ("time", kinetic),
         "energy_potential": ("time", potential),
-        "energy_contact": ("time", samples.stored),
-        "work_motor": ("time", samples.work_motor),
-        **{name: ("time", samples[name]) for name in LOSSES},
-        "energy_error": ("time", kinetic + potential + samples.stored - energy - samples.work_motor + lost),
-        "contacts_ball": ("time", samples.contacts_ball),
-        "contacts_wall": ("time", samples.contacts_wall),
-        "greatest_contact_force": ("time", samples.greatest_force),
+        "energy_error": ("time", total - energy - samples.work_motor + lost),
     }
     coordinates = {
         "time": times,

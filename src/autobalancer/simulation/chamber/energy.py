@@ -16,7 +16,8 @@ Array = Any
 def energies(chamber: Chamber, samples: Rows, balls: Rows) -> tuple[Array, Array]:
     """Kinetic and potential energy without that in contacts, (times,) each, of samples as ``verlet`` keeps them, J."""
     p = chamber.machine
-    q, v, theta, w = samples.place[:, :6], samples.rate[:, :6], samples.place[:, 6], samples.rate[:, 6]
+    q, v = np.hstack([samples.body_position, samples.body_rotation]), samples.body_rate
+    theta, w = samples.rotor_angle, samples.speed
     along, up = _turned(p.unbalance, theta)
     couple_c, couple_s = _turned(p.couple, theta)
     kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, p.inertia, v) + 0.5 * p.polar_inertia * w**2
@@ -38,14 +39,13 @@ def _turned(vector: Array, theta: Array) -> tuple[Array, Array]:
 
 def places(chamber: Chamber, samples: Rows, balls: Rows) -> Array:
     """Places of the balls in space, (times, n, 3), m."""
-    q = samples.place
     turn = np.tile(np.eye(3), (len(samples), 1, 1))
-    a, b, c = q[:, 3], q[:, 4], q[:, 5]
+    a, b, c = samples.body_rotation.T
     turn[:, 0, 1], turn[:, 0, 2], turn[:, 1, 0] = c, -b, -c
     turn[:, 1, 2], turn[:, 2, 0], turn[:, 2, 1] = a, b, -a
     own = balls.position.copy()
     own[:, :, 0] += chamber.rooms.center[chamber.balls.chamber]
-    return np.linalg.solve(turn[:, None], own[..., None])[..., 0] + q[:, None, :3]
+    return np.linalg.solve(turn[:, None], own[..., None])[..., 0] + samples.body_position[:, None]
 
 
 def total_energy(chamber: Chamber) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.chamber import assemble_chamber
-from autobalancer.kernels.chamber.records import PROFILE
+from autobalancer.kernels.chamber.records import PROFILE, THETA
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber.sampling import room_for
 
@@ -37,7 +37,7 @@ def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, l
     for stiffness in (balls.race_stiffness, balls.flat_stiffness, balls.inner_stiffness, chamber.pair_stiffness):
         stiffness *= soft
     balls.velocity, balls.spin = 0.0, 0.0
-    chamber.machine.driven, chamber.machine.free[0], chamber.body.rate[6] = 0, -1, 0.0
+    chamber.machine.driven, chamber.machine.free[0], chamber.body.rate[THETA] = 0, -1, 0.0
     start(chamber)
     every = max(round(FADE / step), 1)
     fading = float(np.exp(-DECAY * every * step))
