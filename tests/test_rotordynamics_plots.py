@@ -75,6 +75,19 @@ def test_units_of_the_campbell_diagram_are_chosen() -> None:
     assert level[0, 1] == pytest.approx(found["frequency"].values[0, 0] / (2.0 * math.pi))
 
 
+def test_titles_of_modes_stay_within_their_panels() -> None:
+    figure = plot_modes(eigenfrequencies(RIG, 150.0), modes=4)
+    figure.draw_without_rendering()
+    boxes = [axes._left_title.get_window_extent() for axes in figure.axes]
+    for i, box in enumerate(boxes):
+        assert box.width > 0.0
+        assert box.x1 < figure.bbox.x1
+        assert not any(box.overlaps(other) for other in boxes[:i])
+    for axes in figure.axes:
+        words = axes.get_title("left").split("\n")[0].replace(",", "").split()
+        assert len(words) == len(set(words))  # the whirl is not said twice
+
+
 def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
     found = eigenfrequencies(RIG, 200.0)
     figure = plot_modes(found, modes=4)
@@ -82,7 +95,7 @@ def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
     first = lines(figure.axes[0])["along y"]
     assert first[0] == pytest.approx(found["place"].values * 1e3)
     assert np.abs(first[1]).max() == pytest.approx(1.0, rel=1e-3)
-    assert figure.axes[0].get_title("left").startswith("cylindrical y: ")
+    assert figure.axes[0].get_title("left").startswith("cylindrical y, ")
     assert f"{found['frequency'].values[0] / (2.0 * math.pi):.4g} Hz" in figure.axes[0].get_title("left")
     assert len(plot_modes(eigenfrequencies(planar(), 0.0)).axes) == 2
 

@@ -41,7 +41,7 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
     columns = min(2, count)
     rows = -(-count // columns)
     with look():
-        figure = picture(4.4 * columns, 0.7 + 1.9 * rows)
+        figure = picture(4.4 * columns, 0.7 + 2.1 * rows)
         heading(figure, str(found.attrs.get("title", "Modes")))
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for number, axes in enumerate(grid.ravel()):
@@ -51,8 +51,8 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
             _shape(axes, found.isel(mode=number))
             mode = found.isel(mode=number)
             axes.set_title(
-                f"{mode['name'].item()}: {mode['frequency'].item() * unit.factor:.4g} {unit.sign}, "
-                f"damping {100.0 * mode['damping_ratio'].item():.2g} %, {mode['whirl'].item()} whirl",
+                f"{_with_whirl(mode)}\n{mode['frequency'].item() * unit.factor:.4g} {unit.sign}, "
+                f"damping {100.0 * mode['damping_ratio'].item():.2g} %",
                 fontsize=8.5,
                 color=INK,
             )
@@ -64,6 +64,12 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
         handles, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=len(handles))
     return figure
+
+
+def _with_whirl(mode: xr.Dataset) -> str:
+    """The name of a mode, and its whirl where the name does not contain it."""
+    name, whirl = str(mode["name"].item()), str(mode["whirl"].item())
+    return name if whirl in name.split() else f"{name}, {whirl} whirl"
 
 
 def _shape(axes: Axes, mode: xr.Dataset) -> None:
