@@ -129,45 +129,88 @@ def test_the_example_of_a_help_can_be_copied(path: tuple[str, ...]) -> None:
     assert words[: 1 + len(path)] == ["autobalancer", *path]
     known = {option for parameter in COMMANDS[path].params for option in parameter.opts}
     assert {word for word in words if word.startswith("--")} <= known
-    for word in words:
-        if word.startswith("examples/"):
-            assert (ROOT / word).is_file()
 
 
+SAMPLES = (
+    "discoidal",
+    "stall_and_release",
+    "two_plane_rotor",
+    "rigid_rotor",
+    "deep_chamber",
+    "equilibrium_angle",
+    "discoidal_hammer",
+    "rodrigues_rig",
+    "rodrigues_critical_speeds",
+)
 WIDE = (
-    ("check", DISCOIDAL),
-    ("check", str(ROOT / "examples" / "machines" / "two_plane_rotor.toml")),
-    ("check", str(ROOT / "examples" / "machines" / "deep_chamber.toml")),
-    ("borders", DISCOIDAL, "--over", "unbalance=0:600 g*mm:3", "--windows", "--up-to", "1200 rpm"),
-    ("stability", DISCOIDAL, "--speeds", "500:1500 rpm:20"),
-    ("modes", RIGID, "--speed", "1200 rpm"),
-    ("modes", RIGID, "--speeds", "0:6000 rpm:21"),
-    ("response", RIGID, "--speeds", "1200 rpm"),
-    ("equivalent", RIGID),
-    ("flow", DISCOIDAL, "--speed", "60 rad/s", "--initial-speed", "0 rpm", "--duration", "0.04 s", "--points", "12x14"),
-    ("angle", str(ROOT / "examples" / "machines" / "equilibrium_angle.toml"), "--speeds", "5:60 rpm:12"),
-    (
-        "receptance",
-        str(ROOT / "examples/measurements/discoidal_hammer.csv"),
-        "--machine",
-        DISCOIDAL,
-        "--speed",
-        "1200 rpm",
-        "--resamples",
-        "0",
-    ),
-    ("catalog", "bearings", "--unbalance", "594 g*mm"),
-    ("catalog", "bearing", "16021"),
-    ("catalog", "drag"),
-    ("catalog", "fluids"),
-    ("catalog", "materials"),
-    ("catalog", "rigs"),
+    "check discoidal.toml",
+    "check two_plane_rotor.toml",
+    "check deep_chamber.toml",
+    'run stall_and_release.toml --duration "0.2 s"',
+    'run deep_chamber.toml --duration "0.05 s"',
+    "example",
+    "keys",
+    "keys balancers.races",
+    "plot stall.nc --kind race --out pictures",
+    'animate stall.nc --out stall.gif --seconds "0.2 s" --fps 10',
+    'borders discoidal.toml --over "unbalance=0:600 g*mm:3" --windows --up-to "1200 rpm"',
+    'stability discoidal.toml --speeds "500:1500 rpm:20"',
+    'map discoidal.toml --x "speed=500:1500 rpm:5" --y "viscosity=1:100 mm^2/s:5:log"',
+    'basin discoidal.toml --speed "1200 rpm" --random 2',
+    'basin discoidal.toml --speed "1200 rpm" --x "ball_angle[1]=-180:180 deg:2"',
+    'modes rigid_rotor.toml --speed "1200 rpm"',
+    'modes rigid_rotor.toml --speeds "0:6000 rpm:21"',
+    'response rigid_rotor.toml --speeds "1200 rpm"',
+    'stepped discoidal.toml --speeds "400:500 rpm:2" --dwell "0.2 s" --window "0.1 s"',
+    "equivalent rigid_rotor.toml",
+    'flow discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "0.04 s" --points 12x14',
+    'angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
+    'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
+    "archive runs",
+    'catalog bearings --unbalance "594 g*mm"',
+    "catalog bearing 16021",
+    "catalog drag",
+    "catalog fluids",
+    'catalog fluid "silicone oil 20"',
+    'catalog blend "silicone oil 1" "silicone oil 50" --viscosity "5 mm^2/s"',
+    "catalog materials",
+    "catalog friction",
+    "catalog rigs",
+    "catalog rig",
+    'catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"',
+)
+WIDE_AND_SLOW = (
+    'branches discoidal.toml --over "speed=60:70 rad/s"',
+    "identify rodrigues_rig.toml --measurements rodrigues_critical_speeds.toml",
+    'study amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',
+    'study reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
+    "study step-size --stiffness-over-mass 1e10",
 )
 
 
-@pytest.mark.parametrize("words", WIDE, ids=lambda words: " ".join(words[:2])[-40:])
-def test_an_answer_fits_80_columns_and_breaks_no_number(words: tuple[str, ...]) -> None:
-    narrow, wide = say(*words), say(*words, columns=400)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The samples, the result of a run, and an archive with a run in it."""
+    place = tmp_path_factory.mktemp("copied")
+    for name in SAMPLES:
+        ab.write_example(name, place)
+    ab.save_run(ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
+    ab.archived_run(ab.Archive(place / "runs"), "one", ab.example("deep_chamber"), duration=0.02, last=0.01)
+    return place
+
+
+def test_every_command_is_among_those_whose_width_is_tried() -> None:
+    assert {
+        path for line in (*WIDE, *WIDE_AND_SLOW) for path in COMMANDS if tuple(line.split())[: len(path)] == path
+    } == {*COMMANDS}
+
+
+@pytest.mark.parametrize("line", [*WIDE, *(pytest.param(line, marks=pytest.mark.slow) for line in WIDE_AND_SLOW)])
+def test_an_answer_fits_80_columns_and_breaks_no_number(
+    line: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    narrow, wide = (say(*shlex.split(line), columns=columns) for columns in (80, 400))
     assert max(map(len, narrow.splitlines())) <= 80
     assert "…" not in narrow
     numbers = [set(re.findall(r"[^\s─]*\d[^\s─]*", text)) for text in (narrow, wide)]

@@ -7,18 +7,18 @@ from typing import Any
 
 from numba.core import event
 
-TEXT = "autobalancer: compiling {}; this happens once for each kind of equations and takes up to a minute ..."
-SHARED = "what all runs share"
+TEXT = "autobalancer: first use of {}: compiling, up to a minute"  # fits 80 columns
+SHARED = "this version"
 KINDS = {
-    "chamber": "the equations of deep chambers",
-    "flow": "the equations of the flow in a race",
-    "guided_balls": "the equations of planar rotors",
-    "stations": "the equations of rotors that tilt or bend",
-    "guided_race": "the equations of real races",
-    "resolved_balls": "the equations of resolved balls",
-    "characteristic": "the equations of stability maps",
-    "dwell": "what stepped responses need",
-    "settle": "what many runs at once need",
+    "chamber": "deep chambers",
+    "flow": "the flow in a race",
+    "guided_balls": "planar rotors",
+    "stations": "rotors that tilt or bend",
+    "guided_race": "real races",
+    "resolved_balls": "resolved balls",
+    "characteristic": "stability maps",
+    "dwell": "stepped responses",
+    "settle": "many runs at once",
 }
 
 
