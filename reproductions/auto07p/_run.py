@@ -18,9 +18,8 @@ import numpy as np
 
 from autobalancer import load_machine
 from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.symmetry import merged
-from autobalancer.stability.continuation.vector_field import Field
-from autobalancer.stability.periodic.integrated import flow
+from autobalancer.stability.continuation.steady import Range
+from autobalancer.stability.periodic.stalled import stalled_orbits
 
 HERE = Path(__file__).resolve().parent
 STALL = HERE.parents[1] / "examples" / "machines" / "stall_and_release.toml"
@@ -112,14 +111,10 @@ def run(
 
 
 def stalled_start(path: Path) -> float:
-    """One turn of the stalled balls at 300 rad/s by simulation, as a first guess; returns the period in 1/w_c."""
-    whole = Family(load_machine(STALL), ["speed"])(300.0)
-    field = Field(merged(whole.plane, ((0, 1),)), 300.0)
-    settled = flow(field, np.array([0.0, 0.0, 0.0, 0.0, 0.0, -50.0]), np.array([20.0]))[-1]
-    times = np.linspace(0.0, 0.2, 20001)
-    angle = flow(field, settled, times)[:, 4]
-    period = float(np.interp(2.0 * np.pi, angle[0] - angle, times))
-    turn = flow(field, settled, np.linspace(0.0, 1.0, 2001) * period)
+    """One turn of the stalled balls at 300 rad/s as a first guess; returns the period in 1/w_c."""
+    problem, u = next(stalled_orbits(Range(Family(load_machine(STALL), ["speed"]), 300.0, 301.0), ((0, 1),), 0.0, 60))
+    period = problem.period(u)
+    turn = problem.mesh.interpolated(problem.states(u) * problem.scale, np.linspace(0.0, 1.0, 2001))
     turn[:, 4] -= 2.0 * np.pi * np.round(turn[0, 4] / (2.0 * np.pi))
     scaled = turn / np.array([1e-3, 1e-3, 0.25, 0.25, 1.0, 250.0])
     np.savetxt(path, np.column_stack([np.linspace(0.0, 1.0, 2001), scaled]), fmt="%.15e")

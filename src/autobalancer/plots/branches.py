@@ -19,6 +19,7 @@ from autobalancer.plots.style import INK, look, picture, with_ignored
 
 COLORS = {
     "balanced": "#0072B2",
+    "mixed": "#56B4E9",
     "coincident": "#E69F00",
     "in line": "#009E73",
     "swinging": "#CC79A7",
@@ -86,7 +87,8 @@ def plot_branches(
         panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         panels[0].set_title(with_ignored(str(branches.attrs.get("title", "Branches")), branches.attrs))
         _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
-        panels[0].set_ylabel(f"deflection ({lengths.sign})")
+        which = "greatest deflection\nof all stations" if "station" in branches.dims else "deflection"
+        panels[0].set_ylabel(f"{which} ({lengths.sign})")
         top = float(np.nanmax(branches["deflection_max"].values)) * lengths.factor or 1.0
         panels[0].set_ylim(-0.03 * top, 1.05 * top)  # states without deflection stay visible
         if with_angles:

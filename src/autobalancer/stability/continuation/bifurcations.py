@@ -78,7 +78,7 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
             break
     if not (np.all(np.isfinite(u)) and abs(u[-1] - guess.u[-1]) < 1e-3):
         raise NoConvergence
-    q = as_ball_angle(q)
+    q = as_ball_angle(q, problem.first)
     # along a continuum the drift of its other states takes part: no coefficient of one mode decides
     lyapunov = math.nan if problem.loose else lyapunov_coefficient(problem, u, q, w)
     return Special("Hopf", Point(u, guess.tangent), w * problem.span.frequency, lyapunov, q)
@@ -100,9 +100,9 @@ def hopf_equations(problem: Steady, u: Floats, w: float, q: Complexes, c: Comple
     return matrix, np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
 
 
-def as_ball_angle(q: Complexes) -> Complexes:
+def as_ball_angle(q: Complexes, first: int) -> Complexes:
     """The mode 2 Re(q e^iwt) scaled to a greatest ball angle of 1 rad, that ball at its turning point at t = 0."""
-    balls = q[4 : 4 + (q.size - 4) // 2]
+    balls = q[first : (first + q.size) // 2]
     largest = balls[np.argmax(np.abs(balls))]
     return np.asarray(0.5 * q / largest, np.complex128)
 

@@ -18,7 +18,7 @@ class Curve:
 
     def __init__(self, span: Range, groups: Groups, start: float, end: float, border: Complexes) -> None:
         self.span, self.groups, self.start, self.end, self.border = span, groups, start, end, border
-        self.size = 4 + 2 * len(groups)  # of the state
+        self.size = span.rotor + 2 * len(groups)  # of the state
         self.weight = np.ones(self.unknowns)
 
     unknowns: int
@@ -78,7 +78,7 @@ class HopfCurve(Curve):
     def lyapunov(self, u: Floats) -> float:
         """First Lyapunov coefficient, as for a Hopf point."""
         point, frequency, q = self.parts(u)
-        return lyapunov_coefficient(self.steady(self.second(u)), point, as_ball_angle(q), frequency)
+        return lyapunov_coefficient(self.steady(self.second(u)), point, as_ball_angle(q, self.span.rotor), frequency)
 
     def frequency(self, u: Floats) -> float:
         """rad/s."""

@@ -19,11 +19,16 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.profile import Constant
+from autobalancer.stability.continuation.symmetry import Groups, merged
 from autobalancer.stability.continuation.vector_field import Field
-from autobalancer.stability.host.planar import STAND_IN, Plane, plane
+from autobalancer.stability.host.planar import Matrix, Plane, plane
+from autobalancer.stability.host.reduction import basis_for, projected
+from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.units import to_si
 
 FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly
+QUICK = ("unbalance", "drag")  # changed without going through the description of the machine
+QUICK_IN_PLANE = (*QUICK, "damping", "stiffness", "viscosity", "ball_mass")
 SMOOTH = ("speed", *(name for name in QUANTITIES if name not in FIXED))
 
 
@@ -33,7 +38,7 @@ class Family:
     Parameters
     ----------
     machine
-        Isotropic, without gravity in the plane.
+        With any rotor on isotropic supports, without gravity across its axis.
     parameters
         Names or paths; every later call gives one value for each.
     speed
@@ -42,34 +47,44 @@ class Family:
     Raises
     ------
     QuestionError
-        For an unknown parameter, one that has no effect or is no number, a missing speed, orthotropic supports, gravity.
+        For an unknown parameter, one that has no effect or is no number, a missing speed, anisotropic supports, gravity.
     """
 
     def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
-        rotor = machine.rotor
-        if not isinstance(rotor, PlanarRotor):
-            raise QuestionError(
-                f"branches: given a rotor of kind {rotor.kind!r}; branches are followed on planar rotors only. "
-                f"equilibria lists the steady states of any rotor at one speed, eigenvalues over the speed; {STAND_IN}"
-            )
-        if not rotor.isotropic:
-            raise QuestionError(
-                "branches: the supports are not isotropic, so that no state rests in the rotor; "
-                "use stability() for its Floquet multipliers, or simulate it"
-            )
         self.machine, self.parameters = machine, tuple(parameters)
+        self._plane = plane(machine) if isinstance(machine.rotor, PlanarRotor) else None
+        self._base = stations(machine) if self._plane is None else of_plane(self._plane)
+        self._basis: Matrix | None = None
+        if not self._base.isotropic:
+            raise QuestionError(
+                "branches: the supports differ along x and y, so that no state rests in the rotor: in its frame all "
+                "motions have coefficients with twice its speed. Ask stability for Floquet multipliers over the speed "
+                "(eigenvalues, stable_windows), or simulate the machine"
+            )
         for name in self.parameters:
             self._check(name)
         if "speed" not in self.parameters:
             speed = _constant_speed(machine) if speed is None else speed
             if not (math.isfinite(speed) and speed > 0.0):
                 raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
-        self._speed, self._plane = speed, plane(machine)
+        self._speed = speed
         self._at = lru_cache(maxsize=64)(self._build)
+        self.merged = lru_cache(maxsize=64)(self._merged)
 
     def __call__(self, *values: float) -> Field:
         """The field at these values."""
         return self._at(tuple(float(value) for value in values))
+
+    def reduce(self, highest: float) -> None:
+        """Take fewer coordinates of a rotor that has many, for speeds up to ``highest``, rad/s."""
+        self._basis = basis_for(self._base, highest)
+        self._at.cache_clear()
+        self.merged.cache_clear()
+
+    def _merged(self, groups: Groups, *values: float) -> Field:
+        """The field at these values with every group of balls as one ball."""
+        whole = self(*values)
+        return Field(merged(whole.host, groups), whole.speed)
 
     def read(self, index: int, value: float | str) -> float:
         """A value of parameter ``index`` in SI; texts have a unit."""
@@ -78,6 +93,8 @@ class Family:
 
     def now(self, index: int) -> float:
         """The value that the machine itself has; nan if it has none, or not one for all."""
+        if self._plane is None and self.parameters[index] == "unbalance":
+            return abs(self._base.unbalance)
         return value_of(self.machine, self.parameters[index])
 
     def label(self, index: int) -> tuple[str, str]:
@@ -90,15 +107,20 @@ class Family:
         for name, value in zip(self.parameters, values, strict=True):
             if name == "speed":
                 speed = value
-            elif name in ("unbalance", "drag", "damping", "stiffness", "viscosity", "ball_mass"):
+            elif name in (QUICK if self._plane is None else QUICK_IN_PLANE):
                 quick[name] = value
             else:
                 machine = with_quantity(machine, name, value)
-        p = self._plane if machine is self.machine else plane(machine)
-        for name, value in quick.items():
-            p = _changed(p, machine, name, value)
         assert speed is not None
-        return Field(p, speed)
+        if self._plane is not None:
+            p = self._plane if machine is self.machine else plane(machine)
+            for name, value in quick.items():
+                p = _changed(p, machine, name, value)
+            return Field(of_plane(p), speed)
+        host = self._base if machine is self.machine else stations(machine)
+        for name, value in quick.items():
+            host = _scaled(host, name, value)
+        return Field(host if self._basis is None else projected(host, self._basis), speed)
 
     def _check(self, name: str) -> None:
         if name != "speed" and "." not in name and name not in SMOOTH:
@@ -120,6 +142,19 @@ class Family:
             with_quantity(self.machine, name, 1e-3 if math.isnan(value) else value)  # says why it cannot change
         if name.endswith(".count"):
             raise QuestionError(f"parameter {name!r}: must be a number that can change smoothly")
+
+
+def _scaled(host: Stations, name: str, value: float) -> Stations:
+    """The same for any rotor; all its unbalances keep their proportions."""
+    if name == "drag":
+        return replace(host, drag=np.full(host.moment.size, value))
+    size = abs(host.unbalance)
+    if size == 0.0:
+        raise QuestionError(
+            "parameter 'unbalance': the unbalances of this machine have no resultant; give the path of one of them, such as "
+            "'unbalances[1].moment'"
+        )
+    return replace(host, load=host.load * (value / size), unbalance=host.unbalance * (value / size))
 
 
 def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:

@@ -14,6 +14,7 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
+from autobalancer.errors import MachineError
 from autobalancer.stability.host.planar import Floats
 
 TOLERANCE = 1e-11  # of the last correction, in scaled unknowns
@@ -70,7 +71,7 @@ def correct(problem: Problem, guess: Floats, row: Floats, value: float) -> tuple
         with np.errstate(all="ignore"):
             try:
                 step = problem.solve(u, row, -problem.residual(u), value - float(row @ u))
-            except np.linalg.LinAlgError:
+            except (np.linalg.LinAlgError, MachineError):  # the second: a value beyond the range that no machine has
                 raise NoConvergence from None
         size = float(np.abs(step).max())
         if not math.isfinite(size) or (number > 3 and size > 2.0 * last and size > 1e-6):

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import copy
-import math
 from typing import Self
 
 import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.symmetry import Groups, expanded, merged
+from autobalancer.stability.continuation.symmetry import Groups, expanded
 from autobalancer.stability.continuation.vector_field import Field, Numbers
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
+from autobalancer.stability.host.critical import damping_ratio
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Stations
 
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
@@ -26,9 +27,11 @@ class Range:
 
     def __init__(self, family: Family, start: float, end: float, others: tuple[float, ...] = ()) -> None:
         self.family, self.start, self.end, self.others = family, start, end, others
-        plane = family(start, *others).plane
-        self.frequency = math.sqrt(plane.stiffness[0] / plane.mass)
-        self.length = size(plane)
+        host = family(start, *others).host
+        self.frequency = host.scale_speed
+        self.length = size(host)
+        heavy = np.tile(np.diag(host.model.mass)[: host.model.pairs], 2)
+        self.sizes = self.length * np.sqrt(host.model.total_mass / heavy)  # of equal energy, (2 pairs,)
 
     def moved(self, *others: float) -> Range:
         """The same range at other values of the further parameters of the family."""
@@ -46,17 +49,21 @@ class Range:
 
     def field(self, share: float, groups: Groups) -> Field:
         """The vector field there, of balls in groups."""
-        whole = self.family(self.value(share), *self.others)
-        return Field(merged(whole.plane, groups), whole.speed)
+        return self.family.merged(groups, self.value(share), *self.others)
 
     def whole(self, share: float) -> Field:
         """The vector field there, of all balls."""
         return self.family(self.value(share), *self.others)
 
+    @property
+    def rotor(self) -> int:
+        """Components of a state in front of the ball angles."""
+        return 2 * self.sizes.size
+
     def scale(self, balls: int) -> Floats:
         """Size of each component of a state."""
-        w, z = self.frequency, self.length
-        return np.concatenate([[z, z, z * w, z * w], np.ones(balls), np.full(balls, w)])
+        w, z = self.frequency, self.sizes
+        return np.concatenate([z, z * w, np.ones(balls), np.full(balls, w)])
 
     def offsets(self, share: float) -> tuple[Floats, Floats]:
         """Shares at which a derivative by the parameter takes its values, and with which weights."""
@@ -67,25 +74,34 @@ class Range:
         return share + step * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * step)
 
 
-def size(plane: Plane) -> float:
+def size(host: Stations) -> float:
     """A length that suits the deflections of a machine at resonance, m."""
-    drives = abs(plane.unbalance) + float(plane.moment.sum())
-    length = drives / plane.mass + float(np.abs(plane.offset).max(initial=0.0))
-    length *= min(
-        max(1.0, math.sqrt(plane.stiffness[0] * plane.mass) / max(plane.damping[0], 1e-300)), LARGEST_RESONANCE
-    )
+    drives = abs(host.unbalance) + float(host.moment.sum())
+    length = drives / host.model.total_mass + float(np.abs(host.offset).max(initial=0.0))
+    ratio = damping_ratio(host.model, host.scale_speed)
+    length *= min(max(1.0, 0.5 / max(ratio, 1e-300)), LARGEST_RESONANCE)
     if length == 0.0:
         raise QuestionError("branches: the machine has neither unbalance nor balls; nothing can be followed")
     return length
 
 
-def running_true(p: Plane, state: Floats, length: float) -> int | None:
+def running_true(host: Stations, state: Floats, length: float) -> int | None:
     """Dimension of the continuum of a state in which races run true; ``None`` if none of them does."""
-    center = complex(state[0], state[1]) + p.offset
-    true = np.abs(center) < TRUE_RACE * length
+    true = np.abs(centers_of(host, state)) < TRUE_RACE * length
     if not true.any():
         return None
-    return sum(max(int((true & (p.offset == place)).sum()) - 2, 0) for place in set(p.offset[true].tolist()))
+    races = list(zip(host.station.tolist(), host.offset.tolist(), strict=True))
+    standing = [race for race, runs in zip(races, true, strict=True) if runs]
+    stations = len({station for station, _ in standing})
+    more = 2 * max(stations - host.model.pairs, 0)  # moments of so many stations move nothing
+    return sum(max(standing.count(race) - 2, 0) for race in set(standing)) + more
+
+
+def centers_of(host: Stations, state: Floats) -> Complexes:
+    """Race center of each ball in the rotor, from the axis of rotation, (n,) m."""
+    pairs = host.model.pairs
+    whirl = host.rows @ (state[:pairs] + 1j * state[pairs : 2 * pairs])
+    return np.asarray(whirl[host.station] + host.offset, np.complex128)
 
 
 class Steady:
@@ -98,6 +114,12 @@ class Steady:
         self.span, self.groups, self.loose = span, groups, loose
         self.scale = span.scale(len(groups))
         self.weight = np.ones(self.scale.size + 1)
+        self.first = span.rotor  # number of the first ball angle
+
+    @property
+    def angles(self) -> slice:
+        """Where the angles of the merged balls are."""
+        return slice(self.first, self.first + len(self.groups))
 
     def field(self, u: Floats) -> Field:
         """The vector field at a point."""
@@ -132,11 +154,11 @@ class Steady:
 
     def state(self, u: Floats) -> Floats:
         """The state of all balls, SI."""
-        return expanded(u[:-1] * self.scale, self.groups)
+        return expanded(u[:-1] * self.scale, self.groups, self.span.rotor)
 
     def freedom_or_none(self, u: Floats) -> int | None:
         """Dimension of the continuum of balanced states of the merged balls; ``None`` where no race runs true."""
-        return running_true(self.field(u).plane, u[:-1] * self.scale, self.span.length)
+        return running_true(self.field(u).host, u[:-1] * self.scale, self.span.length)
 
     def eigenvalues(self, u: Floats) -> Complexes:
         """Of the merged balls, 1/s, greatest real part first."""

@@ -11,10 +11,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.stability.continuation.follow import CORRECTIONS, Point
 from autobalancer.stability.continuation.special import Special, crossing_at
-from autobalancer.stability.continuation.steady import Steady
+from autobalancer.stability.continuation.steady import TRUE_RACE, Steady, centers_of
 from autobalancer.stability.continuation.symmetry import gathered, joined, meeting, restoring, splittings
 from autobalancer.stability.host.planar import Floats
 
@@ -28,20 +29,20 @@ def symmetric_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b
 
 def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """Two groups of equal balls come together."""
-    found = []
+    found, first = [], problem.first
     for one, other in meeting(problem.groups, kind):
-        apart = [math.sin(0.5 * float(p.u[4 + one] - p.u[4 + other])) for p in (a, b)]
+        apart = [math.sin(0.5 * float(p.u[first + one] - p.u[first + other])) for p in (a, b)]
         if apart[0] * apart[1] >= 0.0:
             continue
         guess = a.u + apart[0] / (apart[0] - apart[1]) * (b.u - a.u)
         groups = joined(problem.groups, (one, other))
         together = Steady(problem.span, groups)
-        start = np.append(gathered(problem.state(guess), groups) / together.scale, guess[-1])
-        start[4 + one] += 0.5 * math.remainder(guess[4 + other] - guess[4 + one], 2.0 * math.pi)
+        start = np.append(gathered(problem.state(guess), groups, first) / together.scale, guess[-1])
+        start[first + one] += 0.5 * math.remainder(guess[first + other] - guess[first + one], 2.0 * math.pi)
         u = falling_apart(together, one, start)
         if u is not None:
-            point = np.append(gathered(together.state(u), problem.groups) / problem.scale, u[-1])
-            balls = slice(4, 4 + len(problem.groups))
+            point = np.append(gathered(together.state(u), problem.groups, first) / problem.scale, u[-1])
+            balls = problem.angles
             point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
             found.append(
                 Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True)
@@ -70,8 +71,9 @@ def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
 
 def _company(problem: Steady, u: Floats, group: int) -> list[int]:
     """Groups that run around the same center as this one, itself included."""
-    offset = problem.field(u).plane.offset
-    return [int(i) for i in np.flatnonzero(offset == offset[group])]
+    host = problem.field(u).host
+    same = (host.offset == host.offset[group]) & (host.station == host.station[group])
+    return [int(i) for i in np.flatnonzero(same)]
 
 
 def _restoring(problem: Steady, group: int, u: Floats) -> float:
@@ -97,46 +99,67 @@ def falling_apart(problem: Steady, group: int, guess: Floats) -> Floats | None:
 
 
 def _in_line(problem: Steady, a: Point, b: Point) -> list[Special]:
-    """Two groups around one center stand in line and the race runs true: from the balanced side or from the other."""
-    if len(problem.groups) != 2 or len(_company(problem, a.u, 0)) != 2:
-        return []
-    true = [problem.freedom_or_none(p.u) is not None for p in (a, b)]
-    if all(true):
-        test = [math.sin(float(p.u[4] - p.u[5])) for p in (a, b)]
-    elif not any(true):
-        test = [_restoring(problem, 0, p.u) for p in (a, b)]
-    else:
-        return []
-    if test[0] * test[1] >= 0.0 or min(map(abs, test)) < SMALL:
-        return []
-    u = _closing(problem, a.u + test[0] / (test[0] - test[1]) * (b.u - a.u))
-    if u is None:
-        return []
-    return [replace(crossing_at(problem, Point(u, b.tangent), all(true)), kind="pitchfork")]
+    """Two groups around one center stand in line and their race runs true: from the balanced side or from the other."""
+    found = []
+    for one in range(len(problem.groups)):
+        pair = _company(problem, a.u, one)
+        if len(pair) != 2 or pair[0] != one:
+            continue
+        true = [bool(_true(problem, p.u)[one]) for p in (a, b)]
+        if all(true):
+            test = [_across(problem, p.u, pair) for p in (a, b)]
+        elif not any(true):
+            test = [_restoring(problem, one, p.u) for p in (a, b)]
+        else:
+            continue
+        if test[0] * test[1] >= 0.0 or min(map(abs, test)) < SMALL:
+            continue
+        u = _closing(problem, a.u + test[0] / (test[0] - test[1]) * (b.u - a.u), pair)
+        if u is not None:
+            found.append(replace(crossing_at(problem, Point(u, b.tangent), all(true)), kind="pitchfork"))
+    return found
 
 
-def _closing(problem: Steady, guess: Floats) -> Floats | None:
-    """The balanced state with two groups in line: load + sum s e^(i phi) = 0 and sin(phi1 - phi2) = 0 by Newton's method."""
-    x = np.array([guess[4], guess[5], guess[-1]])
+def _across(problem: Steady, u: Floats, pair: list[int]) -> float:
+    angles = u[problem.angles]
+    return math.sin(float(angles[pair[0]] - angles[pair[1]]))
 
-    def equations(x: Floats) -> tuple[Floats, complex]:
-        field = problem.span.field(float(x[2]), problem.groups)
-        p, center = field.plane, complex(field.plane.offset[0])
-        load = p.fixed_load + center * p.dynamic_stiffness(field.speed) / field.speed**2
-        total = (load + complex((p.moment * np.exp(1j * x[:2])).sum())) / p.moment.sum()
-        return np.array([total.real, total.imag, math.sin(x[0] - x[1])]), -center
 
+def _true(problem: Steady, u: Floats) -> NDArray[np.bool_]:
+    """Whether the race of each group runs true."""
+    center = centers_of(problem.field(u).host, u[:-1] * problem.scale)
+    return np.asarray(np.abs(center) < TRUE_RACE * problem.span.length)
+
+
+def _closing(problem: Steady, guess: Floats, pair: list[int]) -> Floats | None:
+    """The state near a guess in which the race of two groups runs true and they stand in line, by Newton's method.
+
+    Where races run true the balls have no torque whatever their angles: c = 0 takes the place of their two equations, which
+    leaves a regular system. Other races must not have more than two groups that run true.
+    """
+    true = _true(problem, guess)
+    true[pair] = True
+    firsts = [i for i in np.flatnonzero(true) if _company(problem, guess, int(i))[0] == i]
+    if true.sum() != 2 * len(firsts):
+        return None
+    length = problem.span.length
+
+    def equations(u: Floats) -> Floats:
+        field, state = problem.field(u), u[:-1] * problem.scale
+        missed = problem.residual(u)
+        center = centers_of(field.host, state)[firsts] / length
+        balls = missed[problem.first + len(problem.groups) :][~true]
+        moving = [missed[: problem.first], u[problem.angles.stop : -1], balls, center.real, center.imag]
+        return np.concatenate([*moving, [_across(problem, u, pair)]])
+
+    u, size = np.array(guess), math.inf
     for _ in range(2 * CORRECTIONS):
-        slope = np.array([(equations(x + h)[0] - equations(x - h)[0]) / 2e-6 for h in 1e-6 * np.eye(3)]).T
+        slope = np.array([(equations(u + h) - equations(u - h)) / 2e-6 for h in 1e-6 * np.eye(u.size)]).T
         try:
-            step = np.linalg.solve(slope, -equations(x)[0])
+            step = np.linalg.solve(slope, -equations(u))
         except np.linalg.LinAlgError:
             return None
-        x = x + step
-        if np.abs(step).max() < 1e-13:
+        u, size = u + step, float(np.abs(step).max())
+        if size < 1e-13:
             break
-    if np.abs(step).max() > 1e-9 or abs(x[2] - guess[-1]) > 0.1:
-        return None
-    whirl, w = equations(x)[1], problem.field(np.append(guess[:-1], x[2])).speed
-    state = np.concatenate([[whirl.real, whirl.imag, -w * whirl.imag, w * whirl.real], x[:2], [0.0, 0.0]])
-    return np.append(state / problem.scale, x[2])
+    return u if size < 1e-9 and abs(u[-1] - guess[-1]) < 0.1 else None

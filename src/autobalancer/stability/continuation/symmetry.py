@@ -14,19 +14,21 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.stability.continuation.vector_field import Field
-from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.planar import close_polygon
 
 Groups: TypeAlias = tuple[tuple[int, ...], ...]
 TOGETHER = 1e-7  # rad: nearer balls count as coincident
 
 
-def kinds(planes: list[Plane]) -> list[tuple[float, ...]]:
-    """For each ball what it shares with its equals, in all of these planes."""
-    rows = [np.stack([p.race, p.ball_mass, p.moment, p.inertia, p.drag, p.offset.real, p.offset.imag]) for p in planes]
-    return [tuple(column) for column in np.concatenate(rows).T.tolist()] if planes[0].moment.size else []
+def kinds(hosts: list[Stations]) -> list[tuple[float, ...]]:
+    """For each ball what it shares with its equals, in all of these hosts."""
+    rows = [np.stack([h.race, h.ball_mass, h.moment, h.inertia, h.drag, h.offset.real, h.offset.imag]) for h in hosts]
+    return [tuple(column) for column in np.concatenate(rows).T.tolist()] if hosts[0].moment.size else []
 
 
 def coincident(angles: Floats, kind: list[tuple[float, ...]]) -> Groups:
@@ -46,8 +48,8 @@ def coincident(angles: Floats, kind: list[tuple[float, ...]]) -> Groups:
     return tuple(tuple(group) for group in groups)
 
 
-def merged(p: Plane, groups: Groups) -> Plane:
-    """The plane in which every group is one ball."""
+def merged(p: Stations, groups: Groups) -> Stations:
+    """The stations at which every group is one ball."""
     if len(groups) == p.moment.size:
         return p
     first = [group[0] for group in groups]
@@ -58,6 +60,7 @@ def merged(p: Plane, groups: Groups) -> Plane:
     return replace(
         p,
         race=p.race[first],
+        station=p.station[first],
         offset=p.offset[first],
         ball_mass=total(p.ball_mass),
         moment=total(p.moment),
@@ -66,26 +69,24 @@ def merged(p: Plane, groups: Groups) -> Plane:
     )
 
 
-def expanded(states: Floats, groups: Groups) -> Floats:
-    """States of the merged plane as states of all balls, angle and speed of each ball; last axis 4 + 2 n."""
-    place = _places(groups)
-    count = len(groups)
-    return np.concatenate([states[..., :4], states[..., 4 + place], states[..., 4 + count + place]], -1)
+def expanded(states: Floats, groups: Groups, rotor: int) -> Floats:
+    """States of the merged balls as states of all balls, behind ``rotor`` components; last axis rotor + 2 n."""
+    place = rotor + _places(groups)
+    return np.concatenate([states[..., :rotor], states[..., place], states[..., len(groups) + place]], -1)
 
 
-def gathered(state: Floats, groups: Groups) -> Floats:
-    """The state of the merged plane for a state of all balls."""
-    n = (state.size - 4) // 2
-    first = np.array([group[0] for group in groups], np.int64)
-    return np.concatenate([state[:4], state[4 + first], state[4 + n + first]])
+def gathered(state: Floats, groups: Groups, rotor: int) -> Floats:
+    """The state of the merged balls for a state of all balls."""
+    n = (state.size - rotor) // 2
+    first = rotor + np.array([group[0] for group in groups], np.int64)
+    return np.concatenate([state[:rotor], state[first], state[n + first]])
 
 
 def restoring(field: Field, state: Floats) -> Floats:
     """r of every ball, over I w^2: falls below zero where balls at this place no longer stay together."""
-    p, n = field.plane, field.balls
-    c, s = np.cos(state[4 : 4 + n]), np.sin(state[4 : 4 + n])
-    rate = field(state)
-    ax, ay = rate[2] - field.speed * state[3], rate[3] + field.speed * state[2]
+    p, angles = field.host, state[field.rotor : field.rotor + field.balls]
+    c, s = np.cos(angles), np.sin(angles)
+    ax, ay = field.accelerations(state, field(state))
     along = p.offset.real * c + p.offset.imag * s
     return np.asarray(p.moment * (field.speed**2 * along - c * ax - s * ay) / (p.inertia * field.speed**2))
 
@@ -115,32 +116,46 @@ def joined(groups: Groups, pair: tuple[int, int]) -> Groups:
     return (*groups[:a], both, *groups[a + 1 : b], *groups[b + 1 :])
 
 
-def in_two_bundles(p: Plane, state: Floats, kind: list[tuple[float, ...]]) -> Floats | None:
-    """The balanced state with the same resultant in which equal balls stand in two bundles, as even as possible.
+def in_two_bundles(
+    angles: Floats, p: Stations, kind: list[tuple[float, ...]], true: NDArray[np.bool_]
+) -> Floats | None:
+    """Ball angles with the same resultants in which the balls of each race that runs true stand in two bundles.
 
-    In the merged balls it is no continuum any more. ``None`` if the balls are not all equal or no two bundles close.
+    The bundles are as even as possible. In the merged balls the state is no continuum any more. ``true``: whether the race
+    of each ball runs true. ``None`` if the balls of such a station are not all equal, or no two bundles close.
     """
-    count = p.moment.size
-    if len(set(kind)) != 1:
-        return None
-    target = complex((p.moment * np.exp(1j * state[4 : 4 + count])).sum())
-    for part in range(count // 2, 0, -1):
-        for pair in close_polygon(p.moment[0] * np.array([float(count - part), float(part)]), target)[:1]:
-            new = np.array(state)
-            new[4 : 4 + count] = np.repeat(pair, [count - part, part])
-            return new
-    return None
+    new = np.array(angles)
+    for station in sorted(set(p.station[true].tolist())):
+        balls = np.flatnonzero(true & (p.station == station))
+        count = balls.size
+        if len({kind[ball] for ball in balls}) != 1:
+            return None
+        if count < 3:
+            continue
+        target, one = complex((p.moment[balls] * np.exp(1j * angles[balls])).sum()), p.moment[balls[0]]
+        parts = range(count // 2, 0, -1)
+        closed = [(part, close_polygon(one * np.array([float(count - part), float(part)]), target)) for part in parts]
+        part, pairs = next(((part, pairs) for part, pairs in closed if pairs), (0, []))
+        if not pairs:
+            return None
+        new[balls] = np.repeat(pairs[0], [count - part, part])
+    return new
 
 
-def signature(p: Plane, state: Floats) -> Floats:
-    """Numbers that no exchange of equal balls alters, nor for a rotor at rest the mirror image of the ball angles."""
-    n = p.moment.size
-    heavy = p.unbalance / abs(p.unbalance) if p.unbalance else 1.0
-    angle = state[4 : 4 + n] - np.angle(heavy)
-    total = p.moment.sum() or 1.0
-    whirl = complex(state[0], state[1]) * np.conj(heavy) * p.mass / (abs(p.unbalance) + total)
-    sums = [complex((p.moment * np.exp(1j * k * angle)).sum()) / total for k in (1, 2, 3)]
-    return np.array([whirl.real, abs(whirl.imag), *(s.real for s in sums), *(abs(s.imag) for s in sums)])
+def signature(p: Stations, state: Floats) -> Floats:
+    """Numbers that no exchange of equal balls alters, nor, of one station, the mirror image of a rotor at rest."""
+    pairs, first, total = p.model.pairs, 4 * p.model.pairs, p.moment.sum() or 1.0
+    loads = p.rows @ p.load
+    found: list[float] = []
+    for station, load in enumerate(loads):
+        heavy = load / abs(load) if load else 1.0
+        balls = np.flatnonzero(p.station == station)
+        angle = state[first + balls] - np.angle(heavy)
+        whirl = complex(p.rows[station] @ (state[:pairs] + 1j * state[pairs : 2 * pairs])) * np.conj(heavy)
+        sums = [complex((p.moment[balls] * np.exp(1j * k * angle)).sum()) / total for k in (1, 2, 3)]
+        numbers = [whirl * p.model.total_mass / (abs(p.unbalance) + total), *sums]
+        found += [n.real for n in numbers] + [abs(n.imag) if loads.size == 1 else n.imag for n in numbers]
+    return np.array(found)
 
 
 def _places(groups: Groups) -> np.ndarray:

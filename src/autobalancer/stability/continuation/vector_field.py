@@ -1,40 +1,61 @@
-"""The equations of an isotropic machine at constant speed W as a smooth vector field in the frame of the rotor.
+"""The equations of balls on any isotropic rotor at constant speed W as a smooth vector field in the frame of the rotor.
 
-State X, Y, VX, VY (velocity in space along the axes of the rotor), ball angles phi, ball speeds phi' in the rotor. With
-s = m eps, t and n the tangential and radial unit vectors at a ball, A the acceleration of the race center:
+State: coordinates Q of the rotor (``pairs`` along X, as many along Y), V (their velocity in space along the axes of the
+rotor), ball angles phi, ball speeds phi' in the rotor. With s = m eps, t and n the tangential and radial unit vectors at a
+ball, B the row of its station, A = V' + iW V and c the center of its race in the rotor,
 
-    M A + sum s t phi'' = -k z - b v + W^2 (U + sum m E) + sum s (W + phi')^2 n
-    I phi'' + s t.A     = -beta phi' + s W^2 E sin(gamma - phi)
+    M A + sum B^T s t phi'' = -K Q - (C - iWG) V + W^2 F + sum B^T s (W + phi')^2 n
+    I phi'' + s t.(B A)     = -beta phi' + s W^2 Im[e^(-i phi) c]
 
-This is the compiled kernel :func:`autobalancer.kernels.guided_balls.planar` written so that it can be differentiated: both
-sides as Taylor series along a direction give derivatives of any order from one linear solve each, exact to rounding.
+M has the balls' mass on it, F are the unbalances and the eccentric masses of the balls. A planar rotor has one pair of
+coordinates, one station and B = 1. These are the compiled equations written so that they can be differentiated: both sides as
+Taylor series along a direction give derivatives of any order from one linear solve each, exact to rounding.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.stability.host.planar import Floats, Matrix, Plane
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Stations
 
 Numbers = NDArray[Any]  # real or complex
 
 
 @dataclass(frozen=True)
 class Field:
-    """The vector field of a plane at a speed; the last axis of a state counts its 4 + 2 n components."""
+    """The vector field of a machine at a speed; the last axis of a state counts its 4 ``pairs`` + 2 n components."""
 
-    plane: Plane
+    host: Stations
     speed: float
 
     @property
     def balls(self) -> int:
         """Number of balls n."""
-        return self.plane.moment.size
+        return self.host.moment.size
+
+    @property
+    def rotor(self) -> int:
+        """Number of components of a state that belong to the rotor: Q and V."""
+        return 4 * self.host.model.pairs
+
+    @cached_property
+    def rows(self) -> Matrix:
+        """Deflection of each ball's station over the coordinates, (n, pairs)."""
+        return np.asarray(self.host.rows[self.host.station])
+
+    @cached_property
+    def _matrices(self) -> tuple[Matrix, Matrix, Matrix, Floats]:
+        """M, C - iWG, K over Q_x, Q_y, and the load W^2 F."""
+        load = self.speed**2 * self.host.fixed_load
+        mass, turning, stiffness = (_real(m) for m in self.host.model.complex_matrices(self.speed))
+        return mass, turning, stiffness, np.concatenate([load.real, load.imag])
 
     def __call__(self, states: Floats) -> Floats:
         """Time derivative of one state or of many."""
@@ -42,10 +63,12 @@ class Field:
 
     def taylor(self, state: Numbers, direction: Numbers, order: int) -> list[Numbers]:
         """Coefficients of h^0, h^1 ... of the field at ``state + h direction``; the direction may be complex."""
-        p, n, speed = self.plane, self.balls, self.speed
+        p, n, speed, first = self.host, self.balls, self.speed, self.rotor
+        half = first // 2
+        _, damping, stiffness, fixed = self._matrices
         state = np.broadcast_to(state, direction.shape)
-        angle, turn = state[..., 4 : 4 + n], direction[..., 4 : 4 + n]
-        rate, change = state[..., 4 + n :], direction[..., 4 + n :]
+        angle, turn = state[..., first : first + n], direction[..., first : first + n]
+        rate, change = state[..., first + n :], direction[..., first + n :]
         square = [(speed + rate) ** 2, 2.0 * (speed + rate) * change, change**2]
         cosine, sine, matrices = [], [], []
         rates: list[Numbers] = []
@@ -55,49 +78,55 @@ class Field:
             sine.append(np.sin(angle + 0.5 * np.pi * k) * factor)
             matrices.append(self._coupling(cosine[k], sine[k]))
             here = (state, direction)[k] if k < 2 else np.zeros_like(direction)
-            z, v, ball = here[..., :2], here[..., 2:4], here[..., 4 + n :]
-            load = -p.stiffness[0] * z - p.damping[0] * v
+            load = -here[..., :half] @ stiffness.T - here[..., half:first] @ damping.T
             if k == 0:
-                load = load + speed**2 * np.array([p.fixed_load.real, p.fixed_load.imag])
+                load = load + fixed
             pull = [sum(square[j] * side[k - j] for j in range(min(k, 2) + 1)) for side in (cosine, sine)]
-            load = load + np.stack([(p.moment * part).sum(-1) for part in pull], -1)
+            load = load + np.concatenate([(p.moment * part) @ self.rows for part in pull], -1)
             across = p.offset.imag * cosine[k] - p.offset.real * sine[k]
-            right = np.concatenate([load, -p.drag * ball + p.moment * speed**2 * across], -1)
+            right = np.concatenate([load, -p.drag * here[..., first + n :] + p.moment * speed**2 * across], -1)
             for j in range(1, k + 1):
                 right = right - (matrices[j] @ rates[k - j][..., None])[..., 0]
             rates.append(np.linalg.solve(self._inertia(matrices[0]), right[..., None])[..., 0])
         return [self._assembled((state, direction)[k] if k < 2 else None, rates[k]) for k in range(order + 1)]
 
+    def accelerations(self, states: Floats, rates: Floats) -> tuple[Floats, Floats]:
+        """Of each ball's station in space, along the axes of the rotor, (..., n); ``rates`` is the field there."""
+        half = self.rotor // 2
+        whole = rates[..., half : self.rotor] - self._turned(states[..., half : self.rotor])
+        pairs = half // 2
+        return whole[..., :pairs] @ self.rows.T, whole[..., pairs:] @ self.rows.T
+
     def jacobian(self, states: Floats) -> Matrix:
-        """Derivative of the field with respect to the state, (..., 4 + 2 n, 4 + 2 n)."""
-        p, n, speed = self.plane, self.balls, self.speed
-        angle, rate = states[..., 4 : 4 + n], states[..., 4 + n :]
+        """Derivative of the field with respect to the state, (..., size, size)."""
+        p, n, speed, first = self.host, self.balls, self.speed, self.rotor
+        half, pairs = first // 2, first // 4
+        _, damping, stiffness, _ = self._matrices
+        angle, rate = states[..., first : first + n], states[..., first + n :]
         c, s = np.cos(angle), np.sin(angle)
-        m = self._coupling(c, s)
-        acceleration = self(states)
-        ax = acceleration[..., 2:3] - speed * states[..., 3:4]
-        ay = acceleration[..., 3:4] + speed * states[..., 2:3]
-        spin = acceleration[..., 4 + n :]
-        right = np.zeros((*states.shape[:-1], 2 + n, 4 + 2 * n))
+        values = self(states)
+        ax, ay = self.accelerations(states, values)
+        spin = values[..., first + n :]
+        right = np.zeros((*states.shape[:-1], half + n, first + 2 * n))
         ball = np.arange(n)
-        for row in range(2):
-            right[..., row, row], right[..., row, 2 + row] = -p.stiffness[0], -p.damping[0]
-        tangent, radial = (-s, c), (c, s)
-        for row in range(2):
-            push = (speed + rate) ** 2 * tangent[row] + spin * radial[row]  # s t phi'' turns with the ball
-            right[..., row, 4 : 4 + n] = p.moment * push
-            right[..., row, 4 + n :] = 2.0 * p.moment * (speed + rate) * radial[row]
+        right[..., :half, :half], right[..., :half, half:first] = -stiffness, -damping
+        for part, tangent, radial in ((slice(0, pairs), -s, c), (slice(pairs, half), c, s)):
+            push = (speed + rate) ** 2 * tangent + spin * radial  # s t phi'' turns with the ball
+            right[..., part, first : first + n] = self._at_rows(p.moment * push)
+            right[..., part, first + n :] = self._at_rows(2.0 * p.moment * (speed + rate) * radial)
         along = p.offset.real * c + p.offset.imag * s
-        right[..., 2 + ball, 4 + ball] = p.moment * (c * ax + s * ay - speed**2 * along)
-        right[..., 2 + ball, 4 + n + ball] = -p.drag
-        slope = np.linalg.solve(self._inertia(m), right)
-        whole = np.zeros((*states.shape[:-1], 4 + 2 * n, 4 + 2 * n))
-        whole[..., 2:4, :], whole[..., 4 + n :, :] = slope[..., :2, :], slope[..., 2:, :]
-        whole[..., 4 + ball, 4 + n + ball] = 1.0
-        for first in (0, 2):  # v = z' + i W z and A = v' + i W v in the turning axes
-            whole[..., first, first + 1] += speed
-            whole[..., first + 1, first] -= speed
-        whole[..., 0, 2] = whole[..., 1, 3] = 1.0
+        right[..., half + ball, first + ball] = p.moment * (c * ax + s * ay - speed**2 * along)
+        right[..., half + ball, first + n + ball] = -p.drag
+        slope = np.linalg.solve(self._inertia(self._coupling(c, s)), right)
+        whole = np.zeros((*states.shape[:-1], first + 2 * n, first + 2 * n))
+        whole[..., half:first, :], whole[..., first + n :, :] = slope[..., :half, :], slope[..., half:, :]
+        whole[..., first + ball, first + n + ball] = 1.0
+        one = np.arange(pairs)
+        for begin in (0, half):  # V = Q' + iW Q and A = V' + iW V in the turning axes
+            whole[..., begin + one, begin + pairs + one] += speed
+            whole[..., begin + pairs + one, begin + one] -= speed
+        both = np.arange(half)
+        whole[..., both, half + both] = 1.0
         return whole
 
     def second(self, state: Floats, u: Numbers, v: Numbers) -> Numbers:
@@ -110,22 +139,48 @@ class Field:
         plus, minus, pure = (6.0 * self.taylor(state, d, 3)[3] for d in (u + v, u - v, v))
         return np.asarray((plus - minus - 2.0 * pure) / 6.0)
 
+    def _at_rows(self, values: Numbers) -> Numbers:
+        """Values of the balls on the coordinates of their stations, (..., pairs, n)."""
+        return np.asarray(self.rows.T * values[..., None, :])
+
     def _coupling(self, cosine: Numbers, sine: Numbers) -> Numbers:
         """The part of the inertia that depends on the ball angles."""
-        n = self.balls
-        m = np.zeros((*cosine.shape[:-1], 2 + n, 2 + n), cosine.dtype)
-        for row, part in ((0, -sine), (1, cosine)):
-            m[..., row, 2:] = m[..., 2:, row] = self.plane.moment * part
+        n, half = self.balls, self.rotor // 2
+        m = np.zeros((*cosine.shape[:-1], half + n, half + n), cosine.dtype)
+        for part, side in ((slice(0, half // 2), -sine), (slice(half // 2, half), cosine)):
+            m[..., part, half:] = self._at_rows(self.host.moment * side)
+        m[..., half:, :half] = np.swapaxes(m[..., :half, half:], -1, -2)
+        return m
+
+    @cached_property
+    def _constant(self) -> Matrix:
+        """The part of the inertia that does not."""
+        half = self.rotor // 2
+        m = np.zeros((half + self.balls, half + self.balls))
+        m[:half, :half] = self._matrices[0]
+        m[half:, half:] = np.diag(self.host.inertia)
         return m
 
     def _inertia(self, coupling: Numbers) -> Numbers:
-        p = self.plane
-        return np.asarray(coupling + np.diag(np.concatenate([[p.mass, p.mass], p.inertia])))
+        return np.asarray(coupling + self._constant)
+
+    def _turned(self, pairs: Numbers) -> Numbers:
+        """-iW times coordinates (X ..., Y ...)."""
+        half = pairs.shape[-1] // 2
+        return self.speed * np.concatenate([pairs[..., half:], -pairs[..., :half]], -1)
 
     def _assembled(self, here: Numbers | None, rates: Numbers) -> Numbers:
-        """z', v', phi', phi'' from A and phi''; ``here`` is the state of this order."""
-        n = self.balls
+        """Q', V', phi', phi'' from A and phi''; ``here`` is the state of this order."""
+        n, first = self.balls, self.rotor
+        half = first // 2
         if here is None:
-            here = np.zeros((*rates.shape[:-1], 4 + 2 * n))
-        z, v, turn = here[..., :2], here[..., 2:4], self.speed * np.array([[0.0, 1.0], [-1.0, 0.0]])
-        return np.concatenate([v + z @ turn.T, rates[..., :2] + v @ turn.T, here[..., 4 + n :], rates[..., 2:]], -1)
+            here = np.zeros((*rates.shape[:-1], first + 2 * n))
+        q, v = here[..., :half], here[..., half:first]
+        return np.concatenate(
+            [v + self._turned(q), rates[..., :half] + self._turned(v), here[..., first + n :], rates[..., half:]], -1
+        )
+
+
+def _real(matrix: Complexes) -> Matrix:
+    """A complex matrix on X + iY as a real one on X, Y."""
+    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])

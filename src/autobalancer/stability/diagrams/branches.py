@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -22,11 +21,13 @@ from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest
-from autobalancer.stability.periodic.stalled import stalled_orbit
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.stability.periodic.stalled import stalled_orbits
+from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.stations import StationState, states_of
 from autobalancer.units import optional_argument
 
-State = Literal["balanced", "coincident", "in line", "stalled", "all"]
+State = Literal["balanced", "mixed", "coincident", "in line", "stalled", "all"]
+STATES = get_args(State)
 STARTS = 13  # places in the range at which a stalled orbit is looked for
 
 
@@ -45,12 +46,12 @@ def branches(
     limit: int = 40,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Follow steady states and periodic motions of an isotropic machine at constant speed along a parameter.
+    """Follow steady states and periodic motions of an isotropic machine at constant speed along a parameter; any rotor.
 
     Parameters
     ----------
     machine
-        A machine or the path of a machine file; isotropic supports, no gravity in its plane.
+        A machine or the path of a machine file; any rotor on isotropic supports, no gravity across its axis.
     parameter
         ``speed``, ``unbalance``, ``drag``, ``viscosity``, ``ball_mass``, ``ball_diameter``, ``damping``, ``stiffness``, or a
         path like ``"balancers[1].races[1].eccentricity"``.
@@ -90,8 +91,10 @@ def branches(
     speed = optional_argument("speed", speed, "rad/s")
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    if from_state not in ("balanced", "coincident", "in line", "stalled", "all"):
-        raise QuestionError(f"from_state: given {from_state!r}; must be balanced, coincident, in line, stalled or all")
+    if from_state not in STATES:
+        raise QuestionError(
+            f"from_state: given {from_state!r}; must be balanced, mixed, coincident, in line, stalled or all"
+        )
     if not 1e-4 <= largest_step <= 0.5:
         raise QuestionError(f"largest_step: given {largest_step!r}; must be between 1e-4 and 0.5, 0.03 is a good start")
     if not 4 <= intervals <= 400:
@@ -102,19 +105,19 @@ def branches(
         raise QuestionError(f"{parameter}: the range begins and ends at {first:.6g}; give two different values")
     if parameter in ("speed", "stiffness", "ball_mass", "ball_diameter") and not min(first, last) > 0.0:
         raise QuestionError(f"{parameter}: given {min(first, last):.6g}; must be greater than zero")
-    span = Range(family, first, last)
-    planes = [family(value).plane for value in (first, last, 0.63 * first + 0.37 * last)]
-    if planes[0].moment.size == 0:
+    family.reduce(max(first, last) if parameter == "speed" else family(first).speed)
+    hosts = [family(value).host for value in (first, last, 0.63 * first + 0.37 * last)]
+    if hosts[0].moment.size == 0:
         raise QuestionError("branches: the machine has no balls")
-    if len({p.moment.size for p in planes}) > 1:
+    if len({host.moment.size for host in hosts}) > 1:
         raise QuestionError(f"{parameter}: the number of balls must not change along the range")
-    kind = kinds(planes)
+    span, kind = Range(family, first, last), kinds(hosts)
     explorer = Explorer(span, kind, Steps(0.3 * largest_step, 1e-7, largest_step), intervals, limit, progress)
     if from_state != "stalled":
         field = family(first)
         for state in starts_of(field, from_state, parameter, first):
             begin = begin_at(field, state, kind)
-            explorer.steady_from(coincident(begin[4 : 4 + len(kind)], kind), begin)
+            explorer.steady_from(coincident(begin[field.rotor : field.rotor + field.balls], kind), begin)
         if switch:
             explorer.switch()
         if orbits:
@@ -135,22 +138,24 @@ def branches(
     return branch_dataset(explorer, *family.label(0), attributes)
 
 
-def state_vector(field: Field, state: Equilibrium) -> Floats:
-    """X, Y, VX, VY, ball angles and speeds of a steady state."""
-    whirl, rate = state.whirl, 1j * field.speed * state.whirl
-    rest = np.zeros(state.angles.size)
-    return np.concatenate([[whirl.real, whirl.imag, rate.real, rate.imag], state.angles, rest])
+def state_vector(field: Field, angles: Floats) -> Floats:
+    """Coordinates, velocities, ball angles and ball speeds of the state with the balls at rest at these angles."""
+    whirl = field.host.coordinates(field.speed, angles)
+    rate = 1j * field.speed * whirl
+    return np.concatenate([whirl.real, whirl.imag, rate.real, rate.imag, angles, np.zeros(angles.size)])
 
 
-def begin_at(field: Field, state: Equilibrium, kind: list[tuple[float, ...]]) -> Floats:
+def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
     """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
-    here = state_vector(field, state)
-    bundled = in_two_bundles(field.plane, here, kind) if state.freedom else None
-    return here if bundled is None else bundled
+    host = field.host
+    true = state.whirl[host.station] + host.offset == 0.0
+    bundled = in_two_bundles(state.angles, host, kind, true) if state.freedom else None
+    return state_vector(field, state.angles if bundled is None else bundled)
 
 
-def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[Equilibrium]:
-    states = equilibria_of(field.plane, field.speed)
+def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[StationState]:
+    """The steady states of one name, or all."""
+    states = without_exchanges(field.host, states_of(field.host, field.speed))
     chosen = [state for state in states if wanted in (state.name, "all")]
     if not chosen:
         there = ", ".join(sorted({state.name for state in states}))
@@ -164,15 +169,15 @@ def _stalled(explorer: Explorer, span: Range, kind: list[tuple[float, ...]], int
     groups = coincident(np.zeros(len(kind)), kind)
     # speeds at which balls hang begin at the critical speed, where the drag just overcomes them: try the middle first
     shares = sorted(np.linspace(0.0, 1.0, STARTS), key=lambda share: abs(share - 0.5))
+    before = len(explorer.branches)
     for share in shares:
-        found = stalled_orbit(span, groups, float(share), intervals)
-        if found is not None:
-            explorer.orbit_from(*found)
+        for problem, u in stalled_orbits(span, groups, float(share), intervals):
+            explorer.orbit_from(problem, u)
+        if len(explorer.branches) > before:
             return
     if wanted == "stalled":
-        field = span.field(0.0, groups)
-        critical = math.sqrt(field.plane.stiffness[0] / field.plane.mass)
+        critical = span.field(0.0, groups).host.scale_speed
         raise QuestionError(
-            f"from_state: balls that start at the critical speed ({critical:.5g} rad/s) stall there at none of {STARTS} values "
-            "in the range; they catch up with the rotor or settle elsewhere. Widen the range, or look for them with simulate()"
+            f"from_state: balls stall at no resonance from {critical:.5g} rad/s on, at none of {STARTS} values in the range; "
+            "they catch up with the rotor or settle elsewhere. Widen the range, or look for them with simulate()"
         )

@@ -44,7 +44,7 @@ def bifurcation_curves(
     Parameters
     ----------
     machine
-        A machine or the path of a machine file; isotropic supports, no gravity in its plane.
+        A machine or the path of a machine file; any rotor on isotropic supports, no gravity across its axis.
     kind
         *Hopf*: where a state becomes unstable and its balls begin to oscillate. *fold*: where two states meet and vanish.
     parameter, start, end
@@ -83,15 +83,17 @@ def bifurcation_curves(
         raise QuestionError(f"{parameter}, {second}: a range is empty; give two different ends")
     now = family.now(1)
     now = now if min(ends) <= now <= max(ends) else ends[0]
+    at_speed = [(first, last), ends][(parameter, second).index("speed")] if "speed" in (parameter, second) else None
+    family.reduce(max(at_speed) if at_speed else family(first, now).speed)
     span = Range(family, first, last, (now,))
-    kind_of = kinds([family(value, other).plane for value in (first, last) for other in ends])
+    kind_of = kinds([family(value, other).host for value in (first, last) for other in ends])
     if not kind_of:
         raise QuestionError("bifurcation curves: the machine has no balls")
     explorer = Explorer(span, kind_of, Steps(0.3 * largest_step, 1e-7, largest_step), 10, 10, None)
     field = family(first, now)
     for state in starts_of(field, from_state, parameter, first):
         begin = begin_at(field, state, kind_of)
-        explorer.steady_from(coincident(begin[4 : 4 + len(kind_of)], kind_of), begin)
+        explorer.steady_from(coincident(begin[field.rotor : field.rotor + field.balls], kind_of), begin)
     found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
     if not found:
         raise QuestionError(

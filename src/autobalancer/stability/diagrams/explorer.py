@@ -73,7 +73,7 @@ class Explorer:
     def steady_from(self, groups: Groups, state: Floats, share: float = 0.0) -> None:
         """The branch through a steady state of all balls at an end of the range, unless it is known."""
         problem = Steady(self.span, groups)
-        guess = np.append(gathered(state, groups) / problem.scale, share)
+        guess = np.append(gathered(state, groups, problem.first) / problem.scale, share)
         problem.loose = bool(problem.freedom_or_none(guess))
         try:
             u = at_parameter(problem, guess, share)
@@ -161,14 +161,14 @@ class Explorer:
         """What branches off: balls joined, balls split along ``way``, or another direction of the same balls."""
         u = found.special.point.u
         new = Steady(self.span, groups)
-        here = np.append(gathered(old.state(u), groups) / new.scale, u[-1])
+        here = np.append(gathered(old.state(u), groups, new.first) / new.scale, u[-1])
         if found.row.name == "balanced" and new.freedom_or_none(here):
             return  # a continuum of balanced states, of which the curve of two bundles is followed
         if way.size == u.size and groups == old.groups:
             likes = [way, -way]
         elif way.any():
             like = np.zeros(here.size)
-            like[4 : 4 + len(groups)] = way / np.linalg.norm(way)
+            like[new.angles] = way / np.linalg.norm(way)
             sizes = {len(g) for g, w in zip(groups, way, strict=True) if w}
             likes = [like] if len(sizes) == 1 else [like, -like]
         else:
@@ -199,17 +199,17 @@ class Explorer:
 
     def _note(self, special: Special, number: int, problem: Steady) -> None:
         row = steady_row(problem, special.point.u)
-        mark = signature(self.span.whole(row.share).plane, row.state)
+        mark = signature(self.span.whole(row.share).host, row.state)
         for other in self.specials:
             same_place = abs(other.row.share - row.share) < 1e-7 and other.steady is not None
-            if same_place and np.abs(signature(self.span.whole(row.share).plane, other.row.state) - mark).max() < 1e-5:
+            if same_place and np.abs(signature(self.span.whole(row.share).host, other.row.state) - mark).max() < 1e-5:
                 return
         self.specials.append(Found(special, number, row, problem))
 
     def _known(self, problem: Steady, u: Floats) -> bool:
         """Whether a branch goes through this state or one that differs by an exchange of equal balls."""
-        plane = self.span.whole(float(u[-1])).plane
-        mark = signature(plane, problem.state(u))
+        host = self.span.whole(float(u[-1])).host
+        mark = signature(host, problem.state(u))
         for branch in self.branches:
             other = branch.problem
             if other is None:
@@ -223,7 +223,7 @@ class Explorer:
                     near = at_parameter(other, a.u + part * (b.u - a.u), float(u[-1]))
                 except (NoConvergence, np.linalg.LinAlgError):
                     continue
-                if np.abs(signature(plane, other.state(near)) - mark).max() < 1e-7:
+                if np.abs(signature(host, other.state(near)) - mark).max() < 1e-7:
                     return True
         return False
 

@@ -19,7 +19,7 @@ def branch_dataset(explorer: Explorer, long_name: str, unit: str, attributes: di
     rows = [row for branch in explorer.branches for row in branch.rows]
     number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
     kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
-    balls = len(explorer.kind)
+    balls, names = len(explorer.kind), explorer.span.whole(0.0).host.names
     parameter = {"long_name": long_name, "units": unit}
     data: dict[str, tuple[Any, Any, dict[str, str]]] = {
         "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
@@ -33,7 +33,7 @@ def branch_dataset(explorer: Explorer, long_name: str, unit: str, attributes: di
             {"long_name": "unstable directions"},
         ),
         "growth_rate": ("point", [row.growth for row in rows], _text("growth rate of the leading disturbance", "1/s")),
-        **_motion(rows, balls, "point", ""),
+        **_motion(rows, balls, len(names), "point", ""),
     }
     found = explorer.specials
     marks = [f.row for f in found]
@@ -62,9 +62,11 @@ def branch_dataset(explorer: Explorer, long_name: str, unit: str, attributes: di
             np.array([row.unstable for row in marks], np.int64),
             {"long_name": "unstable directions there; 0 where stability begins or ends"},
         ),
-        **_motion(marks, balls, "special", "special_"),
+        **_motion(marks, balls, len(names), "special", "special_"),
     }
     table = xr.Dataset(coords={"ball": np.arange(1, balls + 1)})
+    if len(names) > 1:
+        table = table.assign_coords(station=list(names))
     for name, (dims, values, attrs) in data.items():
         table[name] = (dims, np.asarray(values, np.str_ if name in TEXTS else None), attrs)
     table.attrs = attributes | {"branch_ends": [branch.ended for branch in explorer.branches]}
@@ -80,16 +82,26 @@ def stable_ranges(branches: xr.Dataset, number: int) -> list[tuple[float, float]
     return [(float(values[a]), float(values[b])) for a, b in edges.reshape(-1, 2)]
 
 
-def _motion(rows: list[Row], balls: int, dim: str, prefix: str) -> dict[str, Any]:
+def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -> dict[str, Any]:
     def by_ball(values: list[Any]) -> Any:
         return np.array(values, np.float64).reshape(len(rows), balls)
 
-    shape = (dim, "ball")
+    shape, most = (dim, "ball"), ", greatest of all stations" if stations > 1 else ""
+    by_station = {
+        f"{prefix}station_deflection_{which}": (
+            (dim, "station"),
+            np.array([row.stations[side] for row in rows], np.float64).reshape(len(rows), stations),
+            _text(f"{word} deflection of a station", "m"),
+        )
+        for side, (which, word) in enumerate((("min", "least"), ("max", "greatest")))
+        if stations > 1
+    }
     low, high, speed = (by_ball([getattr(row, key) for row in rows]) for key in ("low", "high", "ball_speed"))
     turning = "; nan where the ball turns round and round"
     return {
-        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], _text("least deflection", "m")),
-        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], _text("greatest deflection", "m")),
+        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], _text(f"least deflection{most}", "m")),
+        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], _text(f"greatest deflection{most}", "m")),
+        **by_station,
         f"{prefix}ball_angle_in_rotor_min": (shape, low, _text(f"least ball angle in the rotor{turning}", "rad")),
         f"{prefix}ball_angle_in_rotor_max": (shape, high, _text(f"greatest ball angle in the rotor{turning}", "rad")),
         f"{prefix}ball_speed_in_space": (shape, speed, _text("mean ball speed in space", "rad/s")),

@@ -22,9 +22,15 @@ FREQUENCIES = 8
 
 def reduced(st: Stations, highest: float) -> Stations:
     """The same machine for speeds up to ``highest`` (rad/s), with fewer coordinates if it has many."""
+    basis = basis_for(st, highest)
+    return st if basis is None else projected(st, basis)
+
+
+def basis_for(st: Stations, highest: float) -> Matrix | None:
+    """Shapes that carry the motion at the stations up to ``highest``, (pairs, fewer); ``None`` if all coordinates are needed."""
     model, n = st.model, st.model.pairs
     if n <= FEW or not (st.isotropic or model.size == 2 * n):
-        return st
+        return None
     held = model.stiffness_at(min(0.5 * highest, model.top_speed))
     directions = [slice(0, n)] if st.isotropic else [slice(0, n), slice(n, 2 * n)]
     modes, static = [], []
@@ -36,11 +42,11 @@ def reduced(st: Stations, highest: float) -> Stations:
         static.append(np.linalg.lstsq(stiffness, pushed, rcond=1e-13)[0])
     count = 4
     while count * len(directions) + sum(part.shape[1] for part in static) < 0.7 * n:
-        small = _projected(st, _orthonormal(st, [m[:, :count] for m in modes] + static))
-        if _error(st, small, min(highest, model.top_speed)) < AIM:
-            return small
+        basis = _orthonormal(st, [m[:, :count] for m in modes] + static)
+        if _error(st, projected(st, basis), min(highest, model.top_speed)) < AIM:
+            return basis
         count += max(4, count // 2)
-    return st
+    return None
 
 
 def _orthonormal(st: Stations, parts: list[Matrix]) -> Matrix:
@@ -53,7 +59,8 @@ def _orthonormal(st: Stations, parts: list[Matrix]) -> Matrix:
     return np.asarray(np.linalg.solve(root.T, left[:, weights > 1e-10]))
 
 
-def _projected(st: Stations, basis: Matrix) -> Stations:
+def projected(st: Stations, basis: Matrix) -> Stations:
+    """The machine in coordinates r, q = ``basis`` r."""
     model, n, r = st.model, st.model.pairs, basis.shape[1]
     both = np.zeros((model.size, 2 * r))
     both[:n, :r], both[n : 2 * n, r:] = basis, basis

@@ -12,12 +12,13 @@ from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds
 from autobalancer.assembly.rotors.planes import planes_of
+from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.stability.host.critical import lowest_frequency
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,37 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
             ],
             np.float64,
         ),
+    )
+
+
+def of_plane(p: Plane) -> Stations:
+    """A planar machine as one station of a rotor with one pair of coordinates."""
+    model = LateralModel(
+        mass=p.mass * np.eye(2),
+        gyroscopic=np.zeros((2, 2)),
+        speeds=np.zeros(1),
+        damping=np.diag(p.damping)[None],
+        stiffness=np.diag(p.stiffness)[None],
+        pairs=1,
+        coordinates=("x", "y"),
+        axis=Point(),
+        polar_inertia=None,
+        total_mass=p.mass,
+    )
+    return Stations(
+        model=model,
+        names=("plane",),
+        rows=np.ones((1, 1)),
+        load=np.array([p.unbalance], np.complex128),
+        unbalance=p.unbalance,
+        ball_mass=p.ball_mass,
+        moment=p.moment,
+        inertia=p.inertia,
+        drag=p.drag,
+        station=np.zeros(p.moment.size, np.int64),
+        race=p.race,
+        offset=p.offset,
+        capability=np.array([p.capability]),
     )
 
 

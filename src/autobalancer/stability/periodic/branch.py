@@ -51,7 +51,7 @@ def follow_orbits(
         rows.append(orbit_row(now, b.u))
         say(float(b.u[-1]))
         here, shortest = there, min(shortest, there.period)
-        size = float(np.ptp(now.states(b.u)[:, 4 : 4 + len(now.groups)], axis=0).max())
+        size = float(np.ptp(now.states(b.u)[:, now.balls], axis=0).max())
         grown = max(grown, size)
         if born and size < FIRST_AMPLITUDE < 0.5 * grown:
             side.ended = "Hopf"

@@ -74,7 +74,12 @@ class Orbits:
         share = 0.5 * (np.append(widths, 0.0) + np.append(0.0, widths))
         self.weight = np.concatenate([np.repeat(share, self.size), [1.0, 1.0]])
         self.jump = np.zeros(self.size)
-        self.jump[4 : 4 + len(groups)] = 2.0 * math.pi * np.array(winding)
+        self.jump[self.balls] = 2.0 * math.pi * np.array(winding)
+
+    @property
+    def balls(self) -> slice:
+        """Where the angles of the merged balls are in a state."""
+        return slice(self.span.rotor, self.span.rotor + len(self.groups))
 
     def states(self, u: Floats) -> Matrix:
         """Scaled states at the nodes."""
@@ -144,7 +149,7 @@ class Orbits:
         field = self.span.whole(float(u[-1]))
         values = own = self._multipliers(self.span.field(float(u[-1]), self.groups), states, u)
         if field.balls > len(self.groups):
-            states = expanded(states, self.groups)
+            states = expanded(states, self.groups, self.span.rotor)
             values = self._multipliers(field, states, u)
         winding = np.zeros(field.balls, np.int64)
         for group, turns in zip(self.groups, self.winding, strict=True):

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.stability.continuation.steady import Steady, running_true
-from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.continuation.steady import TRUE_RACE, Steady, centers_of, running_true
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.states.linear import kept
 
@@ -25,7 +26,8 @@ class Row:
     speed: float
     name: str
     state: Floats
-    deflection: tuple[float, float]
+    stations: tuple[Floats, Floats]  # deflection of each, least and greatest
+    deflection: tuple[float, float]  # of the station that is farthest from its place, least and greatest
     low: Floats  # ball angles
     high: Floats
     ball_speed: Floats  # mean, in space
@@ -39,13 +41,13 @@ def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
     values = problem.all_eigenvalues(u)
-    freedom = running_true(field.plane, state, problem.span.length)
-    name = _name(field.plane, state, freedom is not None)
+    freedom = running_true(field.host, state, problem.span.length)
+    name = _name(field.host, state, problem.span.length)
     deciding = kept(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
-    angles = state[4 : 4 + n]
-    size = float(np.hypot(state[0], state[1]))
+    angles = state[field.rotor : field.rotor + n]
+    size = deflections(field.host, state)
     unstable = int((deciding.real > ZERO * field.speed).sum())
     return Row(
         share=float(u[-1]),
@@ -53,7 +55,8 @@ def steady_row(problem: Steady, u: Floats) -> Row:
         speed=field.speed,
         name=name,
         state=state,
-        deflection=(size, size),
+        stations=(size, size),
+        deflection=(float(size.max()), float(size.max())),
         low=angles,
         high=angles,
         ball_speed=np.full(n, field.speed),
@@ -71,8 +74,8 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     edges = problem.mesh.edges
     fine = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(FINE) / FINE).ravel(), 1.0)
     states = problem.mesh.interpolated(orbit.states, fine)
-    size = np.hypot(states[:, 0], states[:, 1])
-    angles = states[:, 4 : 4 + n]
+    size = deflections(problem.span.whole(float(u[-1])).host, states)
+    angles = states[:, problem.span.rotor : problem.span.rotor + n]
     turning = np.array(orbit.winding) != 0
     lead = orbit.multipliers[1]
     return Row(
@@ -81,7 +84,8 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
         speed=orbit.speed,
         name="stalled" if turning.any() else "swinging",
         state=orbit.states[0],
-        deflection=(float(size.min()), float(size.max())),
+        stations=(size.min(0), size.max(0)),
+        deflection=(float(size.max(1).min()), float(size.max())),
         low=np.where(turning, np.nan, angles.min(0)),
         high=np.where(turning, np.nan, angles.max(0)),
         ball_speed=orbit.ball_speed_in_space,
@@ -92,10 +96,23 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     )
 
 
-def _name(p: Plane, state: Floats, true: bool) -> str:
-    center = complex(state[0], state[1]) + p.offset
-    sides = (np.exp(-1j * state[4 : 4 + p.moment.size]) * center).real > 0.0
-    return "balanced" if true else "coincident" if sides.all() or not sides.any() else "in line"
+def deflections(host: Stations, states: Floats) -> Floats:
+    """Of the stations, (..., P) m."""
+    pairs = host.model.pairs
+    along = [states[..., part] @ host.rows.T for part in (slice(0, pairs), slice(pairs, 2 * pairs))]
+    return np.asarray(np.hypot(*along))
+
+
+def _name(host: Stations, state: Floats, length: float) -> str:
+    center, first = centers_of(host, state), 4 * host.model.pairs
+    true = np.abs(center) < TRUE_RACE * length
+    stations = set(host.station.tolist())
+    balanced = set(host.station[true].tolist())
+    if balanced:
+        return "balanced" if balanced == stations else "mixed"
+    sides = (np.exp(-1j * state[first : first + host.moment.size]) * center).real > 0.0
+    alike = all(side.all() or not side.any() for side in (sides[host.station == place] for place in stations))
+    return "coincident" if alike else "in line"
 
 
 def verdict(row: Row) -> str:

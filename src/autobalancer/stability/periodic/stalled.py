@@ -1,70 +1,73 @@
-"""The stalled-ball (Sommerfeld) solution: balls that hang near the critical speed while the rotor runs faster.
+"""The stalled-ball (Sommerfeld) solutions: balls that hang at a resonance while the rotor runs faster.
 
-Ryzhik et al. (2001). In the frame of the rotor it is a periodic orbit on which the balls lose one revolution per period. It
-is far from every state of rest, so it is found by letting balls that start at the critical speed run until they settle.
+Ryzhik et al. (2001). In the frame of the rotor each is a periodic orbit on which the balls lose one revolution per period. It
+is far from every state of rest. It begins from the torque balance of :mod:`autobalancer.stability.stall.states`: balls that
+circle at a steady speed v, and a rotor that whirls with them at v and with its unbalance at W.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
+from autobalancer.catalog.resolve import Ball
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import Groups
 from autobalancer.stability.continuation.vector_field import Field
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.planar import Floats, Matrix
 from autobalancer.stability.periodic.collocation import Mesh
-from autobalancer.stability.periodic.integrated import flow
 from autobalancer.stability.periodic.orbits import Orbits
+from autobalancer.stability.stall.groups import Loads, StalledGroup
+from autobalancer.stability.stall.ranges import hangs, stable
+from autobalancer.stability.stall.states import Balance
+from autobalancer.stability.stall.whirling import Whirling
 
-SETTLING = 12.0  # time constants of rotor and balls before the motion counts as settled
-SAMPLES = 400  # per turn of the rotor against the critical speed
-PERIODS = 6  # over which a settled motion is looked at
 
-
-def stalled_orbit(span: Range, groups: Groups, share: float, intervals: int) -> tuple[Orbits, Floats] | None:
-    """The problem and the stalled orbit at a share of the range; ``None`` if balls do not hang there."""
+def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) -> Iterator[tuple[Orbits, Floats]]:
+    """Problem and orbit for each resonance at which all balls can hang together at a share of the range."""
     field = span.field(share, groups)
-    count, p = len(groups), field.plane
-    critical = math.sqrt(p.stiffness[0] / p.mass)
-    if field.speed < 1.01 * critical or 0.0 in (p.damping[0], *p.drag):
-        return None
-    state = np.concatenate([np.zeros(4 + count), np.full(count, critical - field.speed)])
-    settling = SETTLING * max(2.0 * p.mass / p.damping[0], float((p.inertia / p.drag).max()))
-    beat = 2.0 * math.pi / (field.speed - critical)
-    state = flow(field, state, np.array([settling + 4.0 * beat]))[-1]
-    late = flow(field, state, np.linspace(0.0, PERIODS * beat, PERIODS * SAMPLES + 1))
-    found = _period(late[:, 4 : 4 + count], PERIODS * beat)
-    if found is None:
-        return None
-    period, winding = found
+    if (field.host.drag <= 0.0).any():
+        return
     mesh = Mesh(np.linspace(0.0, 1.0, intervals + 1))
-    states = flow(field, late[-1], mesh.nodes * period) / span.scale(count)
-    problem = Orbits(span, groups, winding, mesh, period, states)
-    try:
-        u = at_parameter(problem, np.append(states.ravel(), [0.0, share]), share)
-    except (NoConvergence, np.linalg.LinAlgError):
-        return None
-    return (problem, u) if _same(field, problem, u) else None
+    rotor = Whirling(field.host)
+    balance = Balance(rotor, Loads(tuple(_group(field, number) for number in range(len(groups)))))
+    (found,) = stable(balance, balance.found(np.array([field.speed])))
+    for whirl, phases, hanging in zip(found.whirl.tolist(), found.phases, hangs(rotor, found), strict=True):
+        if not hanging:
+            continue
+        period = 2.0 * math.pi / (field.speed - whirl)
+        states = _guess(field, whirl, phases, mesh.nodes) / span.scale(len(groups))
+        problem = Orbits(span, groups, (-1,) * len(groups), mesh, period, states)
+        try:
+            u = at_parameter(problem, np.append(states.ravel(), [0.0, share]), share)
+        except (NoConvergence, np.linalg.LinAlgError):
+            continue
+        if 0.5 < problem.period(u) / period < 2.0:
+            yield problem, u
 
 
-def _period(angles: Floats, duration: float) -> tuple[float, tuple[int, ...]] | None:
-    """Time in which the ball that slips most loses the last revolution, and the revolutions of all balls in it."""
-    slip = angles[-1] - angles[0]
-    leader = int(np.argmin(slip))
-    if slip[leader] > -4.0 * math.pi:
-        return None
-    times = np.linspace(0.0, duration, angles.shape[0])
-    before = np.flatnonzero(angles[:, leader] >= angles[-1, leader] + 2.0 * math.pi)[-1]
-    a, b = angles[before : before + 2, leader] - angles[-1, leader] - 2.0 * math.pi
-    period = duration - float(times[before] + (times[1] - times[0]) * a / (a - b))
-    back = np.array([np.interp(duration - period, times, angles[:, i]) for i in range(angles.shape[1])])
-    return period, tuple(np.rint((angles[-1] - back) / (2.0 * math.pi)).astype(int).tolist())
+def _group(field: Field, number: int) -> StalledGroup:
+    """One of the merged balls."""
+    p, i = field.host, number
+    orbit = float(p.moment[i] / p.ball_mass[i])
+    spin = float(p.inertia[i] / (p.moment[i] * orbit)) - 1.0
+    ball = Ball(0, 0, float(p.ball_mass[i]), 0.0, 0.0, 0.0, orbit, spin, 0.0, float(p.drag[i]), 0j, None, 0.0)
+    return StalledGroup(int(p.station[i]), 1, ball, 0.0)
 
 
-def _same(field: Field, problem: Orbits, u: Floats) -> bool:
-    """Whether the orbit turns as the balls did, near the critical speed and not with the rotor."""
-    slip = 2.0 * math.pi / problem.period(u)
-    return bool(0.02 * field.speed < slip < field.speed)
+def _guess(field: Field, whirl: float, phases: Floats, times: Floats) -> Matrix:
+    """States over one period (unit time) with the balls at these angles at time zero, circling steadily."""
+    p, speed = field.host, field.speed
+    back = np.exp(-2j * np.pi * times)[:, None]  # what turns with the balls, in the frame of the rotor
+    mass, turning, stiffness = p.model.complex_matrices(speed)
+    dynamic = stiffness + 1j * whirl * turning - whirl**2 * mass
+    driven = whirl**2 * np.linalg.solve(dynamic, p.rows.T @ p.moments(phases))
+    still = speed**2 * (p.compliance(speed) @ p.fixed_load)
+    q = still + driven * back
+    v = 1j * speed * still + 1j * whirl * driven * back
+    angles = phases - 2.0 * np.pi * times[:, None]
+    rates = np.full((times.size, phases.size), whirl - speed)
+    return np.hstack([q.real, q.imag, v.real, v.imag, angles, rates])

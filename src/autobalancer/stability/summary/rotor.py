@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import total_mass
@@ -15,6 +13,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.stability.host.critical import damping_ratio
 from autobalancer.stability.host.stations import Stations, loads_at_corners, stations
 from autobalancer.stability.states.described import service_speed
 from autobalancer.stability.states.stations import required
@@ -74,32 +73,9 @@ def _spatial(machine: Machine, highest: float | None) -> Frame:
         lateral_model(machine).total_mass,
         st.model.total_mass,
         speeds,
-        tuple(_damping_ratio(st, speed) for speed in speeds),
+        tuple(damping_ratio(st.model, speed) for speed in speeds),
         _needs(weightless, st, highest),
     )
-
-
-def _damping_ratio(st: Stations, speed: float) -> float:
-    """Of the free whirl that turns with the rotor at a critical speed."""
-    model = st.model
-    mass: NDArray[Any]
-    stiffness: NDArray[Any]
-    turning: NDArray[Any]
-    if st.isotropic:
-        mass, turning, stiffness = model.complex_matrices(speed)
-    else:
-        mass, stiffness = model.mass, model.stiffness_at(speed)
-        turning = model.damping_at(speed) + speed * model.gyroscopic
-    n = mass.shape[0]
-    first = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, turning)],
-        ]
-    )
-    values = np.linalg.eigvals(first)
-    own = values[np.argmin(np.abs(values - 1j * speed))]
-    return float(-own.real / abs(own))
 
 
 def _needs(machine: Machine, st: Stations, highest: float | None) -> tuple[StationSummary, ...]:

@@ -1,4 +1,4 @@
-"""A vector field integrated in time by the compiled equations: starts orbits, and checks them independently."""
+"""The vector field of a planar machine integrated in time by the compiled equations: checks orbits independently."""
 
 from __future__ import annotations
 
@@ -50,9 +50,8 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
     full = np.zeros(BALLS + 2 * n)
     full[KEPT], full[BALLS:], full[SPEED] = state[:4], state[4:], field.speed
     scale, growing = np.ones(full.size), np.zeros(full.size)
-    p = field.plane
-    frequency = np.sqrt(p.stiffness[0] / p.mass)
-    length = (abs(p.fixed_load) + p.moment.sum()) / p.mass
+    p, frequency = field.host, field.host.scale_speed
+    length = (abs(p.fixed_load[0]) + p.moment.sum()) / p.model.total_mass
     scale[[X, Y]], scale[[VX, VY]], scale[BALLS + n :] = length, length * frequency, frequency
     growing[KEPT] = 1.0
     pair = tableaus.dormand_prince_8()
@@ -69,7 +68,8 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
 
 
 def _system(field: Field) -> System:
-    p = field.plane
+    p, model = field.host, field.host.model
+    stiffness, damping = float(model.stiffness[0][0, 0]), float(model.damping[0][0, 0])
     balls = np.zeros((field.balls, BALL_COLUMNS))
     for column, values in (
         (MASS, p.ball_mass), (MOMENT, p.moment), (INERTIA, p.inertia), (DRAG, p.drag), (OFFSET_X, p.offset.real),
@@ -81,11 +81,11 @@ def _system(field: Field) -> System:
     segments[0, UNBALANCE : UNBALANCE + 2] = p.unbalance.real, p.unbalance.imag
     return System(
         rotating=1.0,
-        mass=p.mass,
-        stiffness_x=p.stiffness[0],
-        stiffness_y=p.stiffness[1],
-        damping_x=p.damping[0],
-        damping_y=p.damping[1],
+        mass=float(model.mass[0, 0]),
+        stiffness_x=stiffness,
+        stiffness_y=stiffness,
+        damping_x=damping,
+        damping_y=damping,
         gravity_x=0.0,
         gravity_y=0.0,
         polar_inertia=1.0,

@@ -1,0 +1,149 @@
+"""Branches of rotors that tilt or bend: steady states, periodic motions and their borders."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.references.two_balls import specials
+
+from autobalancer import Samples, bifurcation_curves, border_speeds, branches, eigenvalues, rig, simulate
+from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import Machine, RigidRotor, Support
+from autobalancer.stability.continuation.family import Family
+from autobalancer.stability.continuation.vector_field import Field
+from autobalancer.stability.host.stations import stations
+from autobalancer.stability.states.station_linear import station_matrices
+from autobalancer.stability.states.stations import balanced_of, states_of
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+TWO_PLANES = load_machine(MACHINES / "two_plane_rotor.toml")
+DISCOIDAL = load_machine(MACHINES / "discoidal.toml")
+
+
+SHAFT = rig("cfrp_rig")
+
+
+def as_rigid(machine: Machine) -> Machine:
+    """A planar machine as a rigid rotor on two alike supports, with its balls and unbalance at the mass center."""
+    rotor = machine.rotor
+    half = [Support(position=z, stiffness=0.5 * rotor.stiffness, damping=0.5 * rotor.damping) for z in (-0.1, 0.1)]
+    rigid = RigidRotor(mass=rotor.mass, transverse_inertia=0.05, polar_inertia=0.02, supports=tuple(half))
+    balancers = tuple(b.model_copy(update={"station": 0.0}) for b in machine.balancers)
+    unbalances = tuple(u.model_copy(update={"station": 0.0}) for u in machine.unbalances)
+    return machine.model_copy(update={"rotor": rigid, "balancers": balancers, "unbalances": unbalances})
+
+
+@pytest.mark.parametrize(("state", "start"), [("balanced", 110.0), ("coincident", 20.0)])
+def test_a_planar_machine_written_as_a_rigid_rotor_has_the_planar_branches(state: Any, start: float) -> None:
+    machines = DISCOIDAL, as_rigid(DISCOIDAL)
+    planar, rigid = (branches(m, "speed", start, 65.06, from_state=state, orbits=False) for m in machines)
+    assert planar.sizes["special"] == rigid.sizes["special"] > 0
+    assert planar["special_type"].values.tolist() == rigid["special_type"].values.tolist()
+    for name in ("special_parameter", "special_frequency", "lyapunov_coefficient", "special_deflection_max"):
+        np.testing.assert_allclose(rigid[name], planar[name], rtol=1e-9, atol=1e-14, err_msg=name)
+
+
+@pytest.mark.parametrize("speed", [95.0, 160.0, 300.0])
+def test_the_field_linearized_at_any_steady_state_has_the_eigenvalues_of_its_matrices(speed: float) -> None:
+    st = stations(TWO_PLANES)
+    field = Field(st, speed)
+    for state in states_of(st, speed):
+        whirl = st.coordinates(speed, state.angles)
+        rate = 1j * speed * whirl
+        here = np.concatenate([whirl.real, whirl.imag, rate.real, rate.imag, state.angles, np.zeros(4)])
+        np.testing.assert_allclose(field(here), 0.0, atol=1e-9 * speed**2)
+        m, c, k = station_matrices(st, speed, state)
+        eye, none = np.eye(m.shape[0]), np.zeros_like(m)
+        expected = np.linalg.eigvals(np.block([[none, eye], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]]))
+        for value in np.linalg.eigvals(field.jacobian(here)):
+            assert np.abs(expected - value).min() < 1e-6 * speed
+
+
+def test_the_first_hopf_point_of_two_planes_is_the_exact_border() -> None:
+    (border,) = (b.speed for b in border_speeds(TWO_PLANES) if b.name == "exact border")
+    point = specials(branches(TWO_PLANES, "speed", 180.0, 165.0, orbits=False), "Hopf")[0]
+    assert float(point["special_parameter"]) == pytest.approx(border, rel=1e-9)
+    assert str(point["criticality"].values) == "supercritical"
+
+
+def test_next_to_the_hopf_point_a_run_grows_as_its_eigenvalue_says() -> None:
+    speed = 165.0
+    machine = with_parameter(TWO_PLANES, "drive.profile.speed", speed)
+    st = stations(machine)
+    state = balanced_of(st, speed)[0]
+    start = state.angles + 1e-6 * np.array([1.0, -1.0, 1.0, 1.0])
+    for number in (1, 2):
+        angles = tuple(start[2 * number - 2 : 2 * number])
+        machine = with_parameter(machine, f"balancers[{number}].races[1].balls[1].start_angles", angles)
+    run = simulate(machine, duration=3.5, save=Samples(7001), tolerance=1e-12, mass_spread=0.0)
+    late = run.sel(time=slice(1.5, 3.5))
+    swing = late["ball_angle_in_rotor"].values - state.angles
+    spun = np.hypot(swing, late["ball_speed_in_rotor"].values / 16.43)  # amplitude of an oscillation of 16.43 rad/s
+    slope = np.polyfit(late["time"].values, np.log(spun[:, 0]), 1)[0]
+    rate = float(eigenvalues(machine, [speed])["growth_rate"][0])
+    assert rate > 2.0
+    assert slope == pytest.approx(rate, rel=0.02)
+
+
+def test_a_small_swing_grows_with_the_root_of_the_distance_from_the_hopf_point() -> None:
+    found = branches(TWO_PLANES, "speed", 175.1, 175.0)
+    point = specials(found, "Hopf")[0]
+    around = float(point["special_parameter"]) + np.array([-5e-4, 5e-4])
+    slope = 1e3 * float(np.diff(eigenvalues(TWO_PLANES, around)["growth_rate"])[0])
+    orbit = found.isel(point=np.flatnonzero(found["kind"].values == "orbit")[0])
+    away = float(orbit["parameter"] - point["special_parameter"])
+    swing = 0.5 * float((orbit["ball_angle_in_rotor_max"] - orbit["ball_angle_in_rotor_min"]).max())
+    weak = -slope * away / (float(point["special_frequency"]) * float(point["lyapunov_coefficient"]))
+    assert swing == pytest.approx(math.sqrt(weak), rel=0.02)
+
+
+def test_the_curve_of_hopf_points_over_the_drag_is_the_exact_border() -> None:
+    curve = bifurcation_curves(TWO_PLANES, "Hopf", "speed", 190.0, 165.0, "drag", 2e-4, 4e-4, largest_step=0.2)
+    for place in (0, curve.sizes["point"] // 2, -1):
+        machine = with_quantity(TWO_PLANES, "drag", float(curve["second_parameter"][place]))
+        (border,) = (b.speed for b in border_speeds(machine) if b.name == "exact border")
+        assert float(curve["parameter"][place]) == pytest.approx(border, rel=1e-8)
+        assert float(curve["frequency"][place]) > 0.0
+
+
+def test_balls_of_two_planes_stall_together_up_to_a_fold_near_their_release_speed() -> None:
+    found = branches(TWO_PLANES, "speed", 205.0, 214.0, from_state="stalled", largest_step=0.1)
+    (fold,) = (float(point["special_parameter"]) for point in specials(found, "fold"))
+    (border,) = (b for b in border_speeds(TWO_PLANES) if b.name == "release speed")
+    assert "206.7 rad/s at that of 151.9 rad/s" in border.note  # all balls together, by their torque balance
+    (parting,) = (float(point["special_parameter"]) for point in specials(found, "branch point"))
+    assert parting == pytest.approx(206.7, rel=1e-3)
+    assert parting < fold < 1.02 * parting
+
+
+def test_a_shaft_of_many_elements_is_followed_in_few_coordinates() -> None:
+    whole = stations(SHAFT)
+    family = Family(SHAFT, ["speed"])
+    (border,) = (b.speed for b in border_speeds(SHAFT) if b.name == "exact border")
+    family.reduce(1.1 * border)
+    assert family(border).host.model.pairs < whole.model.pairs
+    found = branches(SHAFT, "speed", 1.1 * border, 0.95 * border, orbits=False)
+    assert float(specials(found, "Hopf")[0]["special_parameter"]) == pytest.approx(border, rel=1e-5)
+
+
+def test_supports_that_differ_along_x_and_y_are_refused_with_a_way_out() -> None:
+    machine = with_parameter(TWO_PLANES, "rotor.supports[1].stiffness", (2e4, 3e4))
+    with pytest.raises(QuestionError, match=r"twice its speed.*eigenvalues"):
+        branches(machine, "speed", 160.0, 180.0)
+
+
+def test_unbalances_of_a_general_rotor_change_together() -> None:
+    family = Family(TWO_PLANES, ["unbalance"], 300.0)
+    st = stations(TWO_PLANES)
+    np.testing.assert_allclose(family(2.0 * family.now(0)).host.load, 2.0 * st.load, rtol=1e-13)
+    couple = with_parameter(TWO_PLANES, "unbalances[1].moment", 1e-12)
+    bare = couple.model_copy(update={"unbalances": couple.unbalances[1:]})
+    with pytest.raises(QuestionError, match="no resultant"):
+        Family(bare, ["unbalance"], 300.0)(1e-4)
