@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.plots.style import as_written, heading, look, picture
+from autobalancer.plots.style import OWN_FORMULA, as_written, heading, look, picture
 from autobalancer.results.archive import Archive
 
 ROOT = Path(__file__).parents[1]
@@ -83,6 +83,17 @@ def test_formulas_of_this_package_and_powers_of_ten_stay_formulas() -> None:
     alone = Text(0, 0, r"$P_x$")
     as_written(alone)
     assert alone.get_parse_math()
+
+
+def test_formulas_in_pictures_of_the_gallery_are_drawn_as_formulas() -> None:
+    given = {
+        text
+        for path in sorted((ROOT / "examples").rglob("*.py"))
+        for text in re.findall(r'(?:label|title)=f?"([^"]*\$[^"]*)"', path.read_text(encoding="utf-8"))
+    }
+    assert given
+    for text in given:
+        assert OWN_FORMULA.fullmatch(text), text
 
 
 def test_every_command_takes_the_terminal_that_knows_no_markup() -> None:

@@ -36,7 +36,7 @@ with ab.style.look():
         "--",
         color=ab.style.INK,
         lw=1.0,
-        label="$m \\varepsilon \\Omega^2$",
+        label="m ε Ω²",
     )
     above.set_ylabel("distance from the wall (mm)")
     below.set(xlabel="time (s)", ylabel="normal force (N)")

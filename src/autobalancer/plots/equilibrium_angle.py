@@ -95,5 +95,5 @@ def plot_measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", s
 
 def _angles(axes: Axes, unit: AxisUnit) -> None:
     axes.axhline(90.0, color=CRITICAL, lw=0.8, ls=(0, (2, 2)))
-    axes.set(xlabel=f"rotor speed ({unit.sign})", ylabel="angle from the lowest point (deg)", ylim=(0.0, 95.0))
+    axes.set(xlabel=f"rotor speed ({unit.sign})", ylabel="angle from the lowest point (°)", ylim=(0.0, 95.0))
     axes.set_yticks(range(0, 91, 15))

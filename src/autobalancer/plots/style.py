@@ -61,7 +61,7 @@ LOOK: Any = {
 
 
 # the formulas of this package and the powers of ten of an axis; any other dollar sign belongs to a name
-OWN_FORMULA = re.compile(r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|c_d\\,\\mathrm\{Re\})\$)*")
+OWN_FORMULA = re.compile(r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*")
 
 
 def as_written(text: Text) -> None:
