@@ -30,10 +30,23 @@ run = ab.simulate(machine, duration=1.0, save=[Samples(30), Envelope(5), LastRev
 print("values", [float(v).hex() for v in run.x.values[-3:]], run.attrs["steps"])
 """
 
+CHAMBER = """
+import numpy as np
+from tests.references.chamber_machines import small_machine
+from autobalancer.simulation.chamber import simulate_chamber
+ball = {"count": 2, "density": 7800.0, "mass": 0.1, "spins": [[9.0, 0.0, 40.0], [0.0, 0.0, 0.0]]}
+places = {"positions": [[0.0, 0.0, -0.085], [0.0, 0.03, -0.07]], "velocities": [[1.0, 2.0, -3.0], [0.0, -3.0, -1.0]]}
+machine = small_machine(chambers=[{"radius": 0.1, "depth": 0.2, "balls": [ball | places]}], start={"speed": 50.0},
+                        contact={"law": "history", "restitution": 0.5, "friction": 0.3, "stiffness": 1e8})
+run = simulate_chamber(machine, duration=1e-3, step=2e-5)
+values = [run.ball_velocity, run.ball_spin, run.body_position, run.bearing_force, run.speed, run.loss_friction]
+print("values", [float(v).hex() for v in np.concatenate([v.values[-1].ravel() for v in values])])
+"""
 
-def fresh_process(**environment: str) -> str:
+
+def fresh_process(script: str = SECOND, **environment: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-c", SECOND], env=os.environ | environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", script], env=os.environ | environment, capture_output=True, text=True, check=True
     )
     return done.stdout
 
@@ -148,6 +161,16 @@ def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:
     values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:4]] for said in (compiled, interpreted)]
     np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-16)
     assert compiled.split()[-1] == interpreted.split()[-1]
+
+
+def test_chambers_are_compiled_once_and_do_the_same_as_when_interpreted() -> None:
+    compiled, interpreted = fresh_process(CHAMBER), fresh_process(CHAMBER, NUMBA_DISABLE_JIT="1")
+    values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:]] for said in (compiled, interpreted)]
+    assert max(abs(value) for value in values[0]) > 10.0
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-12)
+    again = fresh_process(CHAMBER, NUMBA_DEBUG_CACHE="1")
+    assert "data loaded from" in again
+    assert "data saved to" not in again
 
 
 def test_the_first_compilation_is_announced_in_one_line_and_a_second_process_says_nothing(tmp_path: Path) -> None:

@@ -103,7 +103,9 @@ def _scratch(n: int, room: int) -> Scratch:
             order=np.zeros(n, np.int32),
             places=np.zeros(n, np.int32),
         ),
-        contacts=of.CONTACTS.row(),
+        contacts=of.CONTACTS.row(
+            line=1.0, stiffness=1.0, lightness=1.0, roll_radius=1.0
+        ),  # all are computed, used or not
         equations=np.zeros((7, 8)),
         reduced=np.zeros((7, 8)),
         begun=of.MOTION.rows(n),

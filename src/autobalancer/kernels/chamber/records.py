@@ -1,4 +1,7 @@
-"""Names, units and meanings of all numbers of a chamber. Axes: x along the rotor, y, z across it; in space if not said else."""
+"""Names, units and meanings of all numbers of a chamber. Axes: x along the rotor, y, z across it; in space if not said else.
+
+Whole numbers that count, choose or name something have no unit.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ RUN = Record(
 )
 
 CONTACT = Record(
-    Field("has_memory", "1", "1: Hertz, damping and a tangential spring; 0: the law of restitution", (), WHOLE),
+    Field("has_memory", "", "1: Hertz, damping and a tangential spring; 0: the law of restitution", (), WHOLE),
     Field("friction", "1", "force of friction over the normal force"),
     Field("restitution_squared", "1", "part of the elastic force that is left in separation"),
     Field("rolling_arm", "m", "rolling moment over the normal force"),
@@ -35,7 +38,7 @@ MACHINE = Record(
     Field("inertia", "kg, kg m^2", "of body and rotor, for displacement and rotation of the rotor's middle", (6, 6)),
     Field("stiffness", "N/m, N m/rad", "of the supports, likewise", (6, 6)),
     Field("damping", "N s/m, N m s/rad", "of the supports, likewise", (6, 6)),
-    Field("free", "1", "coordinates 0 to 5 that can move, then -1", (7,), WHOLE),
+    Field("free", "", "coordinates 0 to 5 that can move, then -1", (7,), WHOLE),
     Field("rotor_mass", "kg", "of the rotor"),
     Field("polar_inertia", "kg m^2", "of the rotor about its axis"),
     Field("transverse_inertia", "kg m^2", "of the rotor across its axis"),
@@ -44,7 +47,7 @@ MACHINE = Record(
     Field("rotor_damping", "N m s/rad", "torque between rotor and body over their relative speed"),
     Field("unbalance", "kg m", "along y and z at rotor angle 0", (2,)),
     Field("couple", "kg m^2", "moment of the unbalance along x, along y and z at rotor angle 0", (2,)),
-    Field("driven", "1", "1: by a motor; 0: the speed is prescribed", (), WHOLE),
+    Field("driven", "", "1: by a motor; 0: the speed is prescribed", (), WHOLE),
     Field("rated_torque", "N m", "of the motor"),
     Field("overload", "1", "breakdown torque over rated torque"),
     Field("synchronous_speed", "rad/s", "of the motor"),
@@ -72,8 +75,8 @@ BALL = Record(  # what the search for contacts reads comes first
     Field("spin", "rad/s", "rate of rotation", (3,)),
     Field("mass", "kg", "of the ball"),
     Field("inertia", "kg m^2", "about its middle"),
-    Field("kind", "1", "row and column of its group in the table of pair stiffness", (), WHOLE),
-    Field("chamber", "1", "number of its chamber", (), WHOLE),
+    Field("kind", "", "row and column of its group in the table of pair stiffness", (), WHOLE),
+    Field("chamber", "", "number of its chamber", (), WHOLE),
     Field("inverse_mass", "1/kg", "one over the mass"),
     Field("inverse_inertia", "1/(kg m^2)", "one over the inertia"),
     Field("force", "N", "of the last evaluation", (3,)),
@@ -82,7 +85,7 @@ BALL = Record(  # what the search for contacts reads comes first
     Field("spin_rate", "rad/s^2", "of the last step", (3,)),
     Field("race_stiffness", "N/m^1.5", "k of k d^1.5 at the race"),
     Field("flat_stiffness", "N/m^1.5", "at a flat wall"),
-    Field("touches", "1", "sum of 1 at the race, 2 at the wall at +x, 4 at that at -x, 8 at the inner wall", (), WHOLE),
+    Field("touches", "", "sum of 1 at the race, 2 at the wall at +x, 4 at that at -x, 8 at the inner wall", (), WHOLE),
     Field("inner_stiffness", "N/m^1.5", "at the inner wall"),
 )
 
@@ -126,17 +129,17 @@ SINCE = Record(  # the last sample
     Field("bearing_2", "N", "the same of the second bearing", (3,)),
     Field("constraint", "N, N m", "the same of the constraint", (6,)),
     Field("greatest_force", "N", "greatest normal force of a contact"),
-    Field("contacts_ball", "1", "contacts between balls that began", (), WHOLE),
-    Field("contacts_wall", "1", "contacts with walls that began", (), WHOLE),
+    Field("contacts_ball", "", "contacts between balls that began", (), WHOLE),
+    Field("contacts_wall", "", "contacts with walls that began", (), WHOLE),
 )
 
 TOO_DENSE, LOST_BALLS = 1, 2
 PROGRESS = Record(
-    Field("steps", "1", "done since time 0", (), WHOLE),
-    Field("pairs", "1", "near pairs that are listed", (), WHOLE),
-    Field("piece", "1", "of the profile that is passed now", (), WHOLE),
-    Field("rebuilds", "1", "how often the pairs were listed", (), WHOLE),
-    Field("trouble", "1", "1: more pairs than there is room for, 2: balls far outside", (), WHOLE),
+    Field("steps", "", "done since time 0", (), WHOLE),
+    Field("pairs", "", "near pairs that are listed", (), WHOLE),
+    Field("piece", "", "of the profile that is passed now", (), WHOLE),
+    Field("rebuilds", "", "how often the pairs were listed", (), WHOLE),
+    Field("trouble", "", "1: more pairs than there is room for, 2: balls far outside", (), WHOLE),
     Field("way", "m", "of the fastest ball since the pairs were listed"),
 )
 
@@ -163,8 +166,8 @@ SAMPLE = Record(  # where a run has a variable of this name, it is this number
     Field("motor_torque", "N m", "of the drive on the rotor"),
     Field("energy_contact", "J", "in the contacts"),
     *ACCOUNT.fields,
-    Field("contacts_ball", "1", "contacts between balls that began since the sample before", (), WHOLE),
-    Field("contacts_wall", "1", "contacts with walls that began since then", (), WHOLE),
+    Field("contacts_ball", "", "contacts between balls that began since the sample before", (), WHOLE),
+    Field("contacts_wall", "", "contacts with walls that began since then", (), WHOLE),
     Field("greatest_contact_force", "N", "greatest normal force since then"),
 )
 
@@ -190,7 +193,7 @@ CONTACTS = Record(
     Field("rolled", "W", "by rolling resistance", (BLOCK,)),
     Field("held", "J", "energy in the contact", (BLOCK,)),
     Field("normal", "N", "normal force", (BLOCK,)),
-    Field("one", "1", "number of the ball", (BLOCK,), WHOLE),
-    Field("two", "1", "of its partner, -1 for a wall", (BLOCK,), WHOLE),
-    Field("place", "1", "number of the pair or wall", (BLOCK,), WHOLE),
+    Field("one", "", "number of the ball", (BLOCK,), WHOLE),
+    Field("two", "", "of its partner, -1 for a wall", (BLOCK,), WHOLE),
+    Field("place", "", "number of the pair or wall", (BLOCK,), WHOLE),
 )
