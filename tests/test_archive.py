@@ -14,8 +14,8 @@ import xarray as xr
 from tests.references.chamber_runs import MACHINE, chamber_run
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.results.archive import Archive
-from autobalancer.results.archive_run import RunFolder, write_part
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive.run import RunFolder, write_part
 from autobalancer.results.store import load_run
 
 QUESTION = {"duration": 4.0, "step": 1e-6, "seed": 0}

@@ -13,8 +13,8 @@ from tests.references.chamber_machines import small_machine
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.archive import Archive
-from autobalancer.results.archive_run import write_part
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive.run import write_part
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
 from autobalancer.studies.chamber_machines import chamber_variant
@@ -130,7 +130,7 @@ def test_balls_that_do_not_fit_are_a_gap_in_the_study() -> None:
 
 
 def test_the_machine_of_a_run_says_its_chambers_and_unbalance(whole: xr.Dataset) -> None:
-    from autobalancer.results.chamber_shape import chambers_of, unbalance_of
+    from autobalancer.results.chamber.shape import chambers_of, unbalance_of
 
     (shape,) = chambers_of(whole)
     assert (shape.radius, shape.depth, shape.place) == (0.1, 0.2, 0.0)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import save_machine
-from autobalancer.results.archive import Archive
+from autobalancer.results.archive.folder import Archive
 from autobalancer.studies.chamber_runs import archived_run
 
 

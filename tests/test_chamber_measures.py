@@ -10,14 +10,14 @@ from tests.references.chamber_runs import BALL, CHAMBER, chamber_run
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.results.chamber_balls import (
+from autobalancer.results.chamber.balls import (
     ball_places_in_rotor,
     ball_settling_time,
     balls_carried,
     balls_unbalance,
     residual_of_balls,
 )
-from autobalancer.results.chamber_measures import (
+from autobalancer.results.chamber.measures import (
     catalogue_measures,
     chamber_measures,
     collision_statistics,
@@ -25,7 +25,7 @@ from autobalancer.results.chamber_measures import (
     steady_vibration,
     transient_peak,
 )
-from autobalancer.results.chamber_unconstrained import LooseBody, pakula_body, unconstrained_motion
+from autobalancer.results.chamber.unconstrained import LooseBody, pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber.verdict import chamber_verdict
 
 RUN = chamber_run()

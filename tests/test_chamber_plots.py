@@ -24,9 +24,9 @@ from autobalancer.plots.chamber_study import (
     plot_step_sizes,
 )
 from autobalancer.plots.chamber_view import Camera, poses_of
-from autobalancer.results.archive import Archive
-from autobalancer.results.chamber_shape import ChamberShape, chambers_of
-from autobalancer.results.chamber_unconstrained import pakula_body
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.chamber.shape import ChamberShape, chambers_of
+from autobalancer.results.chamber.unconstrained import pakula_body
 from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders
 from autobalancer.studies.step_size import step_size_study
 

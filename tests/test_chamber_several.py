@@ -14,8 +14,8 @@ from autobalancer.assembly.chamber import wall_stiffness
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_balls import balls_unbalance
-from autobalancer.results.chamber_measures import chamber_measures
+from autobalancer.results.chamber.balls import balls_unbalance
+from autobalancer.results.chamber.measures import chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
 

@@ -15,7 +15,7 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.rebound import damping_ratio
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls
+from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import SampleTimes

@@ -14,9 +14,9 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.laws.drag_coefficient import discoidal, linear
-from autobalancer.measurement.angle_curve import angle_machine
-from autobalancer.measurement.angle_file import AngleSeries
-from autobalancer.measurement.equilibrium_angle import TurnedRace
+from autobalancer.measurement.angle.curve import angle_machine
+from autobalancer.measurement.angle.file import AngleSeries
+from autobalancer.measurement.angle.statics import TurnedRace
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 MACHINE = EXAMPLES / "machines" / "equilibrium_angle.toml"

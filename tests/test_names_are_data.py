@@ -13,7 +13,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.plots.style import OWN_FORMULA, as_written, heading, look, picture
-from autobalancer.results.archive import Archive
+from autobalancer.results.archive.folder import Archive
 
 ROOT = Path(__file__).parents[1]
 MACHINE = (ROOT / "examples/machines/two_plane_rotor.toml").read_text(encoding="utf-8")

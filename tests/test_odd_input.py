@@ -12,7 +12,7 @@ from autobalancer.cli.main import app
 from autobalancer.files.machine_file import load_chamber_machine, read_machine
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.simulation.chamber.summary import chamber_summary
-from autobalancer.simulation.input_text import input_notes
+from autobalancer.simulation.remarks.input_text import input_notes
 
 DISCOIDAL = Path("examples/machines/discoidal.toml")
 RACE = "balancers[1].races[1]"

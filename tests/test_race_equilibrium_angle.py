@@ -11,12 +11,12 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import discoidal
 from autobalancer.machine import Machine
-from autobalancer.measurement.equilibrium_angle import (
+from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
+from autobalancer.measurement.angle.statics import (
     TurnedRace,
     drag_coefficients,
     equilibrium_angles,
 )
-from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.simulation.sampling import Samples
 
 DIAMETER, ORBIT, STEEL = 0.0123, 0.07695, 7800.0

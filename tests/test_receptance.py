@@ -17,13 +17,13 @@ import autobalancer as ab
 from autobalancer.cli.receptance import receptance as command
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Machine
-from autobalancer.measurement.balls import RaceBalls, balls_of, equal_balls, positions, spread
-from autobalancer.measurement.closed_loop import loop_eigenvalues, loop_matrix
-from autobalancer.measurement.rational_fit import fit_receptance, modes_of, pole_model
-from autobalancer.measurement.receptance import load_receptance
-from autobalancer.measurement.receptance_border import receptance_border
-from autobalancer.measurement.receptance_loop import receptance_loop
-from autobalancer.measurement.receptance_stability import receptance_stability
+from autobalancer.measurement.loop.balls import RaceBalls, balls_of, equal_balls, positions, spread
+from autobalancer.measurement.loop.border import receptance_border
+from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
+from autobalancer.measurement.loop.curve import receptance_loop
+from autobalancer.measurement.loop.growth import receptance_stability
+from autobalancer.measurement.receptance.measured import load_receptance
+from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of, pole_model
 from autobalancer.plots.receptance import plot_nyquist, plot_receptance
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border

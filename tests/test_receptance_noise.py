@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.receptance import receptance as command
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balls import equal_balls
-from autobalancer.measurement.rational_fit import fit_receptance
-from autobalancer.measurement.receptance import receptance_dataset
-from autobalancer.measurement.receptance_border import receptance_border
+from autobalancer.measurement.loop.balls import equal_balls
+from autobalancer.measurement.loop.border import receptance_border
+from autobalancer.measurement.receptance.measured import receptance_dataset
+from autobalancer.measurement.receptance.rational_fit import fit_receptance
 from autobalancer.plots.receptance import plot_receptance
 from autobalancer.stability.host.planar import largest_unbalance
 

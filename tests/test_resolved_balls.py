@@ -19,7 +19,7 @@ from autobalancer.errors import MachineError
 from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
-from autobalancer.simulation.resolved_walls import wall_forces
+from autobalancer.simulation.saved.resolved_walls import wall_forces
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"

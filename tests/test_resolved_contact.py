@@ -12,7 +12,7 @@ from tests.references.resolved import chamber, run
 from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.contact_laws import adherence, friction_coefficient, normal_force
 from autobalancer.laws.hertz import hertz_stiffness
-from autobalancer.simulation.resolved_walls import wall_forces
+from autobalancer.simulation.saved.resolved_walls import wall_forces
 
 HERTZ = {"reduced_modulus": 1.15e11}
 laws = pytest.mark.parametrize("law", [{}, HERTZ], ids=["linear", "hertz"])

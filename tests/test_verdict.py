@@ -17,7 +17,7 @@ from autobalancer.cli.main import app
 from autobalancer.cli.service import service_rows
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.results.verdict_rule import verdict_word
+from autobalancer.results.verdict.rule import verdict_word
 from autobalancer.stability.host.planar import largest_unbalance
 from autobalancer.stability.summary.service import service_of
 

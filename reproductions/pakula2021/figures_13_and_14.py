@@ -23,9 +23,9 @@ import numpy as np
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.plots.chamber_reactions import plot_reactions
 from autobalancer.plots.save import save_picture
-from autobalancer.results.chamber_balls import ball_settling_time
-from autobalancer.results.chamber_measures import reaction_measures
-from autobalancer.results.chamber_unconstrained import pakula_body, unconstrained_motion
+from autobalancer.results.chamber.balls import ball_settling_time
+from autobalancer.results.chamber.measures import reaction_measures
+from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
 from reproductions import Found, compared_all

@@ -18,12 +18,12 @@ import autobalancer as ab
 from autobalancer.catalog.tables import rows as table
 from autobalancer.laws.drag_coefficient import discoidal, sphere_on_plane
 from autobalancer.machine import Machine
-from autobalancer.measurement.equilibrium_angle import (
+from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
+from autobalancer.measurement.angle.statics import (
     TurnedRace,
     drag_coefficients,
     equilibrium_angles,
 )
-from autobalancer.measurement.rolling_resistance import fit_rolling_resistance
 from autobalancer.plots.save import save_picture
 from autobalancer.simulation.sampling import Samples
 from reproductions import Found, compared_all

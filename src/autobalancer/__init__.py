@@ -266,18 +266,18 @@ if _TYPE_CHECKING:
         stall_ranges,
     )
     from autobalancer.machine.schema import machine_schema
-    from autobalancer.measurement.angle_curve import angle_against_speed
-    from autobalancer.measurement.angle_evaluation import evaluate_angles
-    from autobalancer.measurement.angle_file import load_angle_series
-    from autobalancer.measurement.balls import RaceBalls, balls_of, equal_balls
+    from autobalancer.measurement.angle.curve import angle_against_speed
+    from autobalancer.measurement.angle.evaluation import evaluate_angles
+    from autobalancer.measurement.angle.file import load_angle_series
+    from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance, rolling_resistance_deviation
+    from autobalancer.measurement.angle.statics import TurnedRace, drag_coefficients, equilibrium_angles
     from autobalancer.measurement.decay import decay_rate
-    from autobalancer.measurement.equilibrium_angle import TurnedRace, drag_coefficients, equilibrium_angles
-    from autobalancer.measurement.rational_fit import fit_receptance, modes_of
-    from autobalancer.measurement.receptance import load_receptance
-    from autobalancer.measurement.receptance_border import receptance_border
-    from autobalancer.measurement.receptance_loop import receptance_loop
-    from autobalancer.measurement.receptance_stability import receptance_stability
-    from autobalancer.measurement.rolling_resistance import fit_rolling_resistance, rolling_resistance_deviation
+    from autobalancer.measurement.loop.balls import RaceBalls, balls_of, equal_balls
+    from autobalancer.measurement.loop.border import receptance_border
+    from autobalancer.measurement.loop.curve import receptance_loop
+    from autobalancer.measurement.loop.growth import receptance_stability
+    from autobalancer.measurement.receptance.measured import load_receptance
+    from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of
     from autobalancer.plots import style
     from autobalancer.plots.animation import animate
     from autobalancer.plots.basins import plot_basin
@@ -305,11 +305,11 @@ if _TYPE_CHECKING:
     from autobalancer.plots.stability_map import plot_map
     from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
     from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
-    from autobalancer.results.archive import Archive
-    from autobalancer.results.chamber_balls import balls_unbalance, residual_of_balls
-    from autobalancer.results.chamber_measures import chamber_measures, collision_statistics
-    from autobalancer.results.chamber_shape import unbalance_of
-    from autobalancer.results.chamber_unconstrained import unconstrained_motion
+    from autobalancer.results.archive.folder import Archive
+    from autobalancer.results.chamber.balls import balls_unbalance, residual_of_balls
+    from autobalancer.results.chamber.measures import chamber_measures, collision_statistics
+    from autobalancer.results.chamber.shape import unbalance_of
+    from autobalancer.results.chamber.unconstrained import unconstrained_motion
     from autobalancer.results.measures import (
         ball_angle_to_unbalance,
         deflection_envelope,
@@ -321,7 +321,7 @@ if _TYPE_CHECKING:
     )
     from autobalancer.results.places import residual_unbalance, static_deflection, support_forces, vibration
     from autobalancer.results.store import load_run, save_run
-    from autobalancer.results.verdict import verdict
+    from autobalancer.results.verdict.judged import verdict
     from autobalancer.rotordynamics.campbell import campbell
     from autobalancer.rotordynamics.critical import critical_speeds
     from autobalancer.rotordynamics.equivalent_planar import equivalent_planar

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from autobalancer.measurement.balls import RaceBalls
-from autobalancer.measurement.closed_loop import PoleModel
-from autobalancer.measurement.receptance import receptance_dataset
+from autobalancer.measurement.loop.balls import RaceBalls
+from autobalancer.measurement.receptance.measured import receptance_dataset
+from autobalancer.measurement.receptance.pole_model import PoleModel
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def angle(
 
 def _curve(machine: Path, speeds: str, simulate: bool, duration: str) -> xr.Dataset:
     from autobalancer.cli.quantities import quantity, speed_range
-    from autobalancer.measurement.angle_curve import angle_against_speed
+    from autobalancer.measurement.angle.curve import angle_against_speed
 
     chosen = speed_range("--speeds", speeds) if speeds else None
     length = quantity("--duration", duration, "s")
@@ -92,8 +92,8 @@ def _curve(machine: Path, speeds: str, simulate: bool, duration: str) -> xr.Data
 
 def _evaluated(machine: Path, table: Path, rolling: float | None, resamples: int, curve: bool) -> xr.Dataset:
     from autobalancer.errors import QuestionError
-    from autobalancer.measurement.angle_evaluation import evaluate_angles
-    from autobalancer.measurement.angle_file import load_angle_series
+    from autobalancer.measurement.angle.evaluation import evaluate_angles
+    from autobalancer.measurement.angle.file import load_angle_series
 
     if curve:
         raise QuestionError("--measured: evaluates the speeds of the table; leave out --speeds and --simulate")

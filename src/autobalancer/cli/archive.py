@@ -43,7 +43,7 @@ def archive(
     from autobalancer.cli.output import RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.results.archive import Archive
+    from autobalancer.results.archive.folder import Archive
 
     one_form(as_json, as_csv)
     if out is not None and not export:

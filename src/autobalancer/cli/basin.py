@@ -52,7 +52,7 @@ def basin(
     from autobalancer.cli.quantities import optional, quantity
     from autobalancer.cli.sheet import Column, print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.results.verdict_rule import NO_VERDICT
+    from autobalancer.results.verdict.rule import NO_VERDICT
 
     one_form(as_json, as_csv)
     files, again = Files(out, plot), Files(worst, allowed=MACHINE)

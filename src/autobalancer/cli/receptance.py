@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from autobalancer.cli.sheet import Column
-    from autobalancer.measurement.balls import RaceBalls
+    from autobalancer.measurement.loop.balls import RaceBalls
 
 
 def receptance(
@@ -58,11 +58,11 @@ def receptance(
     from autobalancer.cli.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.progress import progress_bar
     from autobalancer.cli.quantities import interval, quantity
-    from autobalancer.measurement.rational_fit import fit_receptance
-    from autobalancer.measurement.receptance import load_receptance
-    from autobalancer.measurement.receptance_border import receptance_border
-    from autobalancer.measurement.receptance_loop import receptance_loop
-    from autobalancer.measurement.receptance_stability import receptance_stability
+    from autobalancer.measurement.loop.border import receptance_border
+    from autobalancer.measurement.loop.curve import receptance_loop
+    from autobalancer.measurement.loop.growth import receptance_stability
+    from autobalancer.measurement.receptance.measured import load_receptance
+    from autobalancer.measurement.receptance.rational_fit import fit_receptance
     from autobalancer.plots.receptance import plot_nyquist, plot_receptance
 
     one_form(as_json, as_csv)
@@ -95,7 +95,7 @@ def receptance(
 def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) -> RaceBalls:
     from autobalancer.cli.quantities import quantity
     from autobalancer.errors import QuestionError
-    from autobalancer.measurement.balls import balls_of, equal_balls
+    from autobalancer.measurement.loop.balls import balls_of, equal_balls
 
     if machine is not None:
         return balls_of(machine)
@@ -175,7 +175,7 @@ def _show(
     fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset], machine: Path | None
 ) -> None:
     from autobalancer.cli.sheet import print_facts
-    from autobalancer.measurement.receptance_stability import viscosity_of
+    from autobalancer.measurement.loop.growth import viscosity_of
 
     a = fit.attrs
     rows = [("fit", f"error {100.0 * a['fit_error']:.2g} %, mass {a['effective_mass']:.4g} kg")]

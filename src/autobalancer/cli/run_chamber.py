@@ -92,7 +92,7 @@ def _measures(result: Any) -> tuple[dict[str, tuple[float | None, str, str]], st
     """Value, unit and text of the main measures; or why there are none."""
     import math
 
-    from autobalancer.results.chamber_measures import chamber_measures
+    from autobalancer.results.chamber.measures import chamber_measures
 
     try:
         found = chamber_measures(result)

@@ -120,8 +120,8 @@ def reactions(
     from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
     from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
     from autobalancer.plots.save import save_picture
-    from autobalancer.results.archive import Archive
-    from autobalancer.results.chamber_unconstrained import pakula_body
+    from autobalancer.results.archive.folder import Archive
+    from autobalancer.results.chamber.unconstrained import pakula_body
     from autobalancer.studies.chamber_runs import archived_run
 
     with _bar("thousandths of the run") as update, _said_when_stopped():

@@ -8,7 +8,7 @@ from autobalancer.cli.words import speed_number, speed_sign
 
 if TYPE_CHECKING:
     from autobalancer.cli.console import Console
-    from autobalancer.results.verdict import Verdict
+    from autobalancer.results.verdict.judged import Verdict
 
 COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow"}
 
@@ -17,7 +17,7 @@ def print_verdict(found: Verdict, console: Console) -> None:
     """The headline, a table that fits the terminal, and notes."""
     from rich.table import Table
 
-    from autobalancer.results.verdict_text import verdict_lines
+    from autobalancer.results.verdict.text import verdict_lines
 
     head, rows, notes = verdict_lines(found, _speed)
     console.print(head, style=f"bold {COLORS.get(found.word, 'red')}", highlight=False)

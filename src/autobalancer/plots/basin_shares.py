@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.plots.labels import BEHIND
 from autobalancer.plots.style import CRITICAL, INK, picture
 from autobalancer.results.number_text import LENGTHS, length_text, moment_text
-from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
 
 MOVING = "balls not at rest"
 COLORS = {

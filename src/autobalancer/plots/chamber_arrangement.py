@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Rectangle
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber_view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.style import RACE, UNBALANCE, heading, look, picture
-from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
 from autobalancer.units import list_argument
 
 RIM = "#8A949C"

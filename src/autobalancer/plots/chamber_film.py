@@ -20,7 +20,7 @@ from autobalancer.plots.film_canvas import FilmCanvas, frames_of
 from autobalancer.plots.film_files import film_format, write_film
 from autobalancer.plots.film_question import frame_count, frame_times, magnification, pace
 from autobalancer.plots.style import BALLS, INK, UNBALANCE, look
-from autobalancer.results.chamber_shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
 from autobalancer.units import argument, optional_argument
 
 

@@ -12,9 +12,9 @@ from autobalancer.plots.ball_looks import FEW, BallLook, ball_looks
 from autobalancer.plots.history import History, critical_speeds_of
 from autobalancer.plots.panels import speed_panel
 from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, heading, legend, look, picture
-from autobalancer.results.chamber_balls import ball_places_in_rotor, residual_of_balls
-from autobalancer.results.chamber_measures import collision_statistics
-from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
+from autobalancer.results.chamber.measures import collision_statistics
+from autobalancer.results.chamber.shape import unbalance_of
 
 LEDGER = {
     "loss_contact": ("collisions", BALLS[0]),

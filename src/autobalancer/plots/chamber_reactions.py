@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.plots.axis_units import length_axis
 from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture
-from autobalancer.results.chamber_unconstrained import LooseBody, unconstrained_motion
+from autobalancer.results.chamber.unconstrained import LooseBody, unconstrained_motion
 from autobalancer.units import optional_argument
 
 

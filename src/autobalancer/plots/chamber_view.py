@@ -15,7 +15,7 @@ from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from autobalancer.plots.style import INK, UNBALANCE
-from autobalancer.results.chamber_shape import ChamberShape
+from autobalancer.results.chamber.shape import ChamberShape
 
 Floats = NDArray[np.float64]
 ROUND = np.linspace(0.0, 2.0 * np.pi, 121)

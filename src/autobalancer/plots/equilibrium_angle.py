@@ -20,7 +20,7 @@ def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Fi
     Parameters
     ----------
     found
-        From :func:`~autobalancer.measurement.angle_curve.angle_against_speed`.
+        From :func:`~autobalancer.measurement.angle.curve.angle_against_speed`.
     speed_unit
         rpm, rad/s or Hz.
 
@@ -53,7 +53,7 @@ def plot_measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", s
     Parameters
     ----------
     found
-        From :func:`~autobalancer.measurement.angle_evaluation.evaluate_angles`.
+        From :func:`~autobalancer.measurement.angle.evaluation.evaluate_angles`.
     pressure_force
         Of the turning fluid: "left out", as in (6.6) of Spannan (2021), or "included".
     speed_unit

@@ -25,7 +25,7 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
     Parameters
     ----------
     fit
-        From :func:`~autobalancer.measurement.rational_fit.fit_receptance`.
+        From :func:`~autobalancer.measurement.receptance.rational_fit.fit_receptance`.
     frequency_unit
         Hz or rad/s.
 
@@ -92,7 +92,7 @@ def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.
     Parameters
     ----------
     loop
-        From :func:`~autobalancer.measurement.receptance_loop.receptance_loop`.
+        From :func:`~autobalancer.measurement.loop.curve.receptance_loop`.
     speed_unit
         rpm, rad/s or Hz.
     reach

@@ -7,8 +7,8 @@ from pathlib import Path
 import xarray as xr
 
 from autobalancer.errors import ResultError
-from autobalancer.results.archive import Archive
-from autobalancer.results.archive_run import RunFolder
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive.run import RunFolder
 from autobalancer.results.store import load_run
 
 

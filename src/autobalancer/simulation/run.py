@@ -34,19 +34,19 @@ from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, adva
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
-from autobalancer.simulation.coincidence import coincidence_text
-from autobalancer.simulation.dataset import run_dataset
-from autobalancer.simulation.drag_range import drag_range_attributes
-from autobalancer.simulation.eccentricity_text import eccentricity_text
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.friction_text import friction_text
-from autobalancer.simulation.input_text import input_notes
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
+from autobalancer.simulation.remarks.coincidence import coincidence_text
+from autobalancer.simulation.remarks.drag_range import drag_range_attributes
+from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
+from autobalancer.simulation.remarks.friction_text import friction_text
+from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
+from autobalancer.simulation.saved.dataset import run_dataset
 from autobalancer.simulation.stiffness import slow_because
 from autobalancer.units import to_si
 

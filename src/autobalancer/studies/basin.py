@@ -74,7 +74,7 @@ def basin(
         ``state`` (number, its names in ``attrs["states"]``), ``residual_unbalance`` of unbalance and balls; ``share`` of each
         state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Planar:
         ``time`` until rest, ``final_deflection``; quantiles over the starts that end at rest, of deflection too, and
-        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict_rule`. Verdicts: ``vibration``,
+        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict.rule`. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
         all that finished; after run-ups ``peak_deflection`` and ``peak_quantile`` too. Random starts have
         ``start_ball_angle_in_rotor``, and the number of the worst in ``attrs["worst"]``, for

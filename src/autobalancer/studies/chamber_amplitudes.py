@@ -12,8 +12,8 @@ import xarray as xr
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.archive import Archive
-from autobalancer.results.chamber_measures import catalogue_measures, chamber_measures
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.chamber.measures import catalogue_measures, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import chamber_variant

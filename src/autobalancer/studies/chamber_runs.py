@@ -8,9 +8,9 @@ from typing import Any
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.archive import Archive
-from autobalancer.results.archive_run import RunFolder
-from autobalancer.results.chamber_measures import catalogue_measures, chamber_measures
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive.run import RunFolder
+from autobalancer.results.chamber.measures import catalogue_measures, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.units import argument, optional_argument
 

@@ -21,8 +21,8 @@ from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.simulation.coincidence import CURE, free_groups
 from autobalancer.simulation.prepare import prepare
+from autobalancer.simulation.remarks.coincidence import CURE, free_groups
 from autobalancer.studies.step_dataset import step_dataset
 from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
 from autobalancer.studies.step_store import StepStore

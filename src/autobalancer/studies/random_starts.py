@@ -22,7 +22,7 @@ from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.measures import peak_deflection
-from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
 from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import Envelope
 from autobalancer.stability.basins.basin import REVOLUTIONS, START_ANGLE, released, wilson_interval

@@ -17,10 +17,10 @@ from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix
-from autobalancer.simulation.coincidence import pairs_together, parting_rate
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
+from autobalancer.simulation.remarks.coincidence import pairs_together, parting_rate
 
 NEAR = math.radians(30.0)  # a ball that moves less stays where it is in the rotor, apart from a vibration
 

@@ -23,7 +23,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.results.verdict_rule import BALANCED
+from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.prepare import prepare

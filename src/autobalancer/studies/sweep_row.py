@@ -18,10 +18,10 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.results.places import moved, turns_of
 from autobalancer.results.series import counted, end_of_run_up, release_rows, settled_from, wrapped
-from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
-from autobalancer.simulation.at_places import ball_moments
-from autobalancer.simulation.dataset import in_order
+from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.simulation.outcome import outcome
+from autobalancer.simulation.saved.at_places import ball_moments
+from autobalancer.simulation.saved.dataset import in_order
 
 PER_BALL = "ball_angle_to_unbalance"
 LABELS = {

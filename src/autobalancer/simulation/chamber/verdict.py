@@ -9,13 +9,13 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_any
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_balls import ball_settling_time, balls_carried, residual_of_balls, window
-from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
+from autobalancer.results.chamber.shape import unbalance_of
 from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.passage import Peak, Settling
 from autobalancer.results.places import Complexes, moved
-from autobalancer.results.verdict import PlaceVerdict, SupportVerdict, Verdict
-from autobalancer.results.verdict_rule import NO_VERDICT, Course, changing_because, verdict_word
+from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Verdict
+from autobalancer.results.verdict.passage import Peak, Settling
+from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
 from autobalancer.units import optional_argument
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.results.verdict_rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word
+from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word
 from autobalancer.stability.basins.end_states import AT_REST, STATES, Question
 from autobalancer.stability.host.planar import Floats
 

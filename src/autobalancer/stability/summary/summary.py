@@ -20,7 +20,7 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.shown import html_table, speed_cells, text_table
 from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.simulation.input_text import input_notes
+from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.borders.speeds import Border, border_speeds
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction

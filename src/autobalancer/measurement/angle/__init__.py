@@ -1,0 +1,1 @@
+"""The equilibrium angle of one ball in a slowly turned race."""

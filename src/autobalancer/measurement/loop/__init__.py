@@ -1,0 +1,1 @@
+"""Balls on a rotor of which only the receptance is known."""

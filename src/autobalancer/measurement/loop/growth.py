@@ -1,0 +1,196 @@
+"""Stability of the balanced state from a fitted receptance and the balls: growth rates, margins, exact borders.
+
+Exact for balls in one race on the axis of a rotor with isotropic supports at constant speed. A receptance measured at
+standstill holds where gyroscopic effects are small; nothing is known of modes outside the measured band.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from autobalancer.catalog.resolve import fluid_numbers
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+from autobalancer.machine import DragTorque, Machine
+from autobalancer.measurement.loop.balls import RaceBalls, degrees, positions, spread
+from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
+from autobalancer.measurement.receptance.measured import hertz
+from autobalancer.measurement.receptance.pole_model import PoleModel
+from autobalancer.measurement.receptance.rational_fit import pole_model
+from autobalancer.results.provenance import provenance
+from autobalancer.units import list_argument, optional_argument
+
+Floats = NDArray[np.float64]
+DRAGS = np.geomspace(1e-5, 1e5, 101)  # factors on the drag that are tried
+GAINS = np.geomspace(1.0, 1e4, 81)
+PHASES = np.linspace(0.0, math.pi, 91)
+
+
+def receptance_stability(
+    fit: xr.Dataset,
+    balls: RaceBalls,
+    speeds: Sequence[float | str],
+    *,
+    balls_on_rotor: bool,
+    unbalance: float | str | None = None,
+    angles: Floats | None = None,
+) -> xr.Dataset:
+    """Growth rate and margins of the balanced state at given speeds.
+
+    Parameters
+    ----------
+    fit
+        From :func:`fit_receptance`.
+    balls
+        From :func:`balls_of` or :func:`equal_balls`.
+    speeds
+        Rotor speeds, rad/s.
+    balls_on_rotor
+        Whether the receptance was measured with the balls (their mass) on the rotor.
+    unbalance
+        kg m, of the rotor without balls, for one or two balls.
+    angles
+        Instead: ball angles in the balanced state, rad. Without both, the worst of several arrangements from evenly spread
+        to all in line is taken, separately at each speed.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``speed``: ``growth_rate`` (1/s) and ``whirl_frequency`` (rad/s, seen in the rotor) of the leading
+        eigenvalue; ``drag_factor``, the least factor on all drags from which on the state is stable (inf: none);
+        ``gain_margin`` (factor) and ``phase_margin`` (rad) by which the receptance may be wrong, nan where the state is
+        unstable; ``frequency_low``, ``frequency_high``: the frequencies of the receptance on which this rests, and
+        ``covered``, whether they were measured. ``attrs["warnings"]`` says so in words.
+
+    Raises
+    ------
+    QuestionError
+        If the balls cannot have these angles, or a speed is not above zero.
+    """
+    speeds = list_argument("speeds", speeds, "rad/s")
+    unbalance = optional_argument("unbalance", unbalance, "kg*m")
+    model = pole_model(fit, 0.0 if balls_on_rotor else float(balls.mass.sum()))
+    states = positions(balls, unbalance, angles)
+    band = (fit.attrs["band_low"], fit.attrs["band_high"])
+    rows = [_row(model, balls, states, _valid(speed), band) for speed in speeds]
+    meanings = {
+        "growth_rate": ("growth rate", "1/s"),
+        "whirl_frequency": ("frequency of the leading mode, in the rotor", "rad/s"),
+        "drag_factor": ("least factor on the drag for stability", ""),
+        "gain_margin": ("gain margin", ""),
+        "phase_margin": ("phase margin", "rad"),
+        "spread": ("arrangement of the balls:  0 evenly spread, 1 in line", ""),
+        "frequency_low": ("lowest frequency needed", "rad/s"),
+        "frequency_high": ("highest frequency needed", "rad/s"),
+    }
+    found = xr.Dataset(coords={"speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})})
+    for number, (name, (text, unit)) in enumerate(meanings.items()):
+        found[name] = ("speed", [row[number] for row in rows], {"long_name": text, "units": unit})
+    within = (found["frequency_low"] >= band[0]) & (found["frequency_high"] <= band[1])
+    found["covered"] = within.assign_attrs(long_name="whether these were measured")
+    doubts = [text for text in fit.attrs["warnings"].split("\n") if text]
+    if not bool(within.all()):
+        low, high = float(found["frequency_low"].min()), float(found["frequency_high"].max())
+        doubts.append(
+            f"the stability rests on the receptance from {hertz(low)} to {hertz(high)} Hz, the band of the fit is "
+            f"{hertz(band[0])} to {hertz(band[1])} Hz: what lies outside is extrapolated"
+        )
+    found.attrs = {**provenance(), "title": "Stability from a receptance", "theory": "exact: full equations"}
+    found.attrs |= {"balls": balls.count, "warnings": "\n".join(doubts), "fit_error": fit.attrs["fit_error"]}
+    if len(states) == 1:
+        found.attrs["ball_angles_deg"] = degrees(states[0])
+    return found
+
+
+def worst_growth(model: PoleModel, balls: RaceBalls, states: list[Floats], speed: float) -> float:
+    """Greatest growth rate over several ball positions, 1/s."""
+    return max(float(loop_eigenvalues(model, balls, angles, speed)[0].real) for angles in states)
+
+
+def needed_frequencies(
+    model: PoleModel, balls: RaceBalls, angles: Floats, speed: float, s: complex
+) -> tuple[float, float]:
+    """Least and greatest frequency at which the receptance decides over an eigenvalue, and the speed itself, rad/s.
+
+    An eigenvalue s rests on H at s + iW and s - iW; one of them is left out if it weighs less than a twentieth.
+    """
+    t = loop_matrix(model, balls, angles, speed, np.array([s]))[0]
+    cross = t[0, 1] * t[1, 0]
+    weights = abs(t[0, 0] * (1.0 - t[1, 1]) + cross), abs(t[1, 1] * (1.0 - t[0, 0]) + cross)
+    needed = [speed]
+    needed += [abs(s.imag + side * speed) for side, w in zip((1, -1), weights, strict=True) if w > 0.05 * max(weights)]
+    return min(needed), max(needed)
+
+
+def _row(
+    model: PoleModel, balls: RaceBalls, states: list[Floats], speed: float, band: tuple[float, float]
+) -> tuple[float, ...]:
+    leading = [complex(loop_eigenvalues(model, balls, angles, speed)[0]) for angles in states]
+    worst = int(np.argmax([s.real for s in leading]))
+    s, angles = leading[worst], states[worst]
+    gain, phase = math.nan, math.nan
+    if s.real < 0.0:
+        rates = [partial(_rate, model, balls, angles, speed) for angles in states]
+        gain = min(_margin(rate, GAINS) for rate in rates)
+        phase = min(_margin(partial(rate, 1.0), sign * PHASES) for rate in rates for sign in (1.0, -1.0))
+    drag = least_drag_factor(model, balls, states, speed)
+    return (
+        s.real,
+        abs(s.imag),
+        drag,
+        gain,
+        phase,
+        spread(balls, angles),
+        *needed_frequencies(model, balls, angles, speed, s),
+    )
+
+
+def _rate(model: PoleModel, balls: RaceBalls, angles: Floats, speed: float, gain: float, phase: float = 0.0) -> float:
+    return float(loop_eigenvalues(model, balls, angles, speed, gain=gain, phase=phase)[0].real)
+
+
+def _margin(rate: Callable[[float], float], values: Floats) -> float:
+    """Amount of the first value at which the growth rate, negative at the beginning, passes zero; inf if none."""
+    for near, far in pairwise(values.tolist()):
+        if rate(far) >= 0.0:
+            return abs(float(brentq(rate, near, far, rtol=1e-10)))
+    return math.inf
+
+
+def least_drag_factor(model: PoleModel, balls: RaceBalls, states: list[Floats], speed: float) -> float:
+    """Least factor on all drags from which on, up to 1e5, the balanced state is stable; inf if it is not at 1e5."""
+
+    def rate(logarithm: float) -> float:
+        return worst_growth(model, balls.with_drag(math.exp(logarithm)), states, speed)
+
+    values = np.log(DRAGS)
+    for above, below in pairwise(values[::-1].tolist()):
+        if rate(above) >= 0.0:
+            return math.inf
+        if rate(below) >= 0.0:
+            return math.exp(brentq(rate, below, above, xtol=1e-10))
+    return 0.0
+
+
+def viscosity_of(machine: Machine | str | Path) -> float | None:
+    """Kinematic viscosity (m^2/s) of the fluid in the race, if the drag follows from it, in proportion."""
+    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    race = machine.balancers[0].races[0]
+    if race.fluid is None or isinstance(race.drag, DragTorque):
+        return None
+    return fluid_numbers(race.fluid)[1]
+
+
+def _valid(speed: float) -> float:
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
+    return float(speed)

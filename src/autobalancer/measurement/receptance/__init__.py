@@ -1,0 +1,1 @@
+"""Measured receptances: files, and modes fitted to them."""

@@ -1,0 +1,1 @@
+"""An archive: a folder of long runs."""

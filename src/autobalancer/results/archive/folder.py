@@ -1,0 +1,189 @@
+"""An archive: a folder of long runs and the catalogue of what they asked and found."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.results.archive.lock import RunLock
+from autobalancer.results.archive.query import condition
+from autobalancer.results.archive.run import RunFolder, Write, plain, read_note, write_part
+from autobalancer.results.chamber.measures import catalogue_unit
+from autobalancer.results.provenance import provenance
+from autobalancer.results.store import save_run
+from autobalancer.safe_file import write_text_safely
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
+
+
+class Archive:
+    """A folder of runs; it is created with the first run.
+
+    The catalogue is read from the notes of the runs, so runs can be copied, moved or deleted by hand.
+
+    Parameters
+    ----------
+    folder
+        Where the archive is.
+    write
+        Function that writes a part of the samples to a file; by default as netCDF.
+    """
+
+    def __init__(self, folder: str | Path, write: Write = write_part) -> None:
+        self.folder, self.write = Path(folder), write
+        if self.folder.exists() and not self.folder.is_dir():
+            raise ResultError(f"{self.folder}: is a file; an archive is a folder")
+
+    def start(self, name: str, machine: str, parameters: Mapping[str, Any], question: Mapping[str, Any]) -> RunFolder:
+        """A run to write into: a new one, or the existing one of this name if it has the same settings.
+
+        Parameters
+        ----------
+        name
+            Of the run; letters, digits, ``.``, ``_``, ``+`` and ``-``.
+        machine
+            Text of the machine file.
+        parameters
+            Numbers and texts by which the run is found in the catalogue.
+        question
+            Other settings on which the result depends: duration, step, seed and so on.
+
+        Raises
+        ------
+        QuestionError
+            If the name is not possible, or a run of this name has other settings.
+        ResultError
+            If the folder cannot be written, or another process is writing the run.
+        """
+        if not NAME.fullmatch(name):
+            raise QuestionError(f"name: given {name!r}; use letters, digits, and . _ + - after the first")
+        path = self.folder / name
+        if (path / "run.json").exists():
+            run = RunFolder(path, self.write)
+            _compare(run, machine, question)
+            return run
+        note = {
+            "state": "running",
+            "parameters": {str(key): plain(value) for key, value in parameters.items()},
+            "question": {str(key): plain(value) for key, value in question.items()},
+            "measures": {},
+            **provenance(),
+        }
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            with RunLock(path):
+                if not (path / "run.json").exists():
+                    write_text_safely(path / "machine.toml", machine)
+                    write_text_safely(path / "run.json", json.dumps(note, indent=1) + "\n")
+        except OSError as reason:
+            raise ResultError(f"{path}: cannot be written: {reason}") from None
+        run = RunFolder(path, self.write)
+        _compare(run, machine, question)
+        return run
+
+    def names(self) -> list[str]:
+        """Names of the runs."""
+        return sorted(path.parent.name for path in self.folder.glob("*/run.json"))
+
+    def run(self, name: str) -> RunFolder:
+        """A run by its name.
+
+        Raises
+        ------
+        QuestionError
+            If there is none of this name.
+        """
+        if name not in self.names():
+            raise QuestionError(f"run: given {name!r}; {self.folder} has {', '.join(self.names()) or 'no runs'}")
+        return RunFolder(self.folder / name, self.write)
+
+    def samples(self, name: str) -> xr.Dataset:
+        """All samples of a run as one dataset, read from disk when used."""
+        return self.run(name).samples()
+
+    def runs(self, where: str | Mapping[str, Any] = "") -> xr.Dataset:
+        """The catalogue: parameters and measures of the runs for which ``where`` holds.
+
+        Parameters
+        ----------
+        where
+            A condition such as ``"friction >= 0.5 and state == 'finished'"``, or values that must be met.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``run``, its name: ``state``, and every parameter and every measure of one number or text. A number
+            that a run does not have is nan, a text empty.
+
+        Raises
+        ------
+        QuestionError
+            If the condition cannot be read, or contains a name that no run has.
+        """
+        rows = {name: self._row(name) for name in self.names()}
+        known = {key for row in rows.values() for key in row}
+        if isinstance(where, Mapping):
+            unknown = [key for key in where if key not in known]
+            if unknown:
+                raise QuestionError(
+                    f"where: given {unknown[0]!r}; the runs have {', '.join(sorted(known)) or 'no values'}"
+                )
+            rows = {n: row for n, row in rows.items() if all(row.get(key) == plain(v) for key, v in where.items())}
+        elif where.strip():
+            holds = condition(where, known)
+            rows = {name: row for name, row in rows.items() if holds(row)}
+        table = xr.Dataset(coords={"run": ("run", np.array(list(rows), dtype=object))})
+        for key in sorted(known, key=lambda key: (key != "state", key)):
+            cells = [row.get(key) for row in rows.values()]
+            unit = catalogue_unit(key)
+            table[key] = ("run", _column(cells), {"units": unit} if unit else {})
+        table.attrs.update(title=f"Runs of {self.folder}", **provenance())
+        return table
+
+    def export(self, name: str, path: str | Path) -> Path:
+        """Write a run as one result file, one variable at a time."""
+        found = self.samples(name)
+        found.attrs.setdefault("source", provenance()["source"])
+        return save_run(found, path)
+
+    def _row(self, name: str) -> dict[str, Any]:
+        """What the note of a run says; of one that cannot be read only that."""
+        try:
+            note = read_note(self.folder / name)
+        except ResultError as reason:
+            return {"state": str(reason).replace(f"{self.folder / name / 'run.json'}: ", "")}
+        values = {**note.get("parameters", {}), **note.get("measures", {})}
+        single = {key: value for key, value in values.items() if not isinstance(value, (list, dict))}
+        return {**single, "state": note.get("state", "running")}
+
+
+def _column(cells: list[Any]) -> np.ndarray:
+    if any(isinstance(cell, str) for cell in cells):
+        return np.array(["" if cell is None else str(cell) for cell in cells], dtype=object)
+    return np.array([_number(cell) for cell in cells], np.float64)
+
+
+def _number(cell: Any) -> float:
+    try:
+        return np.nan if cell is None else float(cell)
+    except OverflowError:
+        return np.nan
+
+
+def _compare(run: RunFolder, machine: str, question: Mapping[str, Any]) -> None:
+    there, now = run.note.get("question", {}), {str(key): plain(value) for key, value in question.items()}
+    told = [f"{key} ({there.get(key)!r} there, {value!r} now)" for key, value in now.items() if there.get(key) != value]
+    if run.machine != machine:
+        told.insert(0, "machine")
+    if told:
+        raise QuestionError(
+            f"archive: the run {run.name!r} in {run.path.parent} was started with other settings; different: {', '.join(told)}. "
+            "Give another name, or delete that run"
+        )

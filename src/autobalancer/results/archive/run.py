@@ -1,0 +1,241 @@
+"""One run of an archive on disk: parts as they are computed, a checkpoint, and a note that says what it is.
+
+In the folder of a run are ``machine.toml``, ``run.json`` (parameters, state, measures), ``part-00000.nc`` and so on, and
+``checkpoint.npz``; while it is written also ``lock``, which names the writer. Each file is written beside its place and
+moved there when complete, so that a crash, or a disk that is full, leaves what was there before. A part counts when the
+checkpoint after it is there: a run that goes on drops later ones.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import ResultError
+from autobalancer.results.archive.lock import RunLock
+from autobalancer.results.archive.parts import NETCDF, open_parts
+from autobalancer.safe_file import write_safely
+
+Write = Callable[[xr.Dataset, Path], Any]
+Checkpoint = Mapping[str, NDArray[Any]]
+PARTS = "archive_parts"  # entry of a checkpoint: how many parts go before it
+PART = re.compile(r"part-(\d{5,})\.nc")
+BEGIN_ANEW = "to start the run again, delete its folder"
+ANEW = "delete it, and the run starts again from the beginning"
+
+
+def write_part(chunk: xr.Dataset, path: Path) -> None:
+    """Write the samples of a chunk as netCDF."""
+    with NETCDF:
+        chunk.to_netcdf(path, engine="netcdf4")
+
+
+class RunFolder:
+    """A run of an archive.
+
+    Parameters
+    ----------
+    path
+        Its folder; see :class:`autobalancer.results.archive.folder.Archive`, which makes it.
+    write
+        What puts a chunk into a file.
+    """
+
+    def __init__(self, path: Path, write: Write = write_part) -> None:
+        self.path, self.write = path, write
+        self.note = read_note(path)
+        self._kept: int | None = None  # parts before the checkpoint from which the run goes on
+
+    @property
+    def name(self) -> str:
+        """Name of the run, that of its folder."""
+        return self.path.name
+
+    @property
+    def state(self) -> str:
+        """``"running"`` (or killed while it was), ``"finished"``, ``"interrupted"`` or ``"failed"``."""
+        return str(self.note.get("state", "running"))
+
+    @property
+    def machine(self) -> str:
+        """Text of the machine file.
+
+        Raises
+        ------
+        ResultError
+            If it cannot be read.
+        """
+        try:
+            return (self.path / "machine.toml").read_text(encoding="utf-8")
+        except (OSError, ValueError) as reason:
+            raise ResultError(f"{self.path / 'machine.toml'}: cannot be read: {reason}") from None
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """While it lasts, no other process writes this run; its note is read again at the beginning.
+
+        Raises
+        ------
+        ResultError
+            If another process writes it.
+        """
+        with RunLock(self.path):
+            self.note = read_note(self.path)
+            yield
+
+    def parts(self) -> list[Path]:
+        """Files of the samples in the order of time."""
+        found = [(int(match[1]), file) for file in self.path.iterdir() if (match := PART.fullmatch(file.name))]
+        return [file for _, file in sorted(found)]
+
+    def samples(self) -> xr.Dataset:
+        """All samples written so far, read when used; the attributes tell what the run is and how it ended.
+
+        Raises
+        ------
+        ResultError
+            If there are none, or a part is damaged, missing or in the wrong place.
+        """
+        files = self.parts()
+        self._complete(files, self.note.get(PARTS, len(files)))
+        found = open_parts(files)
+        told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
+        found.attrs.update(machine=self.machine, archive_state=self.state, **told)
+        return found
+
+    def append(self, chunk: xr.Dataset, checkpoint: Checkpoint | None = None) -> None:
+        """Keep a chunk of samples, and the state from which the run goes on after it.
+
+        Raises
+        ------
+        ResultError
+            If the disk is full or cannot be written. What was written before is kept and can be read.
+        """
+        self._drop_rest()
+        number = len(self.parts())
+        if chunk.sizes.get("time", 0):
+            self._put(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
+            number += 1
+        if checkpoint is not None:
+            held = {PARTS: np.array(number), **checkpoint}
+            self._put(self.path / "checkpoint.npz", lambda file: _savez(file, held))
+
+    def checkpoint(self) -> dict[str, NDArray[Any]] | None:
+        """The last checkpoint, None if the run made none. Parts that came after it are dropped when the run goes on.
+
+        Raises
+        ------
+        ResultError
+            If it cannot be read, or a part before it is missing; then nothing is dropped.
+        """
+        path = self.path / "checkpoint.npz"
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                held = {key: stored[key] for key in stored.files}
+            kept = int(held.pop(PARTS).item())
+        except FileNotFoundError:
+            self._kept = 0
+            return None
+        except Exception as reason:  # a damaged archive of arrays may raise anything
+            raise ResultError(f"{path}: cannot be read: {type(reason).__name__}: {reason}; {ANEW}") from None
+        self._complete(self.parts()[:kept], kept)
+        self._kept = kept
+        return held
+
+    def _drop_rest(self) -> None:
+        """Remove the parts after the checkpoint from which the run goes on."""
+        for file in self.parts()[self._kept :] if self._kept is not None else ():
+            file.unlink()
+        self._kept = None
+
+    def _complete(self, files: list[Path], count: int) -> None:
+        """Refuse parts with a hole."""
+        for number in range(max(len(files), int(count))):
+            if number >= len(files) or files[number].name != f"part-{number:05d}.nc":
+                raise ResultError(f"{self.path}: part-{number:05d}.nc is missing; the run is not complete without it")
+
+    def end(
+        self, state: str, outcome: Mapping[str, Any] | None = None, measures: Mapping[str, Any] | None = None
+    ) -> None:
+        """Note how the run ended, and its measures for the catalogue.
+
+        Raises
+        ------
+        ResultError
+            If the disk is full.
+        """
+        self.note.update(state=state)
+        if state == "finished":
+            self._drop_rest()
+            self.note[PARTS] = len(self.parts())
+        if outcome is not None:
+            self.note["outcome"] = {str(key): plain(value) for key, value in outcome.items()}
+        if measures is not None:
+            self.note["measures"] = {str(key): plain(value) for key, value in measures.items()}
+        self.save_note()
+        if state == "finished":
+            (self.path / "checkpoint.npz").unlink(missing_ok=True)
+
+    def save_note(self) -> None:
+        """Write ``run.json``."""
+        text = json.dumps(self.note, indent=1) + "\n"
+        self._put(self.path / "run.json", lambda file: file.write_text(text, encoding="utf-8"))
+
+    def _put(self, path: Path, write: Callable[[Path], Any]) -> None:
+        try:
+            write_safely(path, write)
+        except ResultError as reason:
+            raise ResultError(
+                f"{reason}; the {len(self.parts())} parts written before are kept and can be read. "
+                "Make room, then start the run again: it continues from its last checkpoint"
+            ) from None
+
+
+def read_note(folder: Path) -> dict[str, Any]:
+    """What ``run.json`` in the folder of a run says.
+
+    Raises
+    ------
+    ResultError
+        If there is none, or it is damaged.
+    """
+    path = folder / "run.json"
+    try:
+        note: Any = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ResultError(f"{folder}: no run of an archive; there is no run.json in it") from None
+    except (OSError, ValueError, RecursionError) as reason:
+        raise ResultError(f"{path}: cannot be read: {reason}; {BEGIN_ANEW}") from None
+    shape = {"state": str, "parameters": dict, "question": dict, "measures": dict, "outcome": dict, PARTS: int}
+    wrong = [
+        key for key, kind in shape.items() if isinstance(note, dict) and not isinstance(note.get(key, kind()), kind)
+    ]
+    if not isinstance(note, dict) or wrong:
+        raise ResultError(f"{path}: cannot be read: {wrong[0] if wrong else 'it'} has another form; {BEGIN_ANEW}")
+    return note
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON says it; nan and infinity become None."""
+    if isinstance(value, (np.ndarray, xr.DataArray)):
+        return plain(np.asarray(value).tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, (bool, int, float, str)) or value is None else str(value)
+
+
+def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **held)  # type: ignore[arg-type]

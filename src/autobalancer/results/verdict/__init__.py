@@ -1,0 +1,1 @@
+"""Whether a run is balanced, and what is left where."""

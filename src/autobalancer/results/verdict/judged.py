@@ -1,0 +1,277 @@
+"""The verdict on a run: balanced or not, what is left where, and the same machine without balancing beside it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.laws.balance_quality import balance_grade
+from autobalancer.results.measures import residual_vibration
+from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
+from autobalancer.results.verdict.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
+from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
+from autobalancer.results.verdict.text import verdict_html, verdict_lines
+
+NOTES = (
+    "input_text",
+    "left_race_text",
+    "friction_text",
+    "eccentricity_text",
+)  # attributes of a run that are its remarks
+
+
+@dataclass(frozen=True)
+class PlaceVerdict:
+    """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m).
+
+    ``sag`` (m) is that of the rotor without balls under its weight, from which the static deflection counts.
+    """
+
+    name: str
+    static: float
+    vibration: float
+    velocity_rms: float
+    without_balls: float
+    sag: float = 0.0
+
+
+@dataclass(frozen=True)
+class PlaneVerdict:
+    """A plane of balancers: its unbalance and what is left of it, kg m."""
+
+    name: str
+    unbalance: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class SupportVerdict:
+    """A support: static force, greatest vibrating force, and that without balls, N."""
+
+    name: str
+    static: float
+    vibrating: float
+    without_balls: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a run says of balancing, SI.
+
+    ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls* or *no verdict*, and then
+    ``because`` says why. ``ratio`` is the greatest vibration of all places over the greatest without balls. ``unbalance``
+    and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
+    ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
+    ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
+    between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
+    between jumps of the unbalance; none without a jump.
+    """
+
+    word: str
+    because: str
+    speed: float
+    ratio: float
+    unbalance: float
+    residual: float
+    grade_before: float
+    grade_after: float
+    places: tuple[PlaceVerdict, ...]
+    planes: tuple[PlaneVerdict, ...]
+    supports: tuple[SupportVerdict, ...]
+    peak: Peak | None
+    peak_without_balls: Peak | None
+    settling: Settling | None
+    notes: tuple[str, ...]
+    static_residual: float = np.nan
+    couple_residual: float = np.nan
+    static_unbalance: float = np.nan
+    couple_unbalance: float = np.nan
+    parts: tuple[RunPart, ...] = ()
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the word is *balanced*."""
+        return self.word == "balanced"
+
+    @property
+    def residual_share(self) -> float:
+        """Residual over unbalance; nan without unbalance."""
+        return self.residual / self.unbalance if self.unbalance > 0.0 else np.nan
+
+    @property
+    def peak_ratio(self) -> float:
+        """Greatest deflection of the run over that without balls; nan without a run with held balls."""
+        if self.peak is None or self.peak_without_balls is None or self.peak_without_balls.deflection == 0.0:
+            return np.nan
+        return self.peak.deflection / self.peak_without_balls.deflection
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return {**asdict(self), "peak_ratio": self.peak_ratio}
+
+    def __str__(self) -> str:
+        head, lines, notes = verdict_lines(self)
+        width = max((len(label) for label, _ in lines), default=0)
+        return "\n".join(
+            [head, *(f"  {label:<{width}}  {text}" for label, text in lines), *(f"note: {n}" for n in notes)]
+        )
+
+    def _repr_html_(self) -> str:
+        return verdict_html(self)
+
+
+@of_a_run()
+def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
+    """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict.rule`, and what remains at each place.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` with its last revolutions, which it keeps by default.
+    held
+        The same machine from ``simulate(machine, hold_balls=True)``. It gives the peak without balls; for a machine with
+        external excitation also the vibration without balls, which otherwise every run has.
+
+    Raises
+    ------
+    QuestionError
+        If the run is not one of balls in races.
+    """
+    if "place" not in run.coords:
+        raise QuestionError(
+            "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
+        )
+    notes = tuple(line for name in NOTES if name in run.attrs for line in str(run.attrs[name]).split("\n"))
+    peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
+    stopped = ""
+    if run.attrs.get("outcome", "finished") != "finished":
+        stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
+    try:
+        turns = whole_turns(run)
+    except QuestionError as reason:
+        none = np.nan
+        return Verdict(
+            NO_VERDICT,
+            stopped or str(reason),
+            none,
+            none,
+            none,
+            none,
+            none,
+            none,
+            (),
+            (),
+            (),
+            peak,
+            other_peak,
+            None,
+            notes,
+            parts=parts_of(run),
+        )
+    places, supports = _places(run, held), _supports(run, held)
+    planes = _planes(run)
+    unbalance, residual = _rotor(run.isel(turn=turns), planes)
+    speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
+    without = max(place.without_balls for place in places)
+    ratio = max(place.vibration for place in places) / without if without > 0.0 else np.nan
+    because = stopped or _because(run, without, unbalance, planes)
+    before, after = (
+        balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
+    )
+    return Verdict(
+        NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
+        places, planes, supports, peak, other_peak, settling_of(run), notes, *_shares(run.isel(turn=turns)), parts_of(run),
+    )  # fmt: skip
+
+
+def _because(run: xr.Dataset, without: float, unbalance: float, planes: tuple[PlaneVerdict, ...]) -> str:
+    if not run.sizes.get("ball", 0):
+        return "the machine has no balls"
+    if np.isnan(without):
+        if "vibration_without_balls" in run:
+            return "the speed is a critical speed of a rotor without damping"
+        return "the machine has an external excitation; give 'held', its run with hold_balls=True"
+    if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
+        return "the rotor has no unbalance"
+    return changing_because(_course(run), without)
+
+
+def _course(run: xr.Dataset) -> Course:
+    for prefix in ("", "envelope_", "turn_"):
+        if f"{prefix}speed" in run:
+            time, speed = run[f"{prefix}time"].values, run[f"{prefix}speed"].values
+            angle = f"{prefix}ball_angle_in_rotor"
+            angles = run[angle].values if angle in run else np.zeros((time.size, 0))
+            break
+    none = np.zeros(0)
+    envelope = tuple(
+        run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
+    )
+    vertical = run.attrs.get("axis", "vertical") == "vertical"
+    end = float(run.attrs["end_time"])
+    return Course(end, vertical, time, speed, goes_round(time, angles, end), *envelope)
+
+
+def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
+    moved = vibration(run)
+    greatest = moved["greatest"].values.copy()
+    if run.attrs.get("axis") == "vertical" and "envelope_high" in run:
+        greatest[0] = max(greatest[0], residual_vibration(run))  # slow changes over the last twentieth count too
+    without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
+    sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
+    columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
+    return tuple(
+        PlaceVerdict(str(name), *map(float, row)) for name, *row in zip(run["place"].values, *columns, strict=True)
+    )
+
+
+def _supports(run: xr.Dataset, held: xr.Dataset | None) -> tuple[SupportVerdict, ...]:
+    force = support_forces(run)
+    without = _without(run, held, "force_without_balls", support_forces, run.sizes["support"])
+    columns = (force["static"].values, force["greatest"].values, without)
+    return tuple(
+        SupportVerdict(str(name), *map(float, row)) for name, *row in zip(run["support"].values, *columns, strict=True)
+    )
+
+
+def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> NDArray[np.float64]:
+    if name in run:
+        return np.asarray(run[name].values, np.float64)
+    if held is not None and held.sizes.get("turn", 0) > 1:
+        return np.asarray(measure(held)["greatest"].values, np.float64)
+    return np.full(count, np.nan)
+
+
+def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
+    if "plane" not in run.coords:
+        return ()
+    found = residual_unbalance(run)
+    rows = zip(run["plane"].values, found["unbalance"].values, found["residual"].values, strict=True)
+    return tuple(PlaneVerdict(str(name), float(unbalance), float(left)) for name, unbalance, left in rows)
+
+
+def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, float]:
+    """Unbalance and residual of the whole rotor: of several planes the sums, else the resultants."""
+    if len(planes) > 1:
+        return sum(plane.unbalance for plane in planes), sum(plane.residual for plane in planes)
+    if "turn_unbalance" not in last:
+        return np.nan, np.nan
+    return float(last["turn_unbalance"].mean()), float(last["turn_residual_unbalance"].mean())
+
+
+def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
+    """Static and couple share of what two planes leave and of their unbalances, kg m and kg m^2; nan unless two."""
+    if last.sizes.get("plane", 0) != 2 or "plane_position" not in last.coords:
+        return np.nan, np.nan, np.nan, np.nan
+    unbalance, balls = plane_vectors(last, "turn_")
+    half = 0.5 * float(np.diff(last["plane_position"].values)[0])
+    (first, second), (one, two) = (unbalance + balls).T, unbalance.T
+    parts = (first + second, half * (second - first), one + two, half * (two - one))
+    left, couple, static, moment = (float(np.abs(part).mean()) for part in parts)
+    return left, couple, static, moment

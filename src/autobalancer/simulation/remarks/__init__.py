@@ -1,0 +1,1 @@
+"""What must be said of a run in words."""

@@ -1,0 +1,1 @@
+"""From saved states to a labeled result."""

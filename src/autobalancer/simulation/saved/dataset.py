@@ -1,0 +1,187 @@
+"""From raw states to a labelled result."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.places import Places
+from autobalancer.assembly.system import Assembly, unbalance_at
+from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
+from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
+from autobalancer.results.labels import label
+from autobalancer.results.provenance import provenance
+from autobalancer.simulation.saved.along_axis import axis_coordinates, couple_unbalance
+from autobalancer.simulation.saved.at_places import (
+    at_the_end,
+    ball_moments,
+    ball_states_of,
+    mass_attributes,
+    over_time,
+    over_turns,
+    place_names,
+)
+from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races
+from autobalancer.simulation.saved.resolved_walls import wall_contacts
+
+
+def run_dataset(
+    assembly: Assembly, places: Places, record: Record, state: Memory, events: list[str], attributes: dict[str, Any]
+) -> xr.Dataset:
+    """Label what a run wrote; whatever was not reached is cut off."""
+    balls = assembly.balls
+    data: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {
+        "ball": np.arange(1, len(balls) + 1),
+        "balancer": ("ball", np.array([ball.balancer + 1 for ball in balls], np.int64)),
+        "race": ("ball", np.array([ball.race + 1 for ball in balls], np.int64)),
+        "orbit_radius": ("ball", np.array([ball.orbit_radius for ball in balls], np.float64)),
+        "ball_diameter": ("ball", np.array([ball.diameter for ball in balls], np.float64)),
+        "ball_moment": ("ball", np.array([ball.moment for ball in balls], np.float64)),
+        "race_center_x": ("ball", np.array([ball.eccentricity.real for ball in balls], np.float64)),
+        "race_center_y": ("ball", np.array([ball.eccentricity.imag for ball in balls], np.float64)),
+    }
+    coordinates |= place_names(places) | axis_coordinates(places, assembly)
+    if assembly.stations:
+        coordinates["station"] = np.array(list(assembly.stations), dtype=object)
+    count = int(state.counts[NEXT_SAMPLE])
+    if record.sample_times.size:
+        coordinates["time"] = record.sample_times[:count]
+        data |= _states(record.samples[:count], record.sample_times[:count], assembly)
+        data |= _at_stations("", "time", record.samples[:count], assembly)
+        data |= over_time(record.samples[:count], record.sample_times[:count], assembly, places)
+        data |= couple_unbalance(places, record.sample_times[:count])
+        if has_real_races(assembly):
+            data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
+    bins = int(state.counts[NEXT_BIN])
+    if record.bin_low.size:
+        edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
+        if bins < record.bin_low.size and np.isfinite(record.bin_high[bins]) and state.clock[TIME] > edges[-1]:
+            # the run ended early: its last bin ends there
+            bins += 1
+            edges = np.append(edges, state.clock[TIME])
+            states = np.vstack([states, state.state])
+        angle, rate = _ball_motion(states, assembly)
+        coordinates["envelope_time"] = ("bin", 0.5 * (edges[:-1] + edges[1:]))
+        data["envelope_low"] = ("bin", record.bin_low[:bins])
+        data["envelope_high"] = ("bin", record.bin_high[:bins])
+        data["envelope_speed"] = ("bin", states[:, SPEED])
+        data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), angle)
+        data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), rate)
+    if record.turn_states.shape[0]:
+        turns = in_order(record.turn_states, int(state.counts[NEXT_TURN]))
+        z = deflection(turns[:, 1:], assembly)
+        coordinates["turn_time"] = ("turn", turns[:, 0])
+        data["turn_rotor_angle"] = ("turn", turns[:, 1 + THETA])
+        data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
+        data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
+        data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
+        data |= over_turns(turns[:, 1:], turns[:, 0], assembly, places)
+        data["turn_ball_angle_in_rotor"] = (("turn", "ball"), _ball_motion(turns[:, 1:], assembly)[0])
+    if events:
+        log = record.event_states[: int(state.counts[EVENTS_SEEN])]
+        coordinates["event_time"] = ("event", log[:, 1])
+        data["event_name"] = ("event", np.array([events[int(e)] for e in log[:, 0]], dtype=object))
+        data["event_speed"] = ("event", log[:, 2 + SPEED])
+        data["event_deflection"] = ("event", np.hypot(log[:, 2 + X], log[:, 2 + Y]))
+        attributes = attributes | {"events_seen": record.event_seen.tolist(), "events_watched": events}
+    data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places)
+    dataset = label(xr.Dataset(data, coordinates))
+    dataset.attrs = {
+        "title": f"Run of {attributes['machine_name']}",
+        **provenance(),
+        **attributes,
+        **mass_attributes(places),
+        **left_race(record.sample_times[:count], record.samples[:count], data, assembly, places),
+    }
+    return dataset
+
+
+def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
+    z = deflection(states, assembly)
+    angle, speed = _ball_motion(states, assembly)
+    unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
+    residual = unbalance + ball_moments(states, assembly).sum(axis=1)
+    resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
+    return {
+        "speed": ("time", states[:, SPEED]),
+        "rotor_angle": ("time", states[:, THETA]),
+        "x": ("time", z.real),
+        "y": ("time", z.imag),
+        "deflection": ("time", np.abs(z)),
+        "ball_angle_in_rotor": (("time", "ball"), angle),
+        "ball_speed_in_rotor": (("time", "ball"), speed),
+        "ball_speed_in_space": (("time", "ball"), speed + states[:, SPEED, None]),
+        "unbalance": ("time", np.abs(unbalance)),
+        "unbalance_angle_in_rotor": ("time", np.angle(unbalance)),
+        "residual_unbalance": ("time", np.abs(residual)),
+        **resolved,
+    }
+
+
+def _ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+    """Angles and speeds of the balls in the rotor, (times, n) each."""
+    n = len(assembly.balls)
+    angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
+    if not assembly.resolved:
+        return angle, speed
+    # the carried angle counts the turns; position and velocity are exact even where a ball passed close to the center
+    own = ball_states_of(states, assembly)
+    place, velocity = own[..., BALL_X] + 1j * own[..., BALL_Y], own[..., BALL_VX] + 1j * own[..., BALL_VY]
+    off = np.angle(place * np.exp(-1j * angle))
+    return angle + off, np.asarray((place.conj() * velocity).imag / np.maximum(np.abs(place) ** 2, 1e-30))
+
+
+def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:
+    """What only balls in resolved contact have: place in space, spin, distance from the race center, normal force."""
+    place = own[..., BALL_X] + 1j * own[..., BALL_Y]
+    centers = np.array([ball.eccentricity for ball in assembly.balls], np.complex128)
+    rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2]
+    coordinates = np.column_stack([states[:, [X, Y]], states[:, rest : rest + size - 2]])
+    rows = assembly.places[:, 0] + 1j * assembly.places[:, 1]
+    hosts = coordinates @ rows[[ball.balancer for ball in assembly.balls]].T
+    turn = np.exp(1j * states[:, THETA, None])
+    if assembly.system.rotating:
+        hosts = hosts * turn
+    z = hosts + turn * (centers + place)
+    gap, force = wall_contacts(own, assembly.system)
+    return {
+        "ball_x": (("time", "ball"), z.real),
+        "ball_y": (("time", "ball"), z.imag),
+        "ball_gap": (("time", "ball"), gap),
+        "ball_spin": (("time", "ball"), own[..., BALL_SPIN] + states[:, SPEED, None]),
+        "ball_normal_force": (("time", "ball"), force),
+    }
+
+
+def deflection(states: Matrix, assembly: Assembly, station: str | None = None) -> Any:
+    """x + i y in space, at the reference station or a named one; (times,)."""
+    z = states[:, X] + 1j * states[:, Y]
+    if station is not None:
+        rest = BALLS + 2 * len(assembly.balls)
+        row = assembly.stations[station]
+        coordinates = np.column_stack([states[:, [X, Y]], states[:, rest : rest + row.shape[1] - 2]])
+        z = coordinates @ (row[0] + 1j * row[1])
+    return z * np.exp(1j * states[:, THETA]) if assembly.system.rotating else z
+
+
+def _at_stations(prefix: str, dimension: str, states: Matrix, assembly: Assembly) -> dict[str, Any]:
+    """Deflections at all named stations; the dimension ``station`` brings their names."""
+    names = list(assembly.stations)
+    if not names:
+        return {}
+    z = np.column_stack([deflection(states, assembly, name) for name in names])
+    return {
+        f"{prefix}station_x": ((dimension, "station"), z.real),
+        f"{prefix}station_y": ((dimension, "station"), z.imag),
+    }
+
+
+def in_order(ring: Matrix, written: int) -> Matrix:
+    """The entries of a ring in the order of time."""
+    size = ring.shape[0]
+    return ring[:written] if written <= size else np.roll(ring, -(written % size), axis=0)
