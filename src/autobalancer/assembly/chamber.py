@@ -13,7 +13,7 @@ from autobalancer.errors import MachineError
 from autobalancer.kernels.chamber import records as of
 from autobalancer.kernels.chamber.chamber import Chamber, Pairs, Scratch, Search
 from autobalancer.kernels.fields import Row, Rows
-from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.laws import hertz
 from autobalancer.laws.rebound import hertz_damping_ratio
 from autobalancer.machine.chamber import AsynchronousMotor, ChamberMachine, FreeBalls, HistoryContact
 from autobalancer.machine.chamber.contact import ChamberContact
@@ -33,22 +33,22 @@ def pair_stiffness(contact: ChamberContact, first: float, second: float) -> floa
     """k of two balls with these radii, N/m^1.5."""
     if contact.stiffness is not None:
         return float(contact.stiffness)
-    return 4.0 / 3.0 * _reduced(contact) * math.sqrt(first * second / (first + second))
+    return hertz.pair_stiffness(_modulus(contact), first, second)
 
 
 def wall_stiffness(contact: ChamberContact, radius: float, wall: float = math.inf) -> float:
     """k of a ball on the race (radius ``wall``) or on a flat wall, N/m^1.5."""
     if contact.stiffness is not None:
         return float(contact.stiffness)
-    return hertz_stiffness(_reduced(contact), radius, wall)
+    return hertz.hertz_stiffness(_modulus(contact), radius, wall)
 
 
-def _reduced(contact: ChamberContact) -> float:
-    return float(contact.youngs_modulus or 0.0) / (2.0 * (1.0 - float(contact.poisson_ratio) ** 2))
+def _modulus(contact: ChamberContact) -> float:
+    return hertz.reduced_modulus(float(contact.youngs_modulus or 0.0), float(contact.poisson_ratio))
 
 
 def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
-    """Least duration of an elastic collision at the relative ``speed``, s (Johnson 1985, (11.24))."""
+    """Least duration of an elastic collision at the relative ``speed``, s."""
     least = math.inf
     groups = ball_groups(machine)
     contact = machine.contact
@@ -59,9 +59,7 @@ def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
             if other_number == number:
                 mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
                 pairs.append((pair_stiffness(contact, one.radius, two.radius), mass))
-        for k, mass in pairs:
-            deepest = (1.25 * mass * speed**2 / k) ** 0.4
-            least = min(least, 2.9432750 * deepest / speed)
+        least = min(least, *(hertz.collision_time(k, mass, speed) for k, mass in pairs))
     return least
 
 

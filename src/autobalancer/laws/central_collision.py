@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.laws.hertz import collision_time
+
 Floats = NDArray[np.float64]
 EXPONENT = 1.5  # of the force over the depth
-DURATION = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)  # greatest depths over speed
 
 
 def contact_time(speed: float, stiffness_over_mass: float) -> float:
     """Duration (s) of an elastic Hertz contact of two equal balls that meet at the relative ``speed`` (m/s).
 
-    ``stiffness_over_mass`` is k/m (m^-0.5 s^-2) of one ball. Hertz (1882): 2.943 times the greatest depth over the speed.
+    ``stiffness_over_mass`` is k/m (m^-0.5 s^-2) of one ball.
     """
-    depth = (1.25 * speed**2 / (2.0 * stiffness_over_mass)) ** 0.4
-    return float(DURATION * depth / speed)
+    return collision_time(2.0 * stiffness_over_mass, 1.0, speed)
 
 
 def edge_error(phase: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Hertz contact of a ball with a wall that is curved in one direction."""
+"""Hertz contact of a ball with another or with a wall that is curved in one direction."""
 
 from __future__ import annotations
 
@@ -8,6 +8,28 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 from autobalancer.errors import QuestionError
+
+DURATION = (
+    0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
+)  # of a collision, in greatest depths over the speed
+
+
+def reduced_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
+    """E* of two bodies of the same material, Pa."""
+    return youngs_modulus / (2.0 * (1.0 - poisson_ratio**2))
+
+
+def pair_stiffness(reduced_modulus: float, first: float, second: float) -> float:
+    """k of F = k d^(3/2) of two balls with these radii (m), N/m^(3/2)."""
+    return 4.0 / 3.0 * reduced_modulus * math.sqrt(first * second / (first + second))
+
+
+def collision_time(stiffness: float, mass: float, speed: float) -> float:
+    """Duration of an elastic collision, s (Hertz 1882; Johnson 1985, (11.24)).
+
+    ``mass`` is the reduced one, 1/m = 1/m1 + 1/m2, and ``speed`` the relative one before it.
+    """
+    return float(DURATION * (1.25 * mass * speed**2 / stiffness) ** 0.4 / speed)
 
 
 def hertz_stiffness(reduced_modulus: float, radius: float, wall_radius: float = math.inf) -> float:
