@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from autobalancer import blend, capability, fluid, fluids, friction_coefficients, materials, suitable_bearings
-from autobalancer.cli.catalog import app
+from autobalancer.cli.files.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
 
 RUNNER = CliRunner(env={"COLUMNS": "160"})

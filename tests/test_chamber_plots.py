@@ -12,18 +12,18 @@ from matplotlib.figure import Figure
 from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.chamber_arrangement import plot_arrangement
-from autobalancer.plots.chamber_film import animate_chamber
-from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
-from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
-from autobalancer.plots.chamber_study import (
+from autobalancer.plots.chamber.arrangement import plot_arrangement
+from autobalancer.plots.chamber.film import animate_chamber
+from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
+from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
+from autobalancer.plots.chamber.study import (
     plot_amplitudes,
     plot_carried,
     plot_catalogue,
     plot_optimal_means,
     plot_step_sizes,
 )
-from autobalancer.plots.chamber_view import Camera, poses_of
+from autobalancer.plots.chamber.view import Camera, poses_of
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of
 from autobalancer.results.chamber.unconstrained import pakula_body

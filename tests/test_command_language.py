@@ -20,10 +20,10 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli import words
 from autobalancer.cli.main import app
-from autobalancer.cli.quantities import listed, parameter_values, speed_range, values
-from autobalancer.cli.sheet import Column, print_sheet, sheet_csv
+from autobalancer.cli.terminal import words
+from autobalancer.cli.terminal.quantities import listed, parameter_values, speed_range, values
+from autobalancer.cli.terminal.sheet import Column, print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
 from autobalancer.results.export import plain_json
 from autobalancer.stability.states.questions import eigenvalues

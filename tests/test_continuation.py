@@ -29,14 +29,14 @@ from typer.testing import CliRunner
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.system import assemble
-from autobalancer.cli.branches import branches as command
+from autobalancer.cli.stability.branches import branches as command
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.system import DRIVE, PRESCRIBED, SEGMENT_COLUMNS, UNBALANCE
 from autobalancer.machine import Machine
-from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
-from autobalancer.plots.branches import plot_branches
+from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves
+from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.stability.borders.balanced import planar_balancer_of
 from autobalancer.stability.borders.characteristic import growth_rate, worst_case_border
 from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from autobalancer.cli.catalog import app
+from autobalancer.cli.files.catalog import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws import drag_coefficient as laws
-from autobalancer.plots.drag import plot_drag_laws
+from autobalancer.plots.measured.drag import plot_drag_laws
 
 RUNNER = CliRunner(env={"COLUMNS": "180"})
 

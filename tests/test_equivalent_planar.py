@@ -13,7 +13,7 @@ from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, save_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.equivalent_planar import plot_equivalent_planar
+from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.modes import eigenfrequencies

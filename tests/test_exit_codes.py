@@ -80,7 +80,7 @@ def test_a_stiff_ball_is_named_before_the_run() -> None:
 
 def test_sigterm_keeps_what_was_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "autobalancer.cli.patience.Patience.look", lambda self, now, end: os.kill(os.getpid(), signal.SIGTERM)
+        "autobalancer.cli.terminal.patience.Patience.look", lambda self, now, end: os.kill(os.getpid(), signal.SIGTERM)
     )
     words = [
         "run",

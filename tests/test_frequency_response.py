@@ -15,8 +15,8 @@ from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.frequency_response import COLORS, _jumps, plot_frequency_response
-from autobalancer.plots.style import BALLS
+from autobalancer.plots.drawing.style import BALLS
+from autobalancer.plots.run.frequency_response import COLORS, _jumps, plot_frequency_response
 from autobalancer.simulation.sampling import Envelope, SampleTimes
 from autobalancer.studies.frequency_response import frequency_response
 

@@ -12,7 +12,7 @@ from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import load_machine, save_machine
 from autobalancer.files.rigs import rig
-from autobalancer.plots.identification import plot_identification
+from autobalancer.plots.measured.identification import plot_identification
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from autobalancer.rotordynamics.identification.measurements import (

@@ -21,9 +21,9 @@ from autobalancer.assembly.quantities import with_quantity
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine
-from autobalancer.plots.border_curve import plot_border_curve
-from autobalancer.plots.stability import plot_stability
-from autobalancer.plots.stability_map import plot_map
+from autobalancer.plots.stability.border_curve import plot_border_curve
+from autobalancer.plots.stability.growth import plot_stability
+from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.borders.balanced import balanced_states
 from autobalancer.stability.borders.characteristic import (
     PlanarBalancer,

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.plots.style import OWN_FORMULA, as_written, heading, look, picture
+from autobalancer.plots.drawing.style import OWN_FORMULA, as_written, heading, look, picture
 from autobalancer.results.archive.folder import Archive
 
 ROOT = Path(__file__).parents[1]

@@ -17,14 +17,14 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.plots.angles import slipping, wrapped
-from autobalancer.plots.axis_units import length_axis, length_text, round_down, speed_axis
-from autobalancer.plots.history import Curve, Deflections
-from autobalancer.plots.labels import labels_of
-from autobalancer.plots.motion import Motion, races_of
-from autobalancer.plots.panels import deflection_panel
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import UNBALANCE, picture
+from autobalancer.plots.drawing.angles import slipping, wrapped
+from autobalancer.plots.drawing.axis_units import length_axis, length_text, round_down, speed_axis
+from autobalancer.plots.drawing.labels import labels_of
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import UNBALANCE, picture
+from autobalancer.plots.run.history import Curve, Deflections
+from autobalancer.plots.run.motion import Motion, races_of
+from autobalancer.plots.run.panels import deflection_panel
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

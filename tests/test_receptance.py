@@ -14,7 +14,7 @@ from tests.references.receptances import Host, chain, measured, planar_model, ti
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli.receptance import receptance as command
+from autobalancer.cli.rotors.receptance import receptance as command
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Machine
 from autobalancer.measurement.loop.balls import RaceBalls, balls_of, equal_balls, positions, spread
@@ -24,7 +24,7 @@ from autobalancer.measurement.loop.curve import receptance_loop
 from autobalancer.measurement.loop.growth import receptance_stability
 from autobalancer.measurement.receptance.measured import load_receptance
 from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of, pole_model
-from autobalancer.plots.receptance import plot_nyquist, plot_receptance
+from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.host.planar import Plane

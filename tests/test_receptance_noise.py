@@ -13,13 +13,13 @@ from tests.references.receptances import accelerance, chain, measured
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli.receptance import receptance as command
+from autobalancer.cli.rotors.receptance import receptance as command
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop.balls import equal_balls
 from autobalancer.measurement.loop.border import receptance_border
 from autobalancer.measurement.receptance.measured import receptance_dataset
 from autobalancer.measurement.receptance.rational_fit import fit_receptance
-from autobalancer.plots.receptance import plot_receptance
+from autobalancer.plots.measured.receptance import plot_receptance
 from autobalancer.stability.host.planar import largest_unbalance
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it

@@ -15,12 +15,12 @@ from matplotlib.text import Text
 from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.campbell import THINNEST, WHIRL, plot_campbell
-from autobalancer.plots.end_labels import End, joint_name, moved_apart
-from autobalancer.plots.labels import labels_of
-from autobalancer.plots.modes import plot_modes
-from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
-from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
+from autobalancer.plots.drawing.end_labels import End, joint_name, moved_apart
+from autobalancer.plots.drawing.labels import labels_of
+from autobalancer.plots.rotor.campbell import THINNEST, WHIRL, plot_campbell
+from autobalancer.plots.rotor.modes import plot_modes
+from autobalancer.plots.rotor.unbalance_response import plot_polar_response, plot_unbalance_response
+from autobalancer.plots.rotor.whirl import plot_whirl_along_axis, plot_whirl_orbits
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from autobalancer.rotordynamics.orbits import whirl_orbits

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import ResultError
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
-from autobalancer.cli.service import service_rows
+from autobalancer.cli.stability.service import service_rows
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.verdict.rule import verdict_word

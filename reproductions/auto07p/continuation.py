@@ -16,7 +16,7 @@ import xarray as xr
 from autobalancer import load_machine
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.plots.branches import plot_branches
+from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from reproductions import Found, compared_all

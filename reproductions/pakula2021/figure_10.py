@@ -20,8 +20,8 @@ from typing import Any
 
 import xarray as xr
 
-from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.studies.chamber_means import over_seeds, pick_up_borders
 from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import BORDERS, LOST, complete, table

@@ -13,8 +13,8 @@ from typing import Any
 
 import xarray as xr
 
-from autobalancer.plots.chamber_study import plot_optimal_means
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.chamber.study import plot_optimal_means
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.studies.chamber_means import optimal_means, pick_up_borders
 from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import COUNTS, LOST, table

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.chamber_reactions import plot_reactions
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.chamber.reactions import plot_reactions
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.chamber.balls import ball_settling_time
 from autobalancer.results.chamber.measures import reaction_measures
 from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion

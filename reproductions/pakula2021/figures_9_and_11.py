@@ -13,8 +13,8 @@ from typing import Any
 import xarray as xr
 
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.chamber_arrangement import plot_arrangement
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.chamber.arrangement import plot_arrangement
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.chamber.balls import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant

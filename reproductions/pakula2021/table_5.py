@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.plots.chamber_study import plot_step_sizes
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.chamber.study import plot_step_sizes
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.studies.step_size import step_size_study
 from reproductions import Found, compared_all
 

@@ -17,9 +17,9 @@ import xarray as xr
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.plots.frequency_response import plot_frequency_response
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import BALLS, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look, picture
+from autobalancer.plots.run.frequency_response import plot_frequency_response
 from autobalancer.results.series import wrapped
 from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.studies.frequency_response import frequency_response

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
 from autobalancer.rotordynamics.peaks import response_peaks
 from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all

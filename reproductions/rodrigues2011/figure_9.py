@@ -13,9 +13,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from autobalancer.plots.frequency_response import plot_frequency_response
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import UNBALANCE
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import UNBALANCE
+from autobalancer.plots.run.frequency_response import plot_frequency_response
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.balls import as_measured, geometric_mean, level, stepped
 from reproductions.rodrigues2011.rig import columns

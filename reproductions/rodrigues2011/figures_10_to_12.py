@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from autobalancer.results.series import wrapped
 from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all, said

@@ -20,8 +20,8 @@ from scipy.optimize import root
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.modes import plot_modes
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from reproductions import Found, compared_all

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from autobalancer.files.rigs import rig
-from autobalancer.plots.identification import plot_identification
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.measured.identification import plot_identification
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from reproductions import Found, Kind, compared_all

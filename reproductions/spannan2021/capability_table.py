@@ -16,7 +16,7 @@ import numpy as np
 
 from autobalancer.catalog.bearings import TABLE_DENSITY, Bearing, bearings
 from autobalancer.laws.capability import capability, half_sector, largest_useful_count, potential_ratio
-from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from reproductions import Found, Kind, compared_all
 
 RANGES = "the range in the text of the source is not that of its own table"

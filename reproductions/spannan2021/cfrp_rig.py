@@ -20,8 +20,8 @@ from scipy.optimize import minimize_scalar
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, look, picture
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from reproductions import Found, compared_all
 

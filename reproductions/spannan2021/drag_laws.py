@@ -12,8 +12,8 @@ from typing import Any
 
 from autobalancer.laws import drag_coefficient as laws
 from autobalancer.laws.drag import annulus_cd_re
-from autobalancer.plots.drag import plot_drag_laws
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.measured.drag import plot_drag_laws
 from reproductions import Found, compared_all
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Envelope, Samples
 from reproductions import Found, compared_all
 

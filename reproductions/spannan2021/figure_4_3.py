@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 from reproductions import Found, compared_all
 

@@ -16,8 +16,8 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.stability_map import plot_map
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.averaged.border import averaged_border
 from autobalancer.stability.borders.stability_map import stability_map

@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, look, picture
 from autobalancer.stability.averaged.equations import averaged_plane, balanced_growth_rate
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all

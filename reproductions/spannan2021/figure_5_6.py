@@ -19,8 +19,8 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.question import annulus_flow
 from autobalancer.machine import Ramp
-from autobalancer.plots.flow import plot_velocity_profiles
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.measured.flow import plot_velocity_profiles
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "discoidal.toml"

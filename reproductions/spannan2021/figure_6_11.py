@@ -19,9 +19,9 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.campbell import plot_campbell
-from autobalancer.plots.modes import plot_modes
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.rotor.campbell import plot_campbell
+from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.eigenproblem import free_motions

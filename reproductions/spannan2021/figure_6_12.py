@@ -24,8 +24,8 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
 from reproductions import Found, compared_all, said
 
 NOMINAL = 1200.0 * np.pi / 30.0

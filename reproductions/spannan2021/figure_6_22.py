@@ -18,8 +18,8 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.style import BALLS, CRITICAL, look, picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture
 from reproductions import Found, Kind, compared_all
 from reproductions.spannan2021._stall_runs import machine
 from reproductions.spannan2021.figure_6_24 import HALF_STEP, RUBBER

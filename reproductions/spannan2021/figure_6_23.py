@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import spectrogram
 
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from reproductions import Found, Kind, compared_all, said
 from reproductions.spannan2021._stall_runs import (
     SAMPLES,

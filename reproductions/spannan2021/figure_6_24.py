@@ -18,9 +18,9 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.laws.drag import linear_drag
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.stability_map import plot_map
-from autobalancer.plots.style import BALLS
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.drawing.style import BALLS
+from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.borders.curve import border_curve
 from autobalancer.stability.borders.stability_map import stability_map

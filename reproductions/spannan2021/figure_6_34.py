@@ -13,8 +13,8 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.plots.save import save_picture
-from autobalancer.plots.stability_map import plot_map
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.borders.stability_map import stability_map
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "cfrp_planar.toml"

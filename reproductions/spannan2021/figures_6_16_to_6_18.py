@@ -24,7 +24,7 @@ from autobalancer.measurement.angle.statics import (
     drag_coefficients,
     equilibrium_angles,
 )
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Samples
 from reproductions import Found, compared_all
 

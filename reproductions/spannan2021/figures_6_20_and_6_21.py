@@ -20,7 +20,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Samples
 from reproductions import Found, compared_all
 

@@ -23,7 +23,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
 from reproductions import Found, compared_all, said
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "one_ball_run_up.toml"

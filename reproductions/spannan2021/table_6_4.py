@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.files.rigs import rig
-from autobalancer.plots.equivalent_planar import plot_equivalent_planar
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify

@@ -11,8 +11,8 @@ from typing import Any
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.files.rigs import rig
-from autobalancer.plots.equivalent_planar import plot_equivalent_planar
-from autobalancer.plots.save import save_picture
+from autobalancer.plots.drawing.save import save_picture
+from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from reproductions import Found, compared_all
 

@@ -19,7 +19,7 @@ from autobalancer.public_names import hint as _hint
 
 __version__ = "0.1.0"
 
-_MODULES = {"machine": "machine", "errors": "errors", "units": "units", "style": "plots.style"}
+_MODULES = {"machine": "machine", "errors": "errors", "units": "units", "style": "plots.drawing.style"}
 
 __all__ = [
     "Annulus",
@@ -278,33 +278,33 @@ if _TYPE_CHECKING:
     from autobalancer.measurement.loop.growth import receptance_stability
     from autobalancer.measurement.receptance.measured import load_receptance
     from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of
-    from autobalancer.plots import style
-    from autobalancer.plots.animation import animate
-    from autobalancer.plots.basins import plot_basin
-    from autobalancer.plots.bifurcation_curves import plot_bifurcation_curves
-    from autobalancer.plots.border_curve import plot_border_curve
-    from autobalancer.plots.branches import plot_branches
-    from autobalancer.plots.campbell import plot_campbell
-    from autobalancer.plots.chamber_arrangement import plot_arrangement
-    from autobalancer.plots.chamber_film import animate_chamber
-    from autobalancer.plots.chamber_history import plot_chamber_run, plot_collisions, plot_energy
-    from autobalancer.plots.chamber_reactions import plot_bearing_forces, plot_reactions
-    from autobalancer.plots.chamber_study import plot_amplitudes, plot_carried, plot_optimal_means
-    from autobalancer.plots.drag import plot_drag_laws
-    from autobalancer.plots.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
-    from autobalancer.plots.equivalent_planar import plot_equivalent_planar
-    from autobalancer.plots.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
-    from autobalancer.plots.frequency_response import plot_frequency_response
-    from autobalancer.plots.identification import plot_identification
-    from autobalancer.plots.modes import plot_modes
-    from autobalancer.plots.orbit import plot_orbit
-    from autobalancer.plots.race import plot_race
-    from autobalancer.plots.receptance import plot_nyquist, plot_receptance
-    from autobalancer.plots.run_up import plot_run_up
-    from autobalancer.plots.stability import plot_stability
-    from autobalancer.plots.stability_map import plot_map
-    from autobalancer.plots.unbalance_response import plot_polar_response, plot_unbalance_response
-    from autobalancer.plots.whirl import plot_whirl_along_axis, plot_whirl_orbits
+    from autobalancer.plots.chamber.arrangement import plot_arrangement
+    from autobalancer.plots.chamber.film import animate_chamber
+    from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
+    from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
+    from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried, plot_optimal_means
+    from autobalancer.plots.drawing import style
+    from autobalancer.plots.film.animation import animate
+    from autobalancer.plots.measured.drag import plot_drag_laws
+    from autobalancer.plots.measured.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
+    from autobalancer.plots.measured.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
+    from autobalancer.plots.measured.identification import plot_identification
+    from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
+    from autobalancer.plots.rotor.campbell import plot_campbell
+    from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
+    from autobalancer.plots.rotor.modes import plot_modes
+    from autobalancer.plots.rotor.unbalance_response import plot_polar_response, plot_unbalance_response
+    from autobalancer.plots.rotor.whirl import plot_whirl_along_axis, plot_whirl_orbits
+    from autobalancer.plots.run.frequency_response import plot_frequency_response
+    from autobalancer.plots.run.orbit import plot_orbit
+    from autobalancer.plots.run.race import plot_race
+    from autobalancer.plots.run.run_up import plot_run_up
+    from autobalancer.plots.stability.basins import plot_basin
+    from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves
+    from autobalancer.plots.stability.border_curve import plot_border_curve
+    from autobalancer.plots.stability.branches import plot_branches
+    from autobalancer.plots.stability.growth import plot_stability
+    from autobalancer.plots.stability.stability_map import plot_map
     from autobalancer.results.archive.folder import Archive
     from autobalancer.results.chamber.balls import balls_unbalance, residual_of_balls
     from autobalancer.results.chamber.measures import chamber_measures, collision_statistics

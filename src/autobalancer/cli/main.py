@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from autobalancer.cli.group import Group
+from autobalancer.cli.terminal.group import Group
 
 app = typer.Typer(
     name="autobalancer",
@@ -35,30 +35,10 @@ def _options(
     """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
 
 
-from autobalancer.cli import (  # noqa: E402
-    angle,
-    animate,
-    archive,
-    basin,
-    borders,
-    branches,
-    catalog,
-    check,
-    equivalent,
-    example,
-    flow,
-    identify,
-    keys,
-    modes,
-    plot,
-    receptance,
-    response,
-    run,
-    stability,
-    stability_map,
-    stepped,
-    study,
-)
+from autobalancer.cli.files import catalog, example, keys  # noqa: E402
+from autobalancer.cli.rotors import angle, equivalent, flow, identify, modes, receptance, response  # noqa: E402
+from autobalancer.cli.runs import animate, archive, basin, plot, run, stepped, study  # noqa: E402
+from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
 app.command()(check.check)
 app.command()(run.run)
@@ -66,7 +46,7 @@ app.command()(example.example)
 app.command()(keys.keys)
 app.command()(plot.plot)
 app.command()(animate.animate)
-app.command()(stability.stability)
+app.command()(eigenvalues.stability)
 app.command()(borders.borders)
 app.command("map")(stability_map.map_)
 app.command()(branches.branches)

@@ -1,0 +1,1 @@
+"""Commands for machine files and catalogs."""

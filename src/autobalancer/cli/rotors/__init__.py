@@ -1,0 +1,1 @@
+"""Commands for rotors without balls, measurements and the fluid."""

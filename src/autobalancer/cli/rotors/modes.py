@@ -1,0 +1,156 @@
+"""``autobalancer modes``: natural frequencies, critical speeds and the Campbell diagram of a rotor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from autobalancer.cli.terminal.options import Csv, FrequencyUnit, Json, MachineFile, Outs, SpeedUnit, Unit
+from autobalancer.cli.terminal.words import speed_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.cli.terminal.sheet import Column
+
+
+def modes(
+    machine: MachineFile,
+    speed: Annotated[str, typer.Option(help='Rotor speed, such as "1200 rpm"; by default standstill.')] = "",
+    speeds: Annotated[
+        str, typer.Option(help='Campbell diagram over these speeds, "from:to:count", such as "0:6000 rpm:121".')
+    ] = "",
+    balls: Annotated[bool, typer.Option(help="Whether the masses of the balls sit on the rotor.")] = True,
+    count: Annotated[int, typer.Option("--modes", help="How many of the lowest modes.")] = 10,
+    out: Outs = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture of the shapes, or of the Campbell diagram: .png, .svg or .pdf.")
+    ] = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    frequency_unit: FrequencyUnit = SpeedUnit.HZ,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Print natural frequencies with damping and direction of whirl, and the critical speeds.
+
+    Critical speeds are those of the rotor without damping. A Campbell diagram has damping; where its natural frequencies
+    meet the speed is listed beside them.
+
+    Example: autobalancer modes rigid_rotor.toml \\
+      --speeds "0 rpm:6000 rpm:121" --plot campbell.png
+    """
+    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.quantities import optional, values
+    from autobalancer.errors import QuestionError
+    from autobalancer.files.machine_file import load_machine
+    from autobalancer.rotordynamics.campbell import campbell as diagram
+    from autobalancer.rotordynamics.modes import eigenfrequencies
+
+    if speed and speeds:
+        raise QuestionError("modes: give either --speed or, for a Campbell diagram, --speeds")
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    omega = optional("--speed", speed, "rad/s") or 0.0
+    span = values("--speeds", speeds, "rad/s") if speeds else None
+    described = load_machine(machine)
+    answer: dict[str, Any]
+    if span is not None:
+        found = diagram(described, span, balls=balls, modes=count)
+        answer = {
+            "branches": _records(found, "branch", ("name",)),
+            "intersections": _records(found, "intersection", _CROSSED),
+        }
+        answer |= {name: found[name].values for name in ("speed", "frequency", "damping_ratio", "whirl")}
+    else:
+        found = eigenfrequencies(described, omega, balls=balls, modes=count)
+        answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE)}
+    critical = _critical(described, balls)
+    answer["critical_speeds"] = None if critical is None else _records(critical, "critical", _CRITICAL)[:count]
+    files.save(found, lambda: _picture(found, speed_unit, frequency_unit))
+    if as_json:
+        print_json({"machine": str(machine), **answer})
+        return
+    if as_csv:
+        print_csv(_columns(answer, frequency_unit))
+        return
+    _print(described.name, answer, frequency_unit, None if span is None else float(span[-1]))
+    files.say()
+
+
+_MODE = ("name", "frequency", "undamped_frequency", "damping_ratio", "decay_rate", "whirl")
+_CRITICAL = ("critical_speed", "harmonic", "whirl", "name")
+_CROSSED = ("intersection_speed", "intersection_branch", "intersection_whirl")
+
+
+def _critical(machine: Any, balls: bool) -> xr.Dataset | None:
+    """Without damping; ``None`` where cross-coupled stiffness leaves none without a range of speeds."""
+    from autobalancer.errors import QuestionError
+    from autobalancer.rotordynamics.critical import critical_speeds
+
+    try:
+        return critical_speeds(machine, balls=balls)
+    except QuestionError:
+        return None
+
+
+def _picture(found: xr.Dataset, speed_unit: str, frequency_unit: str) -> Any:
+    from autobalancer.plots.rotor.campbell import plot_campbell
+    from autobalancer.plots.rotor.modes import plot_modes
+
+    if "branch" in found.dims:
+        return plot_campbell(found, speed_unit=speed_unit, frequency_unit=frequency_unit)
+    return plot_modes(found, frequency_unit=frequency_unit)
+
+
+def _records(found: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[str, Any]]:
+    columns = {name: found[name].values.tolist() for name in names}
+    return [{name: columns[name][i] for name in names} for i in range(found.sizes[dim])]
+
+
+def _columns(answer: dict[str, Any], frequency_unit: str) -> list[Column]:
+    """Modes, or of a Campbell diagram the frequency of each branch over the speed."""
+    from autobalancer.cli.terminal.sheet import Column
+    from autobalancer.cli.terminal.words import speed_number, speed_sign
+    from autobalancer.plots.drawing.axis_units import speed_axis
+
+    up = speed_axis(frequency_unit)
+    if "branches" in answer:
+        across = [float(speed_number(w, ".10g")) for w in answer["speed"]]
+        curves = zip(answer["branches"], answer["frequency"], strict=True)
+        frequencies = [Column(entry["name"], row * up.factor, up.sign) for entry, row in curves]
+        return [Column("speed", across, speed_sign()), *frequencies]
+    rows = answer["modes"]
+    return [
+        Column("mode", [entry["name"] for entry in rows], wraps=True),
+        Column("frequency", [entry["frequency"] * up.factor for entry in rows], up.sign),
+        Column("damping ratio", [100.0 * entry["damping_ratio"] for entry in rows], "%", ".3g"),
+        Column("whirl", [entry["whirl"] for entry in rows]),
+    ]
+
+
+def _print(name: str, answer: dict[str, Any], frequency_unit: str, up_to: float | None) -> None:
+    from autobalancer.cli.terminal.sheet import print_sheet
+
+    if "modes" in answer:
+        title = f"{name}: natural frequencies at {speed_text(answer['speed'])}"
+        if answer["modes"]:
+            print_sheet(_columns(answer, frequency_unit), title)
+        else:
+            typer.echo(f"{title}: none, nothing oscillates")
+    else:
+        typer.secho(name, bold=True)
+    listed = [entry for entry in answer["critical_speeds"] or () if entry["critical_speed"] <= (up_to or float("inf"))]
+    for entry in listed:
+        typer.echo(f"critical speed {speed_text(entry['critical_speed'])}: {entry['name']}, whirl {entry['whirl']}")
+    if up_to is not None and not listed:
+        typer.echo(
+            "no critical speed in this range" if answer["critical_speeds"] is not None else "critical speeds unknown"
+        )
+    for entry in answer.get("intersections", ()):
+        branch = answer["branches"][entry["intersection_branch"] - 1]["name"]
+        typer.echo(
+            f"speed meets damped frequency {speed_text(entry['intersection_speed'])}: {branch}, "
+            f"whirl {entry['intersection_whirl']}"
+        )

@@ -1,0 +1,1 @@
+"""Commands that run machines, and those that show runs."""

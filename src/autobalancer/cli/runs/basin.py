@@ -1,0 +1,177 @@
+"""``autobalancer basin``: which end state follows from which start."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, Seed, SpeedUnit, Unit
+from autobalancer.cli.terminal.words import note, say
+
+WORST = {
+    "vibration": "the greatest vibration,",
+    "peak_deflection": "the greatest deflection on the way (all balance),",
+    "final_deflection": "the greatest deflection at its end,",
+}
+
+
+def basin(
+    machine: MachineFile,
+    speed: Annotated[str, typer.Option(help='Final rotor speed, such as "1200 rpm".')],
+    x: Annotated[str, typer.Option(help='Starts along x: "NAME=from:to:count"; see below.')] = "",
+    y: Annotated[str, typer.Option(help="Starts along y, in the same form.")] = "",
+    random: Annotated[int, typer.Option(help="Instead of --x and --y: number of random starts.")] = 0,
+    seed: Seed = 0,
+    acceleration: Annotated[str, typer.Option(help='Run up from rest, such as "10 rad/s^2".')] = "",
+    hold: Annotated[str, typer.Option(help='Longest time at the final speed, such as "30 s".')] = "",
+    worst: Annotated[
+        Path | None, typer.Option(help="Machine file (.toml) of the worst random start, to run it again.")
+    ] = None,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Run a machine from many starts and say in percent where it ends.
+
+    A NAME is ball_angle[1], ball_speed[1] or the same of another ball, or acceleration.
+    With gravity in the plane, and for rotors that tilt or bend, only --random
+    answers: an end is the verdict on a run. So it is in run-ups from random starts.
+
+    Example: autobalancer basin discoidal.toml \\
+      --speed "1200 rpm" --random 50 --acceleration "10 rad/s^2" \\
+      --plot basin.png --worst worst.toml
+    """
+    from autobalancer import basin as ask
+    from autobalancer import plot_basin, worst_start
+    from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
+    from autobalancer.cli.terminal.quantities import optional, quantity
+    from autobalancer.cli.terminal.sheet import Column, print_sheet
+    from autobalancer.errors import QuestionError
+    from autobalancer.results.verdict.rule import NO_VERDICT
+
+    one_form(as_json, as_csv)
+    files, again = Files(out, plot), Files(worst, allowed=MACHINE)
+    if worst is not None and not random:
+        raise QuestionError("--worst: the worst is one of random starts; give their number, such as --random 50")
+    axes = dict(_axis(option, text) for option, text in (("--x", x), ("--y", y)) if text)
+    with progress_bar("runs") as update:
+        found = ask(
+            machine,
+            quantity("--speed", speed, "rad/s"),
+            axes or None,
+            random=random,
+            seed=seed,
+            acceleration=optional("--acceleration", acceleration, "rad/s^2"),
+            hold=optional("--hold", hold, "s"),
+            progress=update,
+        )
+    shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
+    files.save(found, lambda: plot_basin(found, speed_unit=speed_unit))
+    if worst is not None:
+        again.save(found, machine=worst_start(found))
+    runs, overlapping = int(found["state"].size), int(found.attrs.get("overlapping", 0))
+    left = _left(found)
+    if as_json:
+        drawn = {"seed": seed, "worst": int(found.attrs["worst"])} if random else {"overlapping_starts": overlapping}
+        print_json({"machine": str(machine), "runs": runs, **drawn, "share": shares, **left})
+        return
+    there = {name: 100.0 * share for name, share in shares.items() if share > 0.0}
+    columns = [Column("end", list(there)), Column("share", list(there.values()), "%", ".2f")]
+    if random:
+        for column, name in (("from", "share_low"), ("to", "share_high")):
+            columns.append(Column(column, [100.0 * float(found[name].sel(end=end)) for end in there], "%", ".2f"))
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns)
+    say(_counted(runs, overlapping, seed if random else None))
+    for line in (*_lines(left), *([_worst(found)] if random else [])):
+        say(line, indent="  ")
+    changing = (
+        "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
+    )
+    for text in (changing, left["note"], left["gravity_note"]):
+        if text:
+            note(text)
+    files.say()
+    again.say()
+    if worst is not None:
+        own = f" --seed {int(found['seed'][int(found.attrs['worst'])])}" if "seed" in found else ""
+        typer.echo(f"run it again: autobalancer run {worst}{own}")
+
+
+def _counted(runs: int, overlapping: int, seed: int | None) -> str:
+    if seed is not None:
+        return f"{runs} runs, random starts of seed {seed}; none puts balls on top of each other"
+    if overlapping:
+        return f"{runs} starts; {overlapping} of them put balls on top of each other and are not counted in the shares"
+    return f"{runs} starts"
+
+
+def _worst(found: Any) -> str:
+    from autobalancer.results.number_text import length_text
+
+    number, name = int(found.attrs["worst"]), str(found.attrs["worst_by"])
+    value = length_text(float(found[name][number]))
+    return f"worst start: number {number}, counted from 0, with {WORST[name]} {value}"
+
+
+def _left(found: Any) -> dict[str, Any]:
+    """What the ends leave, SI."""
+
+    def plain(name: str) -> Any:
+        return found[name].values.tolist()
+
+    quantiles = [str(float(q)) for q in found["quantile"].values]
+    left: dict[str, Any] = {
+        "residual_unbalance": dict(zip(quantiles, plain("residual_quantile"), strict=True)),
+        "unbalance": plain("unbalance"),
+        "released": str(found.attrs["released"]),
+        "note": str(found.attrs.get("friction_text", "")),
+        "gravity_note": str(found.attrs.get("gravity_text", "")),
+    }
+    if "verdict_share" in found:
+        left["verdict_share"] = dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True))
+    if "moving_share" in found:
+        left["moving_share"] = plain("moving_share")
+    for name in ("deflection", "vibration", "peak"):
+        if f"{name}_quantile" in found:
+            left[name] = dict(zip(quantiles, plain(f"{name}_quantile"), strict=True))
+            left[f"{name}_without_balls"] = plain(f"{name}_without_balls")
+    return left
+
+
+def _lines(left: dict[str, Any]) -> list[str]:
+    from autobalancer.results.number_text import length_text, moment_text
+
+    shares = left.get("verdict_share", {})
+    words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
+    lines = [f"verdict: {words}"] if words else []
+    if left.get("moving_share", 0.0) > 0.0:
+        lines.append(f"balls still move at the end of {100 * left['moving_share']:.3g} % of the runs")
+    for name, text, key, whole in (
+        ("residual unbalance", moment_text, "residual_unbalance", "unbalance"),
+        ("deflection", length_text, "deflection", "deflection_without_balls"),
+        ("vibration", length_text, "vibration", "vibration_without_balls"),
+        ("greatest deflection on the way", length_text, "peak", "peak_without_balls"),
+    ):
+        middle, often, most = left.get(key, dict.fromkeys("abc", float("nan"))).values()
+        if middle == middle:
+            lines.append(
+                f"{name}, {left['released']}: median {text(middle)}, 95 % below {text(often)}, "
+                f"at most {text(most)}; without balls {text(left[whole])}"
+            )
+    return lines
+
+
+def _axis(option: str, text: str) -> tuple[str, list[float]]:
+    from autobalancer.cli.terminal.quantities import named, values
+
+    name, span = named(option, text)
+    unit = "rad" if "angle" in name else "rad/s" if "speed" in name else "rad/s^2"
+    return name, [float(value) for value in values(option, span, unit)]

@@ -1,0 +1,110 @@
+"""Which pictures there are of a result, whatever it is the result of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from autobalancer.errors import QuestionError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+Pictures = dict[str, "Callable[[], Figure]"]
+
+RACES = ("run-up", "race", "orbit")
+CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
+STUDY = ("amplitudes", "means", "carried")
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What was asked for besides the kind; None, or a default, where nothing was."""
+
+    speed_unit: str
+    deflection_unit: str | None
+    log: bool | None
+    time: float | None
+    start: float | None
+    end: float | None
+    frame: str
+    place: str
+
+
+def is_chamber_run(result: xr.Dataset) -> bool:
+    """Whether its balls moved freely in chambers."""
+    return "body_position" in result
+
+
+def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
+    """Name of each picture and what draws it."""
+    if is_chamber_run(result):
+        return _of_chamber(result, wishes)
+    if {"layers", "friction", "balls"} <= set(result.dims):
+        return _of_study(result, wishes)
+    return _of_races(result, wishes)
+
+
+def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
+    from autobalancer import plot_orbit, plot_race, plot_run_up
+
+    both: dict[str, Any] = {
+        "speed_unit": wishes.speed_unit,
+        "deflection_unit": wishes.deflection_unit,
+        "start": wishes.start,
+        "end": wishes.end,
+    }
+    return {
+        "run-up": lambda: plot_run_up(run, log_deflection=wishes.log, **both),
+        "race": lambda: plot_race(run, time=wishes.time, speed_unit=wishes.speed_unit),
+        "orbit": lambda: plot_orbit(
+            run,
+            frame=wishes.frame or "space",  # type: ignore[arg-type]
+            place=wishes.place or None,
+            **both,
+        ),
+    }
+
+
+def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
+    from autobalancer.plots.chamber.arrangement import plot_arrangement
+    from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
+    from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
+
+    _refuse(wishes, "of a deep chamber", "log", "frame", "place")
+    part = run.sel(time=slice(wishes.start, wishes.end))
+    if part.sizes["time"] < 2:
+        first, last = float(run["time"][0]), float(run["time"][-1])
+        raise QuestionError(
+            f"--start, --end: fewer than two samples there; the run goes from {first:g} s to {last:g} s"
+        )
+    part = part.load()
+    units: dict[str, Any] = {"speed_unit": wishes.speed_unit, "deflection_unit": wishes.deflection_unit}
+    return {
+        "history": lambda: plot_chamber_run(part, **units),
+        "energy": lambda: plot_energy(part),
+        "collisions": lambda: plot_collisions(part),
+        "bearings": lambda: plot_bearing_forces(part),
+        "reactions": lambda: plot_reactions(part),
+        "arrangement": lambda: plot_arrangement(run if wishes.time else part, [wishes.time] if wishes.time else None),
+    }
+
+
+def _of_study(study: xr.Dataset, wishes: Wishes) -> Pictures:
+    from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried, plot_optimal_means
+    from autobalancer.studies.chamber_means import optimal_means
+
+    _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
+    return {
+        "amplitudes": lambda: plot_amplitudes(study),
+        "means": lambda: plot_optimal_means(optimal_means(study)),
+        "carried": lambda: plot_carried(study),
+    }
+
+
+def _refuse(wishes: Wishes, what: str, *names: str) -> None:
+    for name in names:
+        if getattr(wishes, name) not in (None, False, ""):
+            raise QuestionError(f"--{name.replace('_', '-')}: has no meaning for the pictures {what}; leave it out")

@@ -1,0 +1,50 @@
+"""The one place where an error or a stop becomes a message and an exit code."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from autobalancer.cli.terminal.exit_codes import MEND, stop_code, stopped_like_ctrl_c
+from autobalancer.cli.terminal.printable import printable
+from autobalancer.errors import AutobalancerError, CacheWarning, DurationWarning, MachineError, RangeWarning
+
+NOTES = (RangeWarning, CacheWarning, DurationWarning)
+
+
+class Group(TyperGroup):
+    """One readable message for everything a user can get wrong; warnings without lines of code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        words = [*getattr(ctx, "_protected_args", ()), *ctx.args]  # gone when a command has run
+        try:
+            with stopped_like_ctrl_c(), warnings.catch_warnings():
+                others = warnings.showwarning
+
+                def show(message: Any, category: type[Warning], *place: Any) -> None:
+                    if issubclass(category, NOTES):
+                        typer.secho(f"note: {printable(message)}", fg="yellow", err=True)
+                    else:
+                        others(message, category, *place)
+
+                warnings.showwarning = show  # type: ignore[assignment]
+                return super().invoke(ctx)
+        except AutobalancerError as error:
+            typer.secho(f"autobalancer: {_file_of(error, words)}{printable(error)}", fg="red", err=True)
+            sys.exit(MEND)
+        except KeyboardInterrupt:
+            typer.echo("stopped", err=True)
+            sys.exit(stop_code())
+        except EOFError as reason:  # click takes it for the end of the input and says no more than "Aborted"
+            raise RuntimeError(f"a file ended too early: {reason}") from reason
+
+
+def _file_of(error: AutobalancerError, words: list[str]) -> str:
+    """The machine file that was given, if an error of the machine does not name it."""
+    named = [word for word in words if word.endswith(".toml")]
+    unsaid = isinstance(error, MachineError) and named and named[0] not in str(error)
+    return f"{printable(named[0])}: " if unsaid else ""

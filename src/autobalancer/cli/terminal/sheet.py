@@ -1,0 +1,170 @@
+"""A table of an answer: printed within the width of the screen without breaking a number, or as CSV with units."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from autobalancer.cli.terminal.printable import printable
+from autobalancer.cli.terminal.words import in_speed_unit
+
+LEAST = 18  # letters of a text that may be broken between words
+EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
+
+
+@dataclass(frozen=True)
+class Column:
+    """Values of one column; ``wraps`` where they are texts that may be broken between words."""
+
+    head: str
+    values: Any  # a sequence or an array
+    unit: str = ""
+    form: str = ".5g"
+    wraps: bool = False
+
+    def cells(self) -> list[str]:
+        """The values as they are shown; what is not known is a dash."""
+        return [_shown(value, self.form) for value in self.values]
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it stands at the right."""
+        return not any(isinstance(value, str) for value in self.values)
+
+
+def sheet_csv(columns: Sequence[Column]) -> str:
+    """Comma-separated values whose first line names the columns with their units: ``speed [rpm],angle [deg]``."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow([f"{column.head} [{column.unit}]" if column.unit else column.head for column in columns])
+    table.writerows(zip(*([_plain(value) for value in column.values] for column in columns), strict=True))
+    return text.getvalue()
+
+
+def print_sheet(columns: Sequence[Column], title: str = "") -> None:
+    """Print it; columns that do not fit beside the first ones follow below, with the first column again."""
+    from rich.text import Text
+
+    from autobalancer.cli.terminal.console import Console
+
+    console = Console(highlight=False)
+    if title:
+        console.print(Text(printable(title), style="bold"))
+    for block in _blocks(columns, console.width):
+        console.print(_table(block))
+
+
+class Facts:
+    """What there is to say of one thing: a name and a text in each row."""
+
+    def __init__(self, title: str = "") -> None:
+        self.title = title
+        self.rows: list[tuple[str, str]] = []
+
+    def add_row(self, name: str, text: str) -> None:
+        """One more; lines of a text stay apart."""
+        self.rows.append((name, text))
+
+    def columns(self) -> list[Column]:
+        """The same as a table, for CSV."""
+        return [Column("quantity", [name for name, _ in self.rows]), Column("value", [text for _, text in self.rows])]
+
+    def print(self) -> None:
+        """Print it; texts are broken between words where the screen ends."""
+        from rich import box
+        from rich.table import Table
+        from rich.text import Text
+
+        from autobalancer.cli.terminal.console import Console
+
+        table = Table(show_header=False, box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0))
+        table.add_column(style="bold", no_wrap=True)
+        table.add_column()
+        for name, text in self.rows:
+            table.add_row(Text(printable(name)), Text(printable(in_speed_unit(text))))
+        console = Console(highlight=False)
+        if self.title:
+            console.print(Text(printable(self.title), style="bold"))
+        console.print(table)
+
+
+def print_facts(rows: Sequence[tuple[str, str]], title: str = "") -> None:
+    """Print rows as :class:`Facts`."""
+    facts = Facts(title)
+    facts.rows += rows
+    facts.print()
+
+
+def _blocks(columns: Sequence[Column], width: int) -> list[list[tuple[Column, int]]]:
+    """Columns with their widths, as many beside one another as there is room for."""
+    first = (columns[0], min(_width(columns[0]), width - 2 * EDGE))
+    blocks = [[first]]
+    for column in columns[1:]:
+        wanted = _width(column)
+        least = max(_word(column), min(wanted, LEAST)) if column.wraps else wanted
+        room = width - _taken(blocks[-1])
+        if room < least:
+            blocks.append([first])
+            room = width - _taken(blocks[-1])
+        blocks[-1].append((column, min(wanted, room)))
+    return blocks
+
+
+def _taken(block: list[tuple[Column, int]]) -> int:
+    """Letters of a line that are taken, with the gap to the next column."""
+    return 2 * EDGE + sum(width + GAP for _, width in block)
+
+
+def _width(column: Column) -> int:
+    """Letters that the longest cell needs, and the longest word of the head."""
+    return max(
+        map(len, (*column.head.split(), column.unit, *(line for cell in column.cells() for line in cell.split("\n"))))
+    )
+
+
+def _word(column: Column) -> int:
+    """The longest word, which is not broken."""
+    return max(
+        map(len, (*column.head.split(), column.unit, *(word for cell in column.cells() for word in cell.split())))
+    )
+
+
+def _table(block: list[tuple[Column, int]]) -> Any:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for column, width in block:
+        lines = textwrap.wrap(column.head, width, break_long_words=False, break_on_hyphens=False)
+        head = Text("\n".join([*lines, column.unit] if column.unit else lines))
+        side: Any = "right" if column.numeric else "left"
+        table.add_column(head, justify=side, no_wrap=not column.wraps, overflow="fold", width=width, vertical="top")
+    for row in zip(*(column.cells() for column, _ in block), strict=True):
+        table.add_row(*map(Text, row))
+    return table
+
+
+def _shown(value: Any, form: str) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        return printable(value)
+    number = float(value)
+    if math.isnan(number):
+        return "-"
+    return str(value) if isinstance(value, int) else format(number, form)
+
+
+def _plain(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, (str, bool, int)):
+        return str(value)
+    number = float(value)
+    return "" if math.isnan(number) else f"{number:.10g}"

@@ -1,0 +1,147 @@
+"""A run of a deep chamber over time: speed, vibration, balls; and where its energy went."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from autobalancer.plots.drawing.axis_units import length_axis, moment_axis, speed_axis
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, heading, legend, look, picture
+from autobalancer.plots.run.ball_looks import FEW, BallLook, ball_looks
+from autobalancer.plots.run.history import History, critical_speeds_of
+from autobalancer.plots.run.panels import speed_panel
+from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
+from autobalancer.results.chamber.measures import collision_statistics
+from autobalancer.results.chamber.shape import unbalance_of
+
+LEDGER = {
+    "loss_contact": ("collisions", BALLS[0]),
+    "loss_friction": ("sliding friction", BALLS[1]),
+    "loss_rolling": ("rolling resistance", BALLS[2]),
+    "loss_supports": ("supports", BALLS[3]),
+    "loss_bearings": ("bearings", BALLS[4]),
+    "loss_drag": ("fluid", BALLS[5]),
+}
+STORED = {"energy_kinetic": "motion", "energy_potential": "height and springs", "energy_contact": "contacts"}
+POINTS = 4000  # of a curve, more cannot be told apart in print
+
+
+def plot_chamber_run(
+    run: xr.Dataset, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
+) -> Figure:
+    """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time.
+
+    Raises
+    ------
+    QuestionError
+        If a unit is unknown.
+    """
+    unit = speed_axis(speed_unit)
+    time = run["time"].values
+    with look():
+        figure = picture(7.2, 7.2)
+        speed, body, balls, left = figure.subplots(4, 1, sharex=True)
+        rotor = History(
+            time, run["speed"].values, np.empty((time.size, 0)), np.empty((time.size, 0)), np.empty((time.size, 0))
+        )
+        speed_panel(speed, rotor, critical_speeds_of(run), unit, [])
+        _body(body, run, deflection_unit)
+        _angles(balls, run)
+        _left(left, run)
+        left.set_xlabel("time (s)")
+        left.set_xlim(time[0], time[-1])
+        figure.align_ylabels()
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
+    return figure
+
+
+def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
+    """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
+
+    The stack reaches the line of the motor's work where the balance closes.
+    """
+    time = run["time"].values
+    with look():
+        figure = picture(7.2, 5.4)
+        ledger, error = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.0])
+        there = [name for name in LEDGER if name in run and np.abs(run[name].values).max(initial=0.0) > 0.0]
+        kinds = [(name, *LEDGER[name]) for name in there]
+        layers = [run[name].values for name, _, _ in kinds]
+        kept = sum(run[name].values - run[name].values[0] for name in STORED)
+        ledger.stackplot(
+            time, kept, *layers, labels=["motion, height, springs", *[text for _, text, _ in kinds]],
+            colors=["#B9C3CC", *[color for _, _, color in kinds]], alpha=0.85, linewidth=0.0,
+        )  # fmt: skip
+        ledger.plot(time, run["work_motor"].values, color=INK, lw=1.2, label="work of the motor")
+        ledger.set_ylabel("energy (J)")
+        ledger.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
+        error.plot(time, run["energy_error"].values, color=INK)
+        error.set_ylabel("error (J)")
+        error.set_xlabel("time (s)")
+        error.set_xlim(time[0], time[-1])
+        figure.align_ylabels()
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
+    return figure
+
+
+def plot_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
+    """Rates of the contacts that begin, and the hardest of them, over time."""
+    found = collision_statistics(run)
+    with look():
+        figure = picture(7.2, 4.4)
+        rates, force = figure.subplots(2, 1, sharex=True)
+        time = found["part_time"].values
+        rates.step(time, found["contacts_ball_rate"].values, where="mid", color=BALLS[0], label="between balls")
+        rates.step(time, found["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
+        rates.set_ylabel("contacts begun (1/s)")
+        rates.set_yscale("symlog", linthresh=10.0)
+        legend(rates)
+        force.step(time, found["greatest_force"].values, where="mid", color=INK)
+        force.set_ylabel("hardest contact (N)")
+        force.set_xlabel("time (s)")
+        figure.align_ylabels()
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
+    return figure
+
+
+def _body(axes: Axes, run: xr.Dataset, wanted: str | None) -> None:
+    body = run["body_position"].values - run["body_position"].values.mean(axis=0)
+    unit = length_axis(wanted, float(np.abs(body[:, 1:]).max(initial=0.0)))
+    for column, name, color in ((1, "horizontal", BALLS[1]), (2, "vertical", BALLS[0])):
+        axes.plot(run["time"].values, body[:, column] * unit.factor, color=color, lw=0.7, label=name)
+    axes.set_ylabel(f"displacement ({unit.sign})")
+    legend(axes)
+
+
+def _angles(axes: Axes, run: xr.Dataset) -> None:
+    """Angles from the unbalance within ±180 degrees, in dots, for balls may slip around."""
+    thin = run.isel(time=slice(None, None, max(1, run.sizes["time"] // POINTS)))
+    place = ball_places_in_rotor(thin).values
+    unbalance = unbalance_of(run)
+    heavy = np.angle(unbalance[0]) if unbalance is not None else 0.0
+    angle = np.rad2deg(np.angle((place[:, :, 1] + 1j * place[:, :, 2]) * np.exp(-1j * heavy)))
+    axes.axhline(0.0, color=UNBALANCE, lw=1.2, ls="--", label="unbalance")
+    for side, label in ((180.0, "opposite"), (-180.0, "_")):
+        axes.axhline(side, color=UNBALANCE, lw=1.2, ls=":", label=label)
+    count, looks = angle.shape[1], ball_looks(run)
+    for i in range(count):
+        shown = BallLook(ALL_BALLS, f"{count} balls" if i == 0 else "_") if count > FEW else looks[i]
+        axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=shown.color, alpha=0.6, label=shown.label)
+    axes.set_ylim(-186.0, 186.0)
+    axes.set_yticks([-180, -90, 0, 90, 180])
+    axes.set_ylabel("from unbalance (°)")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=8, markerscale=8.0, borderaxespad=0.1)
+
+
+def _left(axes: Axes, run: xr.Dataset) -> None:
+    static, couple = unbalance_of(run) or (0.0 + 0.0j, 0.0 + 0.0j)
+    found = residual_of_balls(run, static, couple)
+    unit = moment_axis(float(np.nanmax(found["static"].values, initial=abs(static))))
+    axes.plot(found["time"].values, unit.factor * found["static"].values, color=INK, lw=0.8, label="with the balls")
+    if abs(static) > 0.0:
+        axes.axhline(unit.factor * abs(static), color=UNBALANCE, lw=1.0, ls="--", label="of the rotor alone")
+    legend(axes)
+    axes.set_ylabel(f"unbalance ({unit.sign})")
+    axes.set_ylim(bottom=0.0)

@@ -1,0 +1,74 @@
+"""Axes of parameters: SI in the result, what people write on the axis."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
+
+SHOWN = {
+    "m^2/s": AxisUnit("mm²/s", 1e6),
+    "kg*m": AxisUnit("g mm", 1e6),
+    "kg m": AxisUnit("g mm", 1e6),
+    "1": AxisUnit("", 1.0),
+    "m": AxisUnit("mm", 1e3),
+    "N*m*s": AxisUnit("N m s", 1.0),
+    "N*s/m": AxisUnit("N s/m", 1.0),
+    "N/m": AxisUnit("N/m", 1.0),
+    "rad": AxisUnit("°", 180.0 / np.pi),
+    "kg/m^3": AxisUnit("kg/m³", 1.0),
+    "K": AxisUnit("°C", 1.0, -273.15),
+}
+
+
+class QuantityAxis(NamedTuple):
+    """How the values of a coordinate are shown."""
+
+    values: np.ndarray  # shown
+    label: str
+    unit: AxisUnit
+    log: bool
+
+
+def quantity_axis(values: xr.DataArray, speed_unit: str) -> QuantityAxis:
+    """Shown values and label; logarithmic for values that ascend by equal ratios over more than a decade."""
+    unit = axis_unit(values, speed_unit)
+    numbers = np.asarray(values.values, np.float64)
+    text = str(values.attrs.get("long_name", values.name))
+    label = f"{text} ({unit.sign})" if unit.sign else text
+    return QuantityAxis(unit.shown(numbers), label, unit, _geometric(numbers))
+
+
+def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
+    """The unit in which a coordinate is shown; small masses are shown in g."""
+    unit = str(values.attrs.get("units", ""))
+    if unit == "rad/s":
+        return speed_axis(speed_unit)
+    if unit == "kg":
+        return AxisUnit("g", 1e3) if values.size and float(np.nanmax(values.values)) < 1.0 else AxisUnit("kg", 1.0)
+    return SHOWN.get(unit, AxisUnit(unit, 1.0))
+
+
+def plain_log_ticks(axes: Axes, which: str) -> None:
+    """1, 2, 5, 10, ... as plain numbers on a logarithmic axis; more of them on a short one."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axis.get_view_interval()
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0) if high / low < 2e3 else (1.0,)
+    if high / low < 8.0:
+        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=30))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _geometric(values: np.ndarray) -> bool:
+    if values.size < 3 or values.min() <= 0.0 or values.max() / values.min() < 10.0:
+        return False
+    ratios, steps = np.diff(np.log(values)), np.diff(values)
+    return bool(np.ptp(ratios) / abs(ratios.mean()) < np.ptp(steps) / abs(steps.mean()))

@@ -1,0 +1,1 @@
+"""Pictures of laws and measurements: drag, equilibrium angles, receptances, fits, flow."""

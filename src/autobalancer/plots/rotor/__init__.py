@@ -1,0 +1,1 @@
+"""Pictures of a rotor without balls: modes, critical speeds, response to unbalance."""

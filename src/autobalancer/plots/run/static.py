@@ -1,0 +1,33 @@
+"""What of a deflection stands still in space, and what vibrates about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.plots.run.motion import Complexes, Floats
+
+SAMPLES = 60  # that are looked at around a moment
+LEAST = 0.1  # of the vibration; a smaller static part cannot be told from one that comes and goes
+APART = 30.0  # condition above which samples do not tell a turning vector from a standing one
+
+
+def static_part(
+    run: xr.Dataset, time: Floats, angle: Floats, deflection: Complexes, moment: float, *, samples: int = SAMPLES
+) -> complex:
+    """The mean place in m, x + i y in space, about which a place moves around a ``moment`` (s).
+
+    Fitted to samples of the deflection in space: a vector that stands, one that turns with the rotor (by ``angle``) and
+    one against it. Zero on a vertical axis, and where
+    samples lie so far apart that they always see the rotor from the same side.
+    """
+    still = run.attrs.get("axis") == "vertical" or run.attrs.get("frame_of_integration", "space") == "rotor"
+    if still or time.size < 8:
+        return 0j
+    near = np.argsort(np.abs(time - moment))[:samples]
+    turned = np.exp(1j * angle[near])
+    columns = np.column_stack([np.ones(near.size), turned, turned.conj()])
+    if np.linalg.cond(columns) > APART:
+        return 0j
+    standing, *turning = np.linalg.lstsq(columns, deflection[near], rcond=None)[0]
+    return complex(standing) if abs(standing) > LEAST * sum(map(abs, turning)) else 0j

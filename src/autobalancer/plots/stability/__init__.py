@@ -1,0 +1,1 @@
+"""Pictures of stability: growth rates, borders, maps, branches, basins."""

@@ -1,0 +1,190 @@
+"""Bifurcation diagrams: what states and motions there are along a parameter, and which of them are stable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from autobalancer.errors import QuestionError
+from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.drawing.quantity_axis import axis_unit
+from autobalancer.plots.drawing.style import INK, look, picture, with_ignored
+
+COLORS = {
+    "balanced": "#0072B2",
+    "mixed": "#56B4E9",
+    "coincident": "#E69F00",
+    "in line": "#009E73",
+    "swinging": "#CC79A7",
+    "stalled": "#8A4F1D",
+}
+NAMES = {
+    "swinging": "balls swing (thick: greatest, thin: least)",
+    "stalled": "balls stall (thick: greatest, thin: least)",
+}
+TOO_CLOSE = 0.02  # of the picture: marks nearer to each other are one
+MARKS = {
+    "supercritical": ("o", INK, "Hopf, supercritical"),
+    "subcritical": ("o", "white", "Hopf, subcritical"),
+    "pitchfork": ("D", INK, "pitchfork"),
+    "branch point": ("D", "white", "branch point"),
+    "fold": ("v", INK, "fold"),
+    "period doubling": ("s", "white", "period doubling"),
+    "torus": ("p", "white", "torus"),
+    "infinite period": ("*", INK, "period grows without limit"),
+}
+
+
+def plot_branches(
+    branches: xr.Dataset,
+    *,
+    deflection_unit: str | None = None,
+    speed_unit: str = "rpm",
+) -> Figure:
+    """Draw branches over their parameter: deflection, ball angles, and the speed of stalled balls.
+
+    Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
+    greatest (thick) and least value (thin). Stalled balls have no line among the angles but one among the speeds. Marks
+    are small where an unstable state stays unstable; of equal marks very close to each other one is drawn.
+
+    Parameters
+    ----------
+    branches
+        From :func:`branches`.
+    deflection_unit
+        ``"m"``, ``"mm"``, ``"um"`` or ``"nm"``; by default the one that suits the greatest deflection.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with ``savefig`` or :func:`save_picture`.
+
+    Raises
+    ------
+    QuestionError
+        If there is nothing to draw or a unit is not possible.
+    """
+    if not branches.sizes.get("point"):
+        raise QuestionError("branches: there is no point to draw")
+    across = axis_unit(branches["parameter"], speed_unit)
+    lengths = length_axis(deflection_unit, float(np.nanmax(branches["deflection_max"].values)))
+    speeds = speed_axis(speed_unit)
+    stalls = bool((branches["name"].values == "stalled").any())
+    angles = branches["ball_angle_in_rotor_max"].values
+    with_angles = angles.size > 0 and bool(np.isfinite(angles).any())
+    count = 1 + with_angles + stalls
+    with look():
+        figure = picture(8.0, 1.6 + 2.5 * count)
+        panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+        panels[0].set_title(with_ignored(str(branches.attrs.get("title", "Branches")), branches.attrs))
+        _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
+        which = "greatest deflection\nof all stations" if "station" in branches.dims else "deflection"
+        panels[0].set_ylabel(f"{which} ({lengths.sign})")
+        top = float(np.nanmax(branches["deflection_max"].values)) * lengths.factor or 1.0
+        panels[0].set_ylim(-0.03 * top, 1.05 * top)  # states without deflection stay visible
+        if with_angles:
+            degrees = AxisUnit("°", 180.0 / math.pi)
+            _draw(panels[1], branches, across, degrees, "ball_angle_in_rotor_min", "ball_angle_in_rotor_max")
+            panels[1].set_ylabel("ball angle in the rotor (°)")
+            panels[1].yaxis.set_major_locator(_degrees())
+            if stalls:
+                where = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8.0, "color": "#606060"}
+                panels[1].annotate("stalled balls circle in the rotor: no line here", (0.995, 0.98), **where)
+        if stalls:
+            _draw(panels[-1], branches, across, speeds, "ball_speed_in_space", "ball_speed_in_space")
+            panels[-1].set_ylabel(f"mean ball speed in space ({speeds.sign})")
+        label = str(branches["parameter"].attrs.get("long_name", "parameter"))
+        panels[-1].set_xlabel(f"{label} ({across.sign})" if across.sign else label)
+        figure.align_ylabels(panels)
+        handles = _explained(branches)
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=2.0)
+    return figure
+
+
+def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: str, high: str) -> None:
+    """All branches and special points in one panel."""
+    x = across.shown(data["parameter"].values)
+    for piece, stable, name in _pieces(data):
+        moving = low != high and (data["kind"].values[piece] == "orbit").any()
+        for quantity, width in [(high, 1.5), (low, 0.9)] if moving else [(high, 1.5)]:
+            values = np.atleast_2d(data[quantity].values.T)[:, piece] * unit.factor
+            for line in values:
+                style = "-" if stable else (0, (4, 2.2))
+                axes.plot(
+                    x[piece], line, ls=style, lw=width, color=COLORS.get(name, INK), zorder=2.5 if stable else 2.2
+                )
+    for i in _apart(data):
+        kind = _mark_of(data, i)
+        marker, face, _ = MARKS[kind]
+        place = across.shown(float(data["special_parameter"].values[i]))
+        for value in np.unique(np.round(np.atleast_1d(data[f"special_{high}"].values[i]) * unit.factor, 9)):
+            small = 0.45 if data["special_unstable_directions"].values[i] else 1.0
+            size = 9.0 if marker == "*" else 5.5 * small
+            axes.plot(place, value, marker, ms=size, mfc=face, mec=INK, mew=0.9 * small, zorder=2.6 + small)
+
+
+def _mark_of(data: xr.Dataset, i: int) -> str:
+    return str(data["criticality"].values[i]) or str(data["special_type"].values[i])
+
+
+def _apart(data: xr.Dataset) -> list[int]:
+    """Special points that get a mark: of equal ones so close that their marks would be one blob, the first."""
+    if not data.sizes.get("special"):
+        return []
+    place, span = data["special_parameter"].values, float(np.ptp(data["parameter"].values)) or 1.0
+    height, tall = data["special_deflection_max"].values, float(np.nanmax(data["deflection_max"].values)) or 1.0
+    kept: list[int] = []
+    for i in range(place.size):
+        near = (
+            j for j in kept
+            if _mark_of(data, i) == _mark_of(data, j)
+            and math.hypot((place[i] - place[j]) / span, (height[i] - height[j]) / tall) < TOO_CLOSE
+        )  # fmt: skip
+        if next(near, None) is None:
+            kept.append(i)
+    return kept
+
+
+def _pieces(data: xr.Dataset) -> Iterator[tuple[slice, bool, str]]:
+    """Stretches of one branch with one stability: slice of points, stable, name."""
+    branch, name = data["branch"].values, data["name"].values
+    bad = data["verdict"].values == "unstable"
+    for number in np.unique(branch):
+        points = np.flatnonzero(branch == number)
+        names, counts = np.unique(name[points], return_counts=True)
+        dashed = bad[points[:-1]] | bad[points[1:]]
+        first = 0
+        for i in range(1, dashed.size + 1):
+            if i == dashed.size or dashed[i] != dashed[first]:
+                yield slice(points[first], points[i] + 1), not dashed[first], str(names[np.argmax(counts)])
+                first = i
+
+
+def _explained(data: xr.Dataset) -> list[Line2D]:
+    names = dict.fromkeys(name for _, _, name in _pieces(data))
+    handles = [Line2D([], [], color=COLORS.get(name, INK), lw=1.8, label=NAMES.get(name, name)) for name in names]
+    if (data["verdict"].values != "unstable").any():
+        handles.append(Line2D([], [], color=INK, label="stable"))
+    if (data["verdict"].values == "unstable").any():
+        handles.append(Line2D([], [], color=INK, ls=(0, (4, 2.2)), label="unstable"))
+    special = (
+        zip(data["criticality"].values, data["special_type"].values, strict=True) if data.sizes.get("special") else ()
+    )
+    for kind in dict.fromkeys(str(a) or str(b) for a, b in special):
+        marker, face, text = MARKS[kind]
+        size = 9.0 if marker == "*" else 5.5
+        handles.append(Line2D([], [], ls="", marker=marker, ms=size, mfc=face, mec=INK, mew=0.9, label=text))
+    return handles
+
+
+def _degrees() -> MaxNLocator:
+    return MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 6, 9, 10])
