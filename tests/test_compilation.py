@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,9 @@ from types import SimpleNamespace
 import numba
 import numpy as np
 import pytest
+from numba.core import compiler
 from numba.core.caching import _CacheLocator
+from numba.core.registry import cpu_target
 
 from autobalancer.kernels import cache
 from autobalancer.kernels.announce import KINDS, TEXT, Announcement
@@ -171,6 +174,21 @@ def test_chambers_are_compiled_once_and_do_the_same_as_when_interpreted() -> Non
     again = fresh_process(CHAMBER, NUMBA_DEBUG_CACHE="1")
     assert "data loaded from" in again
     assert "data saved to" not in again
+
+
+@pytest.mark.slow
+def test_steps_of_a_chamber_need_no_python_and_take_several_contacts_at_once() -> None:
+    from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
+    from autobalancer.kernels.chamber.verlet import verlet
+
+    flags = compiler.Flags()
+    flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    flags.nrt, flags.error_model = False, "numpy"
+    contexts = cpu_target.typing_context, cpu_target.target_context
+    code = compiler.compile_extra(*contexts, verlet.py_func, (CHAMBER, SAMPLES), numba.void, flags, {}).library
+    needed = re.findall(r'^declare .*@"?([\w.]+)', code.get_llvm_str(), re.MULTILINE)
+    assert [name for name in needed if not name.startswith("llvm.") and name not in ("sqrt", "sin", "cos")] == []
+    assert [name for name in needed if name.startswith("llvm.sqrt.v")]
 
 
 def test_the_first_compilation_is_announced_in_one_line_and_a_second_process_says_nothing(tmp_path: Path) -> None:
