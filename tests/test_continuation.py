@@ -13,6 +13,7 @@ import pytest
 import typer
 from scipy.optimize import brentq
 from tests.references.machines import random_machine
+from tests.references.pictures import size_of
 from tests.references.two_balls import (
     DISCOIDAL,
     MACHINES,
@@ -345,7 +346,7 @@ def test_the_command_lists_the_hopf_point_as_the_function_does(tmp_path: Path) -
     point = json.loads(answer.stdout)["special"][0]
     assert point["parameter"] == pytest.approx(65.0802038546, abs=1e-8)
     assert point["criticality"] == "supercritical"
-    assert (tmp_path / "b.png").stat().st_size > 10_000
+    assert size_of(tmp_path / "b.png") == (1200, 990)
     assert "supercritical" in CliRunner().invoke(app, words).stdout
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.references.pictures import film_of
 from tests.references.spatial import Spatial, start, supports
 from tests.references.spatial_machines import tilting
 from typer.testing import CliRunner
@@ -92,7 +93,7 @@ def test_the_command_line_runs_draws_and_films_a_rotor_that_tilts(tmp_path: Path
     ):
         answer = runner.invoke(app, command)
         assert answer.exit_code == 0, answer.output
-    assert (tmp_path / "run.gif").stat().st_size > 1000
+    assert film_of(tmp_path / "run.gif") == (2, pytest.approx(0.4), (960, 544))
     assert len(list(tmp_path.glob("*.png"))) >= 2
 
 
