@@ -63,7 +63,7 @@ def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(ma
     assert told("animate", "runs/small", "--frame", "rotor", *short) == "written: runs/small.mp4"
     for film in ("a.gif", "runs/small.mp4"):
         assert film_of(film) == (2, pytest.approx(0.2), (320, 182))
-    assert size_of("q/x_history.png") == (0, 0)
+    assert size_of("q/x_history.png") == (1080, 1080)
 
 
 def test_what_has_no_meaning_for_a_chamber_is_refused_and_the_way_is_told(machine: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
+from PIL import Image
 from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
 from autobalancer.errors import QuestionError
@@ -116,10 +117,24 @@ def test_a_film_has_its_frames_and_its_size(tmp_path: Path) -> None:
     reader.close()
 
 
-def test_seen_from_another_side_the_film_is_another(tmp_path: Path) -> None:
-    one = animate_chamber(RUN, tmp_path / "a.gif", duration=0.2, fps=10, width=320, frame="rotor")
-    two = animate_chamber(RUN, tmp_path / "b.gif", duration=0.2, fps=10, width=320, frame="rotor", azimuth=90.0)
-    assert one.read_bytes() != two.read_bytes()
+def test_the_mark_of_the_unbalance_is_a_radius_seen_along_the_axis_and_a_point_seen_along_itself(
+    tmp_path: Path,
+) -> None:
+    """It points along y; the view is 80 % of the height of the film and 8 % wider than the chamber."""
+    lengths = []
+    for azimuth in (0.0, 90.0):
+        path = animate_chamber(
+            RUN, tmp_path / "a.gif", duration=0.2, fps=10, width=640, frame="rotor", azimuth=azimuth, elevation=0.0
+        )
+        with Image.open(path) as film:
+            pixels = np.asarray(film.convert("RGB")).astype(int)
+        height, width, _ = pixels.shape
+        view = pixels[height // 8 : 3 * height // 4, : width // 2]  # without panels and legend
+        mark = np.abs(view - [213, 94, 0]).max(axis=2) < 60
+        lengths.append(np.ptp(np.flatnonzero(mark.any(axis=0))))
+    dot = lengths[1]
+    assert 3 <= dot <= 12
+    assert lengths[0] - dot == pytest.approx(0.98 * 0.8 * height / 2.16, abs=3.0)
 
 
 @pytest.mark.parametrize(

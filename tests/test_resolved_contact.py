@@ -41,12 +41,13 @@ def test_a_head_on_bounce_returns_the_stated_share_of_any_speed(law: dict[str, A
 def test_the_wall_never_pulls(law: dict[str, Any]) -> None:
     machine = chamber(restitution=0.1, **law)
     times = np.linspace(0.9e-3, 1.6e-3, 2001)
-    _, own, assembly = run(machine, [0.0, *times], shot(1.0))
+    # the force ends with a corner, across which saved states are only as good as the step that holds it is short
+    _, own, assembly = run(machine, [0.0, *times], shot(1.0), tolerance=1e-12)
     force = wall_forces(own, assembly.system)[:, 0]
     assert force.max() > 10.0
     assert force.min() == 0.0
     speeds = own[:, 0, at.BALL_VX]
-    assert np.diff(speeds).max() < 1e-6  # only pushed inward
+    assert np.diff(speeds).max() < 1e-11  # only pushed inward
     assert (own[:, 0, at.BALL_X] > ORBIT)[(force == 0.0)].any()  # let go of while the spring is still short
     for hertz in (0.0, 1.0):
         assert normal_force(1e-6, -10.0, 1e6, 1e3, hertz) == 0.0

@@ -44,10 +44,11 @@ def test_angular_momentum_survives_friction_and_impacts(race: dict[str, Any]) ->
 
 def test_momentum_survives_friction_and_impacts_where_no_support_pulls() -> None:
     machine = free(**RUBS)
-    loose = machine.rotor.model_copy(update={"stiffness": 1e-6})
+    # the rotor drifts some centimeters: a support of 1e-9 N/m still takes 2e-9 of the momentum
+    loose = machine.rotor.model_copy(update={"stiffness": 1e-9})
     machine = Machine(**{**{key: getattr(machine, key) for key in machine.model_fields_set}, "rotor": loose})
     momentum = bodies(machine).momentum()
-    np.testing.assert_allclose(momentum, momentum[0], rtol=0.0, atol=1e-5 * abs(momentum[0]))
+    np.testing.assert_allclose(momentum, momentum[0], rtol=0.0, atol=1e-8 * abs(momentum[0]))
 
 
 @pytest.mark.parametrize("shape", [{}, WAVES | SPLIT], ids=["round", "waves"])
