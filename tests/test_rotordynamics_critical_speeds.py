@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,17 @@ from tests.test_rotordynamics_modes import ARM, MASS, RIG, SPRING, TRANSVERSE, p
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.stability.host.stations import stations
 
 RPM = math.pi / 30.0
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
 
 def tabled(stiffness: list[Any], speeds: list[float], **how: Any) -> Any:
@@ -188,3 +193,12 @@ def test_a_rotor_on_tabled_supports_has_the_same_critical_speeds_in_runs_borders
     # the parallel mode, K(w) = w^2 M, between two entries of the table
     first = forward[0]
     assert 2.0 * np.interp(first, table["speed"], table["stiffness"]) == pytest.approx(first**2 * 5.003, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["two_plane_rotor", "disk_like_rotor", "discoidal"])
+def test_a_run_the_stability_and_the_rotor_alone_have_the_same_critical_speeds(name: str) -> None:
+    machine = load_machine(MACHINES / f"{name}.toml")
+    forward = critical_speeds(machine)
+    expected = np.unique(forward["critical_speed"].values[forward["whirl"].values != "backward"].round(9))
+    np.testing.assert_allclose(stations(machine).critical_speeds, expected, rtol=1e-9)
+    np.testing.assert_allclose(assemble(machine).critical_speeds, expected, rtol=1e-9)

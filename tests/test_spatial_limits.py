@@ -12,7 +12,7 @@ from tests.references.spatial_machines import rates, states_of, tilting
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.critical import undamped_critical_speeds
+from autobalancer.assembly.rotors.critical import critical_speeds
 from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
@@ -202,7 +202,7 @@ def test_a_run_beyond_its_tables_is_refused() -> None:
 
 def test_critical_speeds_of_a_run_are_those_of_the_rotor_with_its_balls() -> None:
     machine = tilting(isotropic=True)
-    bare = undamped_critical_speeds(lateral_model(machine))
+    bare = critical_speeds(lateral_model(machine))
     loaded = assemble(machine).critical_speeds
     assert np.all(np.array(loaded) < bare)
     np.testing.assert_allclose(loaded, bare, rtol=0.01)

@@ -18,7 +18,7 @@ from autobalancer.assembly.rotors import (
     unbalance_shape,
     with_ball_mass,
 )
-from autobalancer.assembly.rotors.critical import critical_speeds, undamped_critical_speeds
+from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
 from autobalancer.catalog.resolve import Ball
@@ -75,7 +75,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     loaded = with_ball_mass(machine, model)
     model = loaded if held else model
     critical = critical_speeds(loaded)
-    still = critical or tuple(undamped_critical_speeds(loaded).tolist())
+    still = critical or tuple(natural_frequencies(loaded).tolist())
     if top is None:
         top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
     name, front = reference(machine, model)

@@ -1,25 +1,22 @@
 """Critical speeds: where a whirl of the free rotor has the speed of the rotor, or a multiple of it.
 
-Without damping, q = Re(Q e^(i h w t)) is free where D(w) Q = 0 with the Hermitian D(w) = K(w) - w^2 (h^2 M - i h G).
-For one K this is an eigenproblem for 1/w^2; for tables the roots of the ordered eigenvalues of D(w), which are
-continuous, are found one by one. In axes of an isotropic rotor forward and backward whirl (h > 0, h < 0) stand alone.
+Without damping by :mod:`autobalancer.assembly.rotors.critical`; with damping, or where cross-coupled stiffness leaves no
+Hermitian problem, as intersections of the branches of a Campbell diagram.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.linalg import eigh
-from scipy.optimize import brentq
 
 from autobalancer.assembly.rotors import LateralModel
-from autobalancer.assembly.rotors.model import Complexes, Floats
+from autobalancer.assembly.rotors.critical import Critical, critical_whirls
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import checked_harmonics, intersections
@@ -30,9 +27,8 @@ from autobalancer.rotordynamics.tracking import tracked
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
 from autobalancer.units import optional_argument
 
-NOT_A_SPEED = 1e-10  # of the greatest 1/w^2: below it there is no critical speed
 GRID = 600  # intervals in which the roots of tables are sought
-Found = list[tuple[float, float, Complexes]]  # speed, harmonic, vector (N,)
+Found = list[Critical]
 
 
 def critical_speeds(
@@ -86,8 +82,7 @@ def critical_speeds(
             raise QuestionError(f"critical_speeds: highest: missing; {why} a speed is needed up to which to search")
         found = _by_branches(model, limit, lines, damped)
     else:
-        solve = _direct if model.speeds.size == 1 else _over_tables
-        found = [entry for h in lines for entry in _by_direction(model, h, solve, limit)]
+        found = [entry for h in lines for entry in critical_whirls(model, h, limit, intervals=GRID)]
     found = sorted((entry for entry in found if entry[0] <= limit), key=lambda entry: entry[0])
     return _dataset(machine, model, found, balls, damped)
 
@@ -113,72 +108,6 @@ def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, d
     return result
 
 
-def _by_direction(model: LateralModel, harmonic: float, solve: Callable[..., Found], limit: float) -> Found:
-    n = model.pairs
-    if not model.isotropic:
-        return solve(lambda w: model.stiffness_at(w), _inertia(model.mass, model.gyroscopic, harmonic), model, limit,
-                     harmonic, lambda v: v)  # fmt: skip
-    mass, circling = _joined(model.mass, n), _joined(model.gyroscopic, n)
-    found: Found = []
-    for sign in (1.0, -1.0):
-
-        def whole(vector: Complexes, sign: float = sign) -> Complexes:
-            part = vector if sign > 0.0 else vector.conj()
-            return np.concatenate([part, -1j * sign * part, np.zeros(model.size - 2 * n)])
-
-        found += solve(lambda w: _joined(model.stiffness_at(w), n), _inertia(mass, circling, sign * harmonic), model,
-                       limit, harmonic, whole)  # fmt: skip
-    return found
-
-
-def _joined(matrix: Floats, n: int) -> Complexes:
-    return np.asarray(matrix[:n, :n] + 1j * matrix[n : 2 * n, :n], np.complex128)
-
-
-def _inertia(mass: Any, gyroscopic: Any, harmonic: float) -> Complexes:
-    return np.asarray(harmonic**2 * mass - 1j * harmonic * gyroscopic, np.complex128)
-
-
-def _direct(
-    stiffness: Callable[[float], Any],
-    inertia: Complexes,
-    model: LateralModel,
-    limit: float,
-    harmonic: float,
-    whole: Callable[[Complexes], Complexes],
-) -> Found:
-    """Eigenvalues 1/w^2 of the inertia over the stiffness; a tiny spring holds a rotor that is free to move."""
-    held = stiffness(0.0)
-    size = float(np.abs(held).max())
-    if np.linalg.eigvalsh(held)[0] <= 1e-13 * size:
-        held = held + 1e-13 * size * np.eye(held.shape[0])
-    inverse, vectors = eigh(inertia, held)
-    chosen = np.flatnonzero(inverse > NOT_A_SPEED * np.abs(inverse).max())
-    return [(float(inverse[i] ** -0.5), harmonic, whole(vectors[:, i])) for i in chosen]
-
-
-def _over_tables(
-    stiffness: Callable[[float], Any],
-    inertia: Complexes,
-    model: LateralModel,
-    limit: float,
-    harmonic: float,
-    whole: Callable[[Complexes], Complexes],
-) -> Found:
-    """Roots of the ordered eigenvalues of D(w), sought between the speeds of the tables and finer."""
-    grid = np.union1d(np.linspace(0.0, limit, GRID + 1), model.speeds[model.speeds < limit])
-
-    def dynamic(speed: float) -> Complexes:
-        return np.asarray(stiffness(speed) - speed**2 * inertia)
-
-    levels = np.array([np.linalg.eigvalsh(dynamic(float(w))) for w in grid])
-    found: Found = []
-    for i, k in zip(*np.nonzero(levels[:-1] * levels[1:] < 0.0), strict=True):
-        root = float(brentq(lambda w, k=k: np.linalg.eigvalsh(dynamic(w))[k], grid[i], grid[i + 1], rtol=1e-13))
-        found.append((root, harmonic, whole(np.linalg.eigh(dynamic(root))[1][:, k])))
-    return found
-
-
 def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], damped: bool) -> Found:
     motions = cache(lambda speed: free_motions(model, speed, damped=damped))
     grid = np.linspace(0.0, limit, 201)
@@ -186,5 +115,5 @@ def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], 
     found: Found = []
     for speed, h, branch in intersections(model, branches, grid, harmonics, motions):
         near = int(np.argmin(np.abs(grid - speed)))
-        found.append((speed, h, branches.vector[branch, near]))
+        found.append(Critical(speed, h, branches.vector[branch, near]))
     return found

@@ -1,62 +1,120 @@
-"""Natural frequencies and synchronous critical speeds of matrices, undamped."""
+"""Undamped whirl with the speed of the rotor, or a multiple of it: the one place where critical speeds are found.
+
+q = Re(Q e^(i h w t)) is free where D(w) Q = 0 with the Hermitian D(w) = K(w) - w^2 (h^2 M - i h G). For one K this is an
+eigenproblem for 1/w^2, whatever the sign of the inertia: where the polar inertia outweighs the transverse one, a critical speed
+is missing. For tables the roots of the ordered eigenvalues of D(w), which are continuous, are found one by one. In axes of an
+isotropic rotor forward and backward whirl (h > 0, h < 0) stand alone.
+"""
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq
 
-from autobalancer.assembly.rotors.model import Floats, LateralModel
+from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 
-NOT_A_SPEED = 1e-9  # share of the greatest 1/w^2 below which it counts as zero
+NOT_A_SPEED = 1e-10  # share of the greatest 1/w^2 below which it counts as zero
 INTERVALS = 64  # of the reach of a table, in which critical speeds are sought
+BOTH = (1.0, -1.0)
+
+
+class Critical(NamedTuple):
+    """A free whirl at a critical speed."""
+
+    speed: float  # rad/s
+    harmonic: float
+    shape: Complexes  # (N,)
 
 
 def critical_speeds(model: LateralModel) -> tuple[float, ...]:
     """Speeds at which an undamped whirl has the rotor speed, rad/s, ascending; within the range of the tables.
 
     Tables are taken at the frequency of the whirl, which is the speed itself. On isotropic supports forward whirl only, since
-    unbalance excites no other. A tilt whose polar inertia is greater than its transverse one has none, so that there may be
-    fewer than pairs of coordinates.
+    unbalance excites no other. There may be fewer than pairs of coordinates, or none.
     """
-    if model.speeds.size == 1:
-        return tuple(undamped_critical_speeds(model).tolist())
-    last = float(model.speeds[-1])
-    grid = np.union1d(np.linspace(0.0, last, INTERVALS + 1), model.speeds)
-    levels = [undamped_critical_speeds(model, float(speed)) for speed in grid]
+    return tuple(sorted(found.speed for found in critical_whirls(model, directions=(1.0,))))
+
+
+def natural_frequencies(model: LateralModel) -> Floats:
+    """Of the rotor at rest, undamped, rad/s, ascending; without those of a rotor that is free to move."""
+    stiffness = model.stiffness_at(0.0)
+    squares = eigvalsh(0.5 * (stiffness + stiffness.T), model.mass)
+    return np.asarray(np.sqrt(squares[squares > 1e-12 * np.abs(squares).max()]))
+
+
+def critical_whirls(
+    model: LateralModel,
+    harmonic: float = 1.0,
+    limit: float = np.inf,
+    *,
+    intervals: int = INTERVALS,
+    directions: Sequence[float] = BOTH,
+) -> list[Critical]:
+    """Every free whirl with ``harmonic`` times the speed of the rotor up to ``limit``, in no order.
+
+    ``directions``: on isotropic supports forward (1) and backward (-1) whirl; elsewhere there is no such difference.
+    """
+    n, limit = model.pairs, min(limit, model.top_speed)
+    if not model.isotropic:
+        dynamic = _Dynamic(model.stiffness_at, _inertia(model.mass, model.gyroscopic, harmonic))
+        return [Critical(w, harmonic, vector) for w, vector in dynamic.roots(model, limit, intervals)]
+    mass, circling = _joined(model.mass, n), _joined(model.gyroscopic, n)
     found = []
-    for index in range(min(level.size for level in levels)):
-
-        def miss(speed: float, index: int = index) -> float:
-            return speed - float(undamped_critical_speeds(model, speed)[index])
-
-        for low, high in pairwise(range(grid.size)):
-            ends = grid[low] - levels[low][index], grid[high] - levels[high][index]
-            if ends[0] < 0.0 <= ends[1] or ends[1] < 0.0 <= ends[0]:
-                found.append(float(brentq(miss, grid[low], grid[high], xtol=1e-12 * last)))
-    return tuple(sorted(found))
+    for sign in directions:
+        dynamic = _Dynamic(lambda w: _joined(model.stiffness_at(w), n), _inertia(mass, circling, sign * harmonic))
+        for w, vector in dynamic.roots(model, limit, intervals):
+            part = vector if sign > 0.0 else vector.conj()
+            whole = np.concatenate([part, -1j * sign * part, np.zeros(model.size - 2 * n)])
+            found.append(Critical(w, harmonic, whole))
+    return found
 
 
-def undamped_critical_speeds(model: LateralModel, speed: float = 0.0) -> Floats:
-    """Speeds at which an undamped whirl has the speed of the rotor, rad/s, ascending; K taken at ``speed``.
+class _Dynamic(NamedTuple):
+    """D(w) = K(w) - w^2 inertia; of K the symmetric part."""
 
-    On isotropic supports forward whirl only, since unbalance excites no other; else all synchronous vibrations.
-    K x = w^2 (M - i G) x is a Hermitian problem, whatever the sign of M - i G: where the polar inertia outweighs the
-    transverse one, a critical speed is missing.
-    """
-    stiffness = model.stiffness_at(speed)
-    stiffness = 0.5 * (stiffness + stiffness.T)
-    n = model.pairs
-    if model.isotropic:
-        m, _, _ = model.complex_matrices(speed)
-        # G over x and y is [[0, g], [-g, 0]], and a forward whirl has z' = i w z: g acts against M
-        mass = m.real - model.gyroscopic[:n, n : 2 * n]
-        held = stiffness[:n, :n]
-    else:
-        mass, held = model.mass - 1j * model.gyroscopic, stiffness
-    if np.linalg.eigvalsh(held)[0] <= 1e-12 * np.abs(held).max():
-        held = held + 1e-12 * np.abs(held).max() * np.eye(held.shape[0])
-    inverse = eigh(mass, held, eigvals_only=True)
-    return np.sort(1.0 / np.sqrt(inverse[inverse > NOT_A_SPEED * np.abs(inverse).max()]))
+    stiffness: Callable[[float], Any]
+    inertia: Complexes
+
+    def held(self, speed: float) -> Any:
+        matrix = self.stiffness(speed)
+        return 0.5 * (matrix + matrix.conj().T)
+
+    def roots(self, model: LateralModel, limit: float, intervals: int) -> list[tuple[float, Complexes]]:
+        found = self._direct() if model.speeds.size == 1 else self._over_tables(model.speeds, limit, intervals)
+        return [(w, vector) for w, vector in found if w <= limit]
+
+    def _direct(self) -> list[tuple[float, Complexes]]:
+        """Eigenvalues 1/w^2 of the inertia over the stiffness; a tiny spring holds a rotor that is free to move."""
+        held = self.held(0.0)
+        size = float(np.abs(held).max())
+        if np.linalg.eigvalsh(held)[0] <= 1e-13 * size:
+            held = held + 1e-13 * size * np.eye(held.shape[0])
+        inverse, vectors = eigh(self.inertia, held)
+        chosen = np.flatnonzero(inverse > NOT_A_SPEED * np.abs(inverse).max())
+        return [(float(inverse[i] ** -0.5), vectors[:, i]) for i in chosen]
+
+    def _over_tables(self, speeds: Floats, limit: float, intervals: int) -> list[tuple[float, Complexes]]:
+        """Roots of the ordered eigenvalues of D(w), sought between the speeds of the tables and finer."""
+        grid = np.union1d(np.linspace(0.0, limit, intervals + 1), speeds[speeds < limit])
+
+        def dynamic(speed: float) -> Complexes:
+            return np.asarray(self.held(speed) - speed**2 * self.inertia)
+
+        levels = np.array([np.linalg.eigvalsh(dynamic(float(w))) for w in grid])
+        found = []
+        for i, k in zip(*np.nonzero(levels[:-1] * levels[1:] < 0.0), strict=True):
+            root = float(brentq(lambda w, k=k: np.linalg.eigvalsh(dynamic(w))[k], grid[i], grid[i + 1], rtol=1e-13))
+            found.append((root, np.linalg.eigh(dynamic(root))[1][:, k]))
+        return found
+
+
+def _joined(matrix: Floats, n: int) -> Complexes:
+    return np.asarray(matrix[:n, :n] + 1j * matrix[n : 2 * n, :n], np.complex128)
+
+
+def _inertia(mass: Any, gyroscopic: Any, harmonic: float) -> Complexes:
+    return np.asarray(harmonic**2 * mass - 1j * harmonic * gyroscopic, np.complex128)

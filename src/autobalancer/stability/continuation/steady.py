@@ -11,7 +11,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.symmetry import Groups, expanded
 from autobalancer.stability.continuation.vector_field import Field, Numbers
-from autobalancer.stability.host.critical import damping_ratio
+from autobalancer.stability.host.damping import damping_ratio
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
-from autobalancer.assembly.rotors.critical import critical_speeds
+from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
-from autobalancer.stability.host.critical import lowest_frequency
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
 
 
@@ -56,7 +55,7 @@ class Stations:
     @cached_property
     def scale_speed(self) -> float:
         """A speed of the size of the machine's own, rad/s: the lowest critical speed, or frequency at rest."""
-        return self.critical_speeds[0] if self.critical_speeds else lowest_frequency(self.model)
+        return self.critical_speeds[0] if self.critical_speeds else float(natural_frequencies(self.model)[0])
 
     @property
     def fixed_load(self) -> Complexes:

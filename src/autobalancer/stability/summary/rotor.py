@@ -13,7 +13,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.stability.host.critical import damping_ratio
+from autobalancer.stability.host.damping import damping_ratio
 from autobalancer.stability.host.stations import Stations, loads_at_corners, stations
 from autobalancer.stability.states.described import service_speed
 from autobalancer.stability.states.stations import required
