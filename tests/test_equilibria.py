@@ -297,3 +297,12 @@ def test_gravity_in_the_plane_is_refused_with_a_cure() -> None:
     described = Machine(**{**dict(CASES["two equal"]), "axis": "horizontal"})
     with pytest.raises(QuestionError, match="simulate it instead"):
         ab.equilibria(described, 300.0)
+
+
+def test_a_rotor_without_balls_has_one_state_and_its_deflection() -> None:
+    bare = machine([[3e-3] * 2]).model_copy(update={"balancers": ()})
+    found = ab.equilibria(bare, 400.0)
+    p = plane(bare)
+    assert found["name"].values.tolist() == ["no balls"]
+    expected = 400.0**2 * abs(p.unbalance) / abs(p.dynamic_stiffness(400.0))
+    assert float(found["deflection"][0]) == pytest.approx(expected, rel=1e-12)

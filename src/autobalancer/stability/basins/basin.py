@@ -51,8 +51,9 @@ from autobalancer.stability.basins.end_states import REST, STATES, Question, end
 from autobalancer.stability.basins.residuals import residuals
 from autobalancer.stability.friction.held_values import RELEASED
 from autobalancer.stability.host.planar import Plane, plane
-from autobalancer.stability.states.planar import equilibria_of
-from autobalancer.stability.states.questions import eigenvalues_of
+from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.states.questions import judged
+from autobalancer.stability.states.stations import states_of
 from autobalancer.stability.states.verdicts import growth
 
 REVOLUTIONS = (400.0, 20000.0)  # least and most of a hold that is not given
@@ -91,7 +92,8 @@ def planar_basin(
 def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
     """Some decay times of the slowest mode of all stable states, and of fluid that a run-up left behind."""
     turn = 2.0 * math.pi / speed
-    rates = [-growth(eigenvalues_of(machine, p, speed, state), state.freedom) for state in equilibria_of(p, speed)]
+    host = of_plane(p)
+    rates = [-growth(judged(host, speed, state)[0], state.freedom) for state in states_of(host, speed)]
     rates += [float(lag.rates.min()) for lag in lags.values()]
     slowest = min([rate for rate in rates if rate > 0.0], default=0.0)
     return min(max(REVOLUTIONS[0] * turn, 25.0 / slowest if slowest else 0.0), REVOLUTIONS[1] * turn)

@@ -13,17 +13,22 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.host.planar import Complexes, Plane, plane
+from autobalancer.stability.host.planar import Complexes, plane
+from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.stability.ignored import ignored_at_rest
-from autobalancer.stability.states.floquet import periodic_state
-from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of
-from autobalancer.stability.states.station_results import station_eigenvalues, station_equilibria
+from autobalancer.stability.states.described import why_no_state
+from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.linear import eigensystem
+from autobalancer.stability.states.station_floquet import exponents_of
+from autobalancer.stability.states.station_linear import station_matrices as matrices
+from autobalancer.stability.states.station_linear import station_motion as motion_name
+from autobalancer.stability.states.stations import StationState, balanced_of, required, states_of
 from autobalancer.stability.states.verdicts import growth, verdict
 from autobalancer.units import argument, list_argument, unbalance_argument
 
 Progress = Callable[[int, int], None]
 Kind = Literal["balanced", "mixed", "coincident", "in line"]
+PERIODIC = "periodic state: see the Floquet multipliers"
 
 
 def equilibria(
@@ -60,44 +65,45 @@ def equilibria(
     unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    if not isinstance(machine.rotor, PlanarRotor):
-        return station_equilibria(machine, speed, unbalance)
-    p = plane(machine, unbalance)
-    states = equilibria_of(p, speed)
-    rows = [_judged(machine, p, speed, state) for state in states]
-    n, modes = p.moment.size, 4 + 2 * p.moment.size
+    st = host_of(machine, unbalance)
+    states = without_exchanges(st, states_of(st, speed))
+    rows = [judged(st, speed, state) for state in states]
+    n, places = st.moment.size, len(st.names)
+    modes = rows[0][0].size if rows else 0
     angles = np.array([state.angles for state in states]).reshape(len(states), n)
-    whirl = np.array([state.whirl for state in states])
-    load = np.array([p.fixed_load + (p.moment * np.exp(1j * state.angles)).sum() for state in states])
-    data = {
+    whirl = np.array([state.whirl for state in states]).reshape(len(states), places)
+    load = st.unbalance + (st.ball_mass * st.offset).sum() + (st.moment * np.exp(1j * angles)).sum(axis=1)
+    first = whirl[:, 0] if places else np.zeros(len(states), np.complex128)
+    values = np.array([row[0] for row in rows]).reshape(len(states), modes)
+    rates = [_rate(row[0], state) for row, state in zip(rows, states, strict=True)]
+    where = _where(machine)
+    data: dict[str, tuple[Any, Any, str, str]] = {
         "name": ("state", [state.name for state in states], "name of the state", ""),
         "ball_angle_in_rotor": (("state", "ball"), angles, "ball angle in the rotor", "rad"),
-        "deflection": ("state", np.abs(whirl), "deflection", "m"),
-        "deflection_angle_in_rotor": ("state", np.angle(whirl), "direction of the deflection in the rotor", "rad"),
+        "deflection": ("state", np.abs(first), f"deflection{where}", "m"),
+        "deflection_angle_in_rotor": ("state", np.angle(first), "direction of the deflection in the rotor", "rad"),
         "residual_unbalance": ("state", np.abs(load), "resultant of unbalance and balls", "kg m"),
         "freedom": ("state", [state.freedom for state in states], "dimension of the continuum of such states", ""),
         "outward": ("state", [state.outward for state in states], "balls that stand outward", ""),
-        "eigenvalue_real": (
-            ("state", "mode"),
-            np.array([v.real for v, _ in rows]),
-            "real part of the eigenvalue",
-            "1/s",
-        ),
-        "eigenvalue_imag": (("state", "mode"), np.array([v.imag for v, _ in rows]), "imaginary part", "rad/s"),
-        "growth_rate": (
-            "state",
-            [growth(v, s.freedom) for (v, _), s in zip(rows, states, strict=True)],
-            "growth rate",
-            "1/s",
-        ),
+        "eigenvalue_real": (("state", "mode"), values.real, "real part of the eigenvalue", "1/s"),
+        "eigenvalue_imag": (("state", "mode"), values.imag, "imaginary part", "rad/s"),
+        "growth_rate": ("state", rates, "growth rate", "1/s"),
         "leading_motion": ("state", [text for _, text in rows], "what moves in the leading mode", ""),
     }
     found = xr.Dataset(coords={"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)})
-    for name, (dims, values, text, unit) in data.items():
-        found[name] = (dims, values, {"long_name": text, "units": unit})
-    verdicts = [verdict(rate, speed) for rate in found["growth_rate"].values]
+    if where:
+        needed = required(st, speed) if n else np.zeros(0, np.complex128)
+        found = found.assign_coords(station=("station", list(st.names)))
+        data |= {
+            "deflection_at_station": (("state", "station"), np.abs(whirl), "deflection at the stations", "m"),
+            "required_moment": ("station", np.abs(needed), "what the balls of a station have to add up to", "kg m"),
+            "required_moment_angle": ("station", np.angle(needed), "direction of that in the rotor", "rad"),
+        }
+    for name, (dims, entries, text, unit) in data.items():
+        found[name] = (dims, entries, {"long_name": text, "units": unit})
+    verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
     found["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
-    found.attrs = _attributes(machine, p) | {"speed": speed, "title": f"Steady states of {machine.name}"}
+    found.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
     return found
 
 
@@ -141,68 +147,85 @@ def eigenvalues(
     unbalance = unbalance_argument(unbalance)
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    if not isinstance(machine.rotor, PlanarRotor):
-        return station_eigenvalues(machine, speeds, state, outward, unbalance, progress)
-    p = plane(machine, unbalance)
-    rows, missing = [], []
-    for number, speed in enumerate(speeds):
-        states = [s for s in equilibria_of(p, float(speed)) if s.name == state and outward in (None, s.outward)]
-        if states:
-            judged = [(s, *_judged(machine, p, float(speed), s)) for s in states]
-            rows.append((float(speed), *min(judged, key=lambda row: growth(row[1], row[0].freedom))))
+    st = host_of(machine, unbalance)
+    rows: list[tuple[float, StationState, Complexes, str]] = []
+    missing = []
+    for number, speed in enumerate(map(float, speeds)):
+        every = balanced_of(st, speed) if state == "balanced" and st.moment.size else states_of(st, speed)
+        states = [s for s in without_exchanges(st, every) if s.name == state and outward in (None, s.outward)]
+        found = [(speed, s, *judged(st, speed, s)) for s in states]
+        found = [row for row in found if not np.isnan(row[2]).any()]
+        if found:
+            rows.append(min(found, key=lambda row: _rate(row[2], row[1])))
         else:
-            missing.append(float(speed))
+            missing.append(speed)
         if progress is not None:
             progress(number + 1, len(speeds))
     if not rows:
-        raise QuestionError(_why_none(p, state))
+        raise QuestionError(_why_none(machine, st, state, unbalance))
     values = np.array([row[2] for row in rows])
-    rates = [growth(row[2], row[1].freedom) for row in rows]
-    found = xr.Dataset(
+    rates = [_rate(row[2], row[1]) for row in rows]
+    whirl = np.abs(np.array([row[1].whirl for row in rows]))
+    where = _where(machine)
+    result = xr.Dataset(
         {
             "eigenvalue_real": (("speed", "mode"), values.real, {"long_name": "real part", "units": "1/s"}),
             "eigenvalue_imag": (("speed", "mode"), values.imag, {"long_name": "imaginary part", "units": "rad/s"}),
             "growth_rate": ("speed", rates, {"long_name": "growth rate", "units": "1/s"}),
             "verdict": ("speed", [verdict(rate, row[0]) for rate, row in zip(rates, rows, strict=True)]),
-            "deflection": ("speed", [abs(row[1].whirl) for row in rows], {"long_name": "deflection", "units": "m"}),
+            "deflection": ("speed", whirl[:, 0], {"long_name": f"deflection{where}", "units": "m"}),
             "leading_motion": ("speed", [row[3] for row in rows], {"long_name": "what moves in the leading mode"}),
         },
         {"speed": ("speed", [row[0] for row in rows], {"long_name": "rotor speed", "units": "rad/s"})},
     )
+    if where:
+        result = result.assign_coords(station=("station", list(st.names)))
+        result["deflection_at_station"] = (("speed", "station"), whirl, {"long_name": "deflection", "units": "m"})
     extra = {"state": state, "speeds_without_state": missing, "title": f"Stability of {machine.name}, {state}"}
-    found.attrs = _attributes(machine, p) | extra
-    return found
+    result.attrs = _attributes(machine, st) | extra
+    return result
 
 
-def eigenvalues_of(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> Complexes:
-    """Exact eigenvalues of the full equations, or Floquet exponents on orthotropic supports, 1/s."""
-    return _judged(machine, p, speed, state)[0]
+def host_of(machine: Machine, unbalance: complex | float | None) -> Stations:
+    """The stations of any machine; a planar one is a single station."""
+    planar = isinstance(machine.rotor, PlanarRotor)
+    return of_plane(plane(machine, unbalance)) if planar else stations(machine, unbalance)
 
 
-def _judged(machine: Machine, p: Plane, speed: float, state: Equilibrium) -> tuple[Complexes, str]:
-    if p.isotropic:
-        values, vectors = eigensystem(*matrices(p, speed, state))
-        return values, motion_name(vectors[:, 0], p, values[0], speed)
-    return periodic_state(machine, p, speed, state).exponents, "periodic state: see the Floquet multipliers"
+def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, str]:
+    """Eigenvalues, or Floquet exponents on anisotropic supports (nan if there is no such state), and what moves."""
+    if st.isotropic:
+        values, vectors = eigensystem(*matrices(st, speed, state))
+        return values, motion_name(vectors[:, 0], st, values[0], speed)
+    try:
+        return exponents_of(st, speed, state), PERIODIC
+    except QuestionError:
+        return np.full(2 * (st.model.size + st.moment.size), np.nan, np.complex128), "no periodic state near this one"
 
 
-def _why_none(p: Plane, state: str) -> str:
-    need, have = abs(p.unbalance) * 1e6, min(p.moment.sum(), p.capability) * 1e6
-    if p.moment.size == 0:
+def _where(machine: Machine) -> str:
+    """What a deflection is of, on rotors with more than one plane."""
+    return "" if isinstance(machine.rotor, PlanarRotor) else " at the first balancer"
+
+
+def _why_none(machine: Machine, st: Stations, state: str, unbalance: complex | float | None) -> str:
+    if st.moment.size == 0:
         return "the machine has no balls; there is no such state"
-    if state == "balanced" and need > have:
-        return f"no balanced state: the balls can balance {have:.4g} g mm at most, the unbalance is {need:.4g} g mm"
-    if state == "balanced" and p.moment.size == 1:
-        return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
-    return f"no state '{state}' at any of these speeds"
+    if state != "balanced":
+        return f"no state {state!r} at any of these speeds"
+    return why_no_state(plane(machine, unbalance) if isinstance(machine.rotor, PlanarRotor) else st)
 
 
-def _attributes(machine: Machine, p: Plane) -> dict[str, Any]:
+def _rate(values: Complexes, state: StationState) -> float:
+    return float("nan") if np.isnan(values).any() else growth(values, state.freedom)
+
+
+def _attributes(machine: Machine, st: Stations) -> dict[str, Any]:
     return {
         **provenance(),
         "machine": machine_text(machine),
         "machine_name": machine.name,
-        "unbalance": abs(p.unbalance),
-        "theory": "exact: full equations" + ("" if p.isotropic else ", Floquet exponents"),
+        "unbalance": abs(st.unbalance),
+        "theory": "exact: full equations" + ("" if st.isotropic else ", Floquet exponents"),
         "ignores": ", ".join(ignored_at_rest(machine)),
     }

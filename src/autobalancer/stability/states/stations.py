@@ -53,7 +53,7 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     """
     _check(speed)
     if st.moment.size == 0:
-        return [StationState("no balls", np.zeros(0), np.zeros(0, np.complex128), 0, 0)]
+        return [StationState("no balls", np.zeros(0), st.rows @ st.coordinates(speed, np.zeros(0)), 0, 0)]
     count = len(st.names)
     found: list[StationState] = []
     for size in range(count, -1, -1):
