@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 from numba import njit
 
 from autobalancer.kernels.chamber.block import enter, put_vector
-from autobalancer.kernels.chamber.contact import Meeting
+from autobalancer.kernels.chamber.contact import Meeting, Vector
 from autobalancer.kernels.chamber.records import BLOCK, THETA, TURN_Y, TURN_Z, WALLS
 from autobalancer.kernels.chamber.share import act, push_back
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, put, three, times
@@ -18,16 +19,97 @@ from autobalancer.kernels.pointers import data, row
 RACE, AHEAD, BEHIND, INNER = 0, 1, 2, 3  # walls
 
 
+class Frame(NamedTuple):
+    """Motion of the chambers with body and rotor."""
+
+    middle: Vector  # of the rotor
+    velocity: Vector  # of the middle
+    axis: Vector  # of the rotor, of length one
+    turn: Vector  # rate of rotation
+
+
+class Sight(NamedTuple):
+    """A ball as its chamber sees it."""
+
+    arm: Vector  # from the middle of the rotor
+    axial: float  # from the middle of the chamber
+    radial: Vector  # from the axis
+    rate: Vector  # relative to a wall that reached to the middle of the ball
+    roll: Vector  # relative spin
+
+
 @njit(**MERGED)
-def _meet_wall(chamber, filled, i, wall, line, offset, taken, stiffness, rate, roll):
+def frame(body, axis):
+    """The chambers turn with the spin and the tilting body; of the latter the part along x is across the axis."""
+    place, rate = body.place, body.rate
+    spin = rate[THETA] + place[TURN_Y] * rate[TURN_Z] - place[TURN_Z] * rate[TURN_Y]
+    turn = spin * axis[0], spin * axis[1] + rate[TURN_Y], spin * axis[2] + rate[TURN_Z]
+    return Frame(three(place), three(rate), axis, turn)
+
+
+@njit(**MERGED)
+def sight(f, center, position, velocity, spin):
+    """A ball as a chamber with its middle at ``center`` along the rotor sees it."""
+    arm = minus(position, f.middle)
+    axial = dot(arm, f.axis)
+    radial = minus(arm, times(axial, f.axis))
+    rate = minus(minus(velocity, f.velocity), cross(f.turn, arm))
+    return Sight(arm, axial - center, radial, rate, minus(spin, f.turn))
+
+
+@njit(**MERGED)
+def drag(linear, square, rate):
+    """Force on a ball in fluid that turns with its chamber, and the power lost."""
+    fast = dot(rate, rate)
+    part = linear + square * sqrt(fast)
+    return times(-part, rate), part * fast
+
+
+@njit(**MERGED)
+def _meet_wall(chamber, filled, i, wall, line, offset, taken, stiffness, s):
     ball = row(chamber.balls, i)
     block, radius = chamber.scratch.contacts, ball.radius
     meeting = Meeting(
-        line, offset, taken, stiffness, ball.inverse_mass, radius, 0.0, rate, times(radius, roll), roll
+        line, offset, taken, stiffness, ball.inverse_mass, radius, 0.0, s.rate, times(radius, s.roll), s.roll
     )  # fmt: skip
     enter(block, filled, meeting, i, -1, wall)
     if chamber.contact.has_memory != 0:
         put_vector(block.stretch, filled, three(chamber.wall_stretch[i, wall]))
+
+
+@njit(**MERGED)
+def _meet_walls(chamber, filled, i, s, axis):
+    """Contacts of ball ``i`` with the walls of its chamber into the block; answers how full it is, and ``touches``."""
+    ball = row(chamber.balls, i)
+    room = row(chamber.rooms, ball.chamber)
+    r = ball.radius
+    way, reach = room.wall_radius - r, room.inner_radius + r
+    side = abs(s.axial) + r - room.half_depth
+    square = dot(s.radial, s.radial)
+    touches = 0
+    if square > way * way:
+        _meet_wall(chamber, filled, i, RACE, s.radial, -way, 1.0, ball.race_stiffness, s)
+        filled += 1
+        touches = 1
+    if reach > 0.0 and square < reach * reach:
+        inwards = -s.radial[0], -s.radial[1], -s.radial[2]
+        _meet_wall(chamber, filled, i, INNER, inwards, reach, -1.0, ball.inner_stiffness, s)
+        filled += 1
+        touches += 8
+    if side > 0.0:
+        sign = 1.0 if s.axial > 0.0 else -1.0
+        wall = AHEAD if s.axial > 0.0 else BEHIND
+        _meet_wall(chamber, filled, i, wall, times(sign, axis), side, 0.0, ball.flat_stiffness, s)
+        filled += 1
+        touches += 2 * wall
+        # a chamber as deep as its balls touches both
+        other = r - abs(s.axial) - room.half_depth
+        if other > 0.0:
+            wall = 3 - wall
+            _meet_wall(chamber, filled, i, wall, times(-sign, axis), other, 0.0, ball.flat_stiffness, s)
+            filled += 1
+            touches += 2 * wall
+    return filled, touches
 
 
 @njit(**MERGED)
@@ -45,77 +127,25 @@ def _change(chamber, i, now):
             put(chamber.wall_stretch[i, wall], (0.0, 0.0, 0.0))
 
 
-@njit(**MERGED)
-def turning(body, axis):
-    """Rate of rotation of the chambers: the spin, and tilting; of this the part along x is across the axis."""
-    place, rate = body.place, body.rate
-    spin = rate[THETA] + place[TURN_Y] * rate[TURN_Z] - place[TURN_Z] * rate[TURN_Y]
-    return spin * axis[0], spin * axis[1] + rate[TURN_Y], spin * axis[2] + rate[TURN_Z]
-
-
 @njit(**APART)
 def walls(chamber, axis):
     """Weight and drag of all balls, and their contacts with walls; answers how many of them are left in the block."""
-    body = chamber.body
-    gravity, middle, velocity = three(chamber.machine.gravity), three(body.place), three(body.rate)
-    turn = turning(body, axis)
+    body, gravity = chamber.body, three(chamber.machine.gravity)
+    f = frame(body, axis)
     filled = 0
     for i in range(chamber.balls.shape[0]):
         ball = row(chamber.balls, i)
+        room = row(chamber.rooms, ball.chamber)
         put(ball.force, times(ball.mass, gravity))
         put(ball.moment, (0.0, 0.0, 0.0))
-        room = row(chamber.rooms, ball.chamber)
-        arm = minus(three(ball.position), middle)
-        axial = dot(arm, axis)
-        radial = minus(arm, times(axial, axis))
-        axial -= room.center
-        r = ball.radius
-        way = room.wall_radius - r
-        half = room.half_depth
-        side = abs(axial) + r - half
-        square = dot(radial, radial)
-        outside = square > way * way
-        reach = room.inner_radius + r
-        inward = reach > 0.0 and square < reach * reach
-        now = 0
-        if outside or inward or side > 0.0:
-            # against the wall as if it reached to the middle of the ball
-            rate = minus(minus(three(ball.velocity), velocity), cross(turn, arm))
-            roll = minus(three(ball.spin), turn)
-            if outside:
-                _meet_wall(chamber, filled, i, RACE, radial, -way, 1.0, ball.race_stiffness, rate, roll)
-                filled += 1
-                now = 1
-            if inward:
-                inwards = -radial[0], -radial[1], -radial[2]
-                _meet_wall(chamber, filled, i, INNER, inwards, reach, -1.0, ball.inner_stiffness, rate, roll)
-                filled += 1
-                now += 8
-            if side > 0.0:
-                sign = 1.0 if axial > 0.0 else -1.0
-                wall = AHEAD if axial > 0.0 else BEHIND
-                _meet_wall(chamber, filled, i, wall, times(sign, axis), side, 0.0, ball.flat_stiffness, rate, roll)
-                filled += 1
-                now += 2 * wall
-                # a chamber as deep as its balls touches both
-                other = r - abs(axial) - half
-                if other > 0.0:
-                    wall = 3 - wall
-                    _meet_wall(
-                        chamber, filled, i, wall, times(-sign, axis), other, 0.0, ball.flat_stiffness, rate, roll
-                    )
-                    filled += 1
-                    now += 2 * wall
-        _change(chamber, i, now)
+        s = sight(f, room.center, three(ball.position), three(ball.velocity), three(ball.spin))
+        filled, touches = _meet_walls(chamber, filled, i, s, axis)
+        _change(chamber, i, touches)
         if room.drag != 0.0 or room.square_drag != 0.0:
-            # fluid that turns with the chamber
-            rate = minus(minus(three(ball.velocity), velocity), cross(turn, arm))
-            square = dot(rate, rate)
-            part = room.drag + room.square_drag * sqrt(square)
-            force = times(-part, rate)
+            force, lost = drag(room.drag, room.square_drag, s.rate)
             add(ball.force, force)
-            push_back(body, force, cross(arm, force), axis)
-            chamber.power.drag += part * square
+            push_back(body, force, cross(s.arm, force), axis)
+            chamber.power.drag += lost
         if filled > BLOCK - WALLS:
             act(chamber, filled, axis)
             filled = 0
