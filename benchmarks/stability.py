@@ -10,8 +10,8 @@ import xarray as xr
 
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.files.machine_file import load_machine
-from autobalancer.stability.borders.stability_map import stability_map
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.maps.stability_map import stability_map
 from autobalancer.stability.states.linear import matrices
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, seconds

@@ -38,7 +38,7 @@ def bench() -> list[dict[str, Any]]:
         times["first_compile_s"] = wait(run, 1, NUMBA_CACHE_DIR=str(Path(folder) / "cache"))
     notes = {
         "import_s": "import autobalancer in a fresh process",
-        "warm_run_s": "autobalancer run of 20 s of stall and release, result file written, kernels in the cache",
+        "warm_run_s": "autobalancer simulate of 20 s of stall and release, result file written, kernels in the cache",
         "first_compile_s": "the same with an empty cache",
     }
     rows = []

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from importlib import import_module
 from pathlib import Path
-
-from sphinx.util import logging
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -24,6 +21,7 @@ from reproductions import KINDS  # noqa: E402
 from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, Row, markdown, totals  # noqa: E402
 
 import autobalancer  # noqa: E402
+from autobalancer.public_names import ABOUT, NAMES  # noqa: E402
 
 project = "autobalancer"
 author = "the autobalancer authors"
@@ -85,21 +83,13 @@ TABLES = GENERATED / "tables"
 
 
 def public_names() -> str:
-    """The public interface, grouped by the package each name lives in, with that package's own first line."""
-    groups: dict[str, list[str]] = {}
-    for name in autobalancer.__all__:
-        try:
-            value = getattr(autobalancer, name)
-        except (ImportError, AttributeError) as reason:
-            logging.getLogger(__name__).warning("public name %s cannot be imported: %s", name, reason)
-            continue
-        home = getattr(value, "__module__", None) or value.__name__
-        groups.setdefault(home.split(".")[1], []).append(name)
-    text = "Public names\n============\n\n.. currentmodule:: autobalancer\n"
-    for group, names in sorted(groups.items()):
-        doc = (import_module(f"autobalancer.{group}").__doc__ or "").strip().splitlines()
+    """The public interface: the names at the top, then those of each namespace."""
+    text = "Public names\n============\n"
+    for space, names in NAMES.items():
+        title = f"ab.{space}" if space else "At the top"
+        module = f"autobalancer.{space}" if space else "autobalancer"
         listed = "".join(f"   {name}\n" for name in names)
-        text += f"\n{group}\n{'-' * len(group)}\n\n{doc[0] if doc else ''}\n\n"
+        text += f"\n{title}\n{'-' * len(title)}\n\n{ABOUT.get(space, '')}\n\n.. currentmodule:: {module}\n\n"
         text += f".. autosummary::\n   :toctree: .\n\n{listed}"
     return text
 

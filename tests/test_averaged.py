@@ -17,8 +17,8 @@ from autobalancer.stability.averaged import equations as averaged
 from autobalancer.stability.averaged import formulas as averaged_formulas
 from autobalancer.stability.averaged import phase_windows as speed_windows
 from autobalancer.stability.averaged import two_balls as averaged_two_balls
-from autobalancer.stability.borders.characteristic import PlanarBalancer, worst_case_border
 from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.maps.characteristic import PlanarBalancer, worst_case_border
 from autobalancer.stability.stall.closed_form import release_border
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.polygon import directions

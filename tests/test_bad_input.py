@@ -13,8 +13,8 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from autobalancer import summary
 from autobalancer.cli import app
+from autobalancer.either_kind import check as summary
 from autobalancer.errors import MachineError, UnitError
 from autobalancer.files.machine_file import parse_any, read_machine
 from autobalancer.files.rigs import rig_text
@@ -166,7 +166,7 @@ def test_an_error_that_is_found_after_reading_names_the_file(tmp_path: Path) -> 
     data = tomllib.loads(DISCOIDAL)
     del data["balancers"][0]["races"][0]["width"]
     path.write_text(tomli_w.dumps(data))
-    answer = CliRunner().invoke(app, ["flow", str(path)])
+    answer = CliRunner().invoke(app, ["annulus-flow", str(path)])
     assert answer.exit_code == 2, answer.output
     assert str(path) in answer.stderr
 

@@ -60,7 +60,7 @@ def test_the_compiled_loop_ends_where_a_single_simulation_ends() -> None:
 def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> None:
     angles = np.linspace(-3.0, 3.0, 6)
     found = ab.basin(DISCOIDAL, 100.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
-    figure = ab.plot_basin(found)
+    figure = ab.plot.basin(found)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any(label.startswith("balanced") for label in labels)
     assert "(°)" in figure.axes[0].get_xlabel()
@@ -100,7 +100,7 @@ def test_with_much_friction_no_start_balances_and_without_any_the_result_says_th
 
 def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:
     found = ab.basin(_rough(3e-4), 125.0, random=40)
-    figure = ab.plot_basin(found)
+    figure = ab.plot.basin(found)
     states, verdicts, residual = figure.axes
     assert [text.get_text() for text in states.get_yticklabels()] == ["held by friction"]
     drawn = {
@@ -131,7 +131,7 @@ def test_a_map_says_how_many_starts_overlap_and_the_verdicts_on_the_others() -> 
     angles = np.array([0.0, 0.1, 1.0])  # balls of 12.3 mm on 76.95 mm take 0.16 rad
     found = ab.basin(_rough(3e-4), 125.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
     assert found.attrs["overlapping"] == 5
-    texts = ab.plot_basin(found).legends[0]
+    texts = ab.plot.basin(found).legends[0]
     assert "overlapping start: 5 of 9, not counted" in [text.get_text() for text in texts.get_texts()]
     shares = {str(word): float(found["verdict_share"].sel(verdict=word)) for word in found["verdict"].values}
     assert sum(shares.values()) == pytest.approx(1.0)  # of the four that are possible

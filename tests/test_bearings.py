@@ -6,11 +6,10 @@ import math
 
 import pytest
 
-from autobalancer import bearings, capability, largest_useful_count, materials, suitable_bearings
-from autobalancer.catalog.bearings import TABLE_DENSITY, Bearing, bearing
-from autobalancer.catalog.materials import material
+from autobalancer.catalog.bearing_table import TABLE_DENSITY, Bearing, bearing, bearings, suitable_bearings
+from autobalancer.catalog.material_table import material, materials
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.laws.capability import half_sector, potential_ratio
+from autobalancer.laws.ball_capability import capability, half_sector, largest_useful_count, potential_ratio
 
 UNBALANCE = 594e-6
 

@@ -15,10 +15,10 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine import Machine
-from autobalancer.stability.borders.balanced import EqualBalls, balanced_states
-from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.borders.speeds import borders_of
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
+from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
+from autobalancer.stability.maps.speeds import borders_of
 from autobalancer.stability.states.linear import eigensystem, kept, matrices
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.spread import spread_range
@@ -49,7 +49,7 @@ def rig(
 
 
 def speeds(machine: Machine | Path, unbalance: complex | float | None = None) -> dict[str, float]:
-    return {border.name: border.speed for border in ab.border_speeds(machine, unbalance)}
+    return {border.name: border.speed for border in ab.stability.borders(machine, unbalance)}
 
 
 def at_angle(degrees: float) -> float:
@@ -74,7 +74,7 @@ def test_the_exact_border_of_the_discoidal_rig_is_level_but_for_a_band_about_135
 
 
 def test_at_135_degrees_the_discoidal_rig_is_never_stable_and_the_other_borders_are_those_of_the_notes() -> None:
-    found = {border.name: border for border in ab.border_speeds(rig(), at_angle(135.0))}
+    found = {border.name: border for border in ab.stability.borders(rig(), at_angle(135.0))}
     assert math.isinf(found["exact border"].speed)
     assert "none up to 40 times" in found["exact border"].note
     assert math.isinf(found["averaged border"].speed)
@@ -105,7 +105,7 @@ def test_no_unbalance_has_a_border_above_the_worst_case(seed: int) -> None:
 
 def test_for_a_lightly_damped_rotor_balls_in_line_are_worse_than_balls_at_right_angles() -> None:
     machine = rig(damping=1.1, beta=1e-4, balls=[{"count": 2, "mass": "60 g", "diameter": "25 mm"}])
-    worst = next(border for border in ab.border_speeds(machine) if border.name == "exact border, worst case")
+    worst = next(border for border in ab.stability.borders(machine) if border.name == "exact border, worst case")
     assert "in line" in worst.note
     balancer = EqualBalls(plane(machine)).balancer
     assert worst.speed > 1.01 * worst_case_border(balancer)
@@ -216,7 +216,7 @@ def test_the_eigenvalues_of_more_balls_depend_on_their_positions_through_s2_only
 
 def test_more_than_two_balls_have_a_worst_and_a_best_border_and_a_note() -> None:
     machine = rig(balls=[{"count": 5, "mass": "4 g", "diameter": "12.3 mm"}], beta=1e-4)
-    found = {border.name: border for border in ab.border_speeds(machine)}
+    found = {border.name: border for border in ab.stability.borders(machine)}
     best, exact = found["exact border, best case"], found["exact border"]
     assert best.speed < exact.speed <= found["exact border, worst case"].speed * (1.0 + 1e-9)
     assert "|S2| from 0 to" in exact.note
@@ -246,12 +246,12 @@ def test_the_range_of_s2_is_known_where_it_can_be_worked_out(
 def test_stable_windows_are_stable_inside_and_unstable_outside() -> None:
     # a light rotor damping and light balls: the first window lies just above the critical speed
     machine = rig(damping=12.0, beta=2e-5, balls=[{"count": 2, "mass": "60 g", "diameter": "25 mm"}], unbalance=1e-4)
-    found = ab.stable_windows(machine, 400.0)
+    found = ab.stability.stable_windows(machine, 400.0)
     assert len(found.windows) == 2
     assert found.windows[-1][0] == pytest.approx(speeds(machine)["exact border"], rel=1e-9)
     edges = [edge for window in found.windows for edge in window][:-1]
     for number, edge in enumerate(edges):
-        rates = ab.eigenvalues(machine, [edge * (1.0 - 1e-5), edge * (1.0 + 1e-5)])["growth_rate"].values
+        rates = ab.stability.eigenvalues(machine, [edge * (1.0 - 1e-5), edge * (1.0 + 1e-5)])["growth_rate"].values
         assert (rates[0] < 0.0) == bool(number % 2)
         assert (rates[1] < 0.0) != bool(number % 2)
 
@@ -264,14 +264,14 @@ def test_on_orthotropic_supports_the_windows_are_those_of_the_forward_whirl() ->
         balls=[{"count": 2, "mass": "2 g", "diameter": "8 mm"}],
         unbalance=2e-4,
     )
-    found = ab.stable_windows(machine, 120.0, lowest=45.0)
+    found = ab.stability.stable_windows(machine, 120.0, lowest=45.0)
     mass = plane(machine).mass
     low, middle, high = (math.sqrt(k / mass) for k in (40e3, 50e3, 60e3))
     assert [edge for window in found.windows for edge in window][:-1] == pytest.approx([low, middle, high], rel=0.01)
 
 
 def nothing_without_a_note(machine: Machine, unbalance: float | None = None) -> dict[str, Any]:
-    found = ab.border_speeds(machine, unbalance)
+    found = ab.stability.borders(machine, unbalance)
     assert all(border.note for border in found if not math.isfinite(border.speed))
     return {border.name: border for border in found}
 
@@ -291,36 +291,36 @@ def test_what_does_not_exist_says_why() -> None:
         assert math.isinf(found["averaged border"].speed)
         assert "without damping" in found["exact border"].note
     assert "without damping" not in nothing_without_a_note(rig())["exact border"].note
-    assert ab.stable_windows(rig(), 500.0, unbalance=2e-3).note.startswith("no balanced state")
+    assert ab.stability.stable_windows(rig(), 500.0, unbalance=2e-3).note.startswith("no balanced state")
 
 
 def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> None:
     machine = rig(damping=0.0, unbalance=594e-6)
     critical = math.sqrt(44654.0 / plane(machine).mass)
-    found = ab.stable_windows(machine, 2.0 * critical, lowest=critical)
+    found = ab.stability.stable_windows(machine, 2.0 * critical, lowest=critical)
     assert found.windows == ()
     assert found.note
-    assert ab.stable_windows(rig(), 2.0 * critical, lowest=critical).windows
+    assert ab.stability.stable_windows(rig(), 2.0 * critical, lowest=critical).windows
 
 
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda: ab.border_speeds(rig(), -1.0), "must be a size not below zero"),
-        (lambda: ab.border_speeds(rig(), math.nan), "must be a size not below zero"),
-        (lambda: ab.stable_windows(rig(), 10.0, lowest=20.0), "they must ascend"),
-        (lambda: ab.stable_windows(rig(), math.inf), "they must ascend"),
-        (lambda: ab.border_speeds(with_parameter(rig(), "balancers", ())), "has no balls"),
-        (lambda: ab.border_speeds(with_parameter(rig(), "axis", "horizontal")), "gravity acts in the plane"),
-        (lambda: ab.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
-        (lambda: ab.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
-        (lambda: ab.border_curve(rig(), "ball_mass", []), "given none"),
-        (lambda: ab.border_curve(rig(), "viscosity", [1e-6]), "which no viscosity changes"),
-        (lambda: ab.border_curve(rig(), "rotor.colour", [1e-6]), "no 'colour' there"),
-        (lambda: ab.minimum_viscosity(rig(), 80.0), "which no viscosity changes"),
-        (lambda: ab.minimum_drag(rig(), 80.0, "border"), "must be one of"),
-        (lambda: ab.minimum_drag(rig(), -80.0), "must be greater than zero"),
-        (lambda: ab.minimum_drag(rig(), 80.0, unbalance=1.0), "can balance 1021 g mm at most"),
+        (lambda: ab.stability.borders(rig(), -1.0), "must be a size not below zero"),
+        (lambda: ab.stability.borders(rig(), math.nan), "must be a size not below zero"),
+        (lambda: ab.stability.stable_windows(rig(), 10.0, lowest=20.0), "they must ascend"),
+        (lambda: ab.stability.stable_windows(rig(), math.inf), "they must ascend"),
+        (lambda: ab.stability.borders(with_parameter(rig(), "balancers", ())), "has no balls"),
+        (lambda: ab.stability.borders(with_parameter(rig(), "axis", "horizontal")), "gravity acts in the plane"),
+        (lambda: ab.stability.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
+        (lambda: ab.stability.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
+        (lambda: ab.stability.border_curve(rig(), "ball_mass", []), "given none"),
+        (lambda: ab.stability.border_curve(rig(), "viscosity", [1e-6]), "which no viscosity changes"),
+        (lambda: ab.stability.border_curve(rig(), "rotor.colour", [1e-6]), "no 'colour' there"),
+        (lambda: ab.stability.minimum_viscosity(rig(), 80.0), "which no viscosity changes"),
+        (lambda: ab.stability.minimum_drag(rig(), 80.0, "border"), "must be one of"),
+        (lambda: ab.stability.minimum_drag(rig(), -80.0), "must be greater than zero"),
+        (lambda: ab.stability.minimum_drag(rig(), 80.0, unbalance=1.0), "can balance 1021 g mm at most"),
         (lambda: with_quantity(rig(), "count", 2.5), "whole number of balls"),
         (lambda: with_quantity(rig(), "unbalance", -1.0), "must not be negative"),
     ],
@@ -332,13 +332,13 @@ def test_bad_questions_are_refused_with_a_reason(ask: Any, message: str) -> None
 
 def test_a_quantity_of_another_dimension_is_refused() -> None:
     with pytest.raises(UnitError, match="rad/s is wanted"):
-        ab.minimum_drag(rig(), "80 mm")
+        ab.stability.minimum_drag(rig(), "80 mm")
     with pytest.raises(AutobalancerError):
-        ab.border_curve(rig(), "ball_diameter", ["3 m"])
+        ab.stability.border_curve(rig(), "ball_diameter", ["3 m"])
 
 
 def test_the_border_over_the_unbalance_peaks_where_the_balls_are_at_right_angles() -> None:
-    found = ab.border_curve(rig(), "unbalance")
+    found = ab.stability.border_curve(rig(), "unbalance")
     share = found["unbalance"].values / BALL
     assert share[0] == 0.0
     touching = 2.0 * math.cos(math.asin(0.5 * 12.3 / 76.95))  # two balls side by side
@@ -355,7 +355,7 @@ def test_the_border_over_the_unbalance_peaks_where_the_balls_are_at_right_angles
 
 def test_a_border_curve_has_the_borders_of_each_machine_and_can_be_stored(tmp_path: Path) -> None:
     path, values = "balancers[1].races[1].drag.beta", [1e-5, "1e-4 N*m*s"]
-    by_path, by_name = ab.border_curve(rig(), path, values), ab.border_curve(rig(), "drag", values)
+    by_path, by_name = ab.stability.border_curve(rig(), path, values), ab.stability.border_curve(rig(), "drag", values)
     for number, beta in enumerate((1e-5, 1e-4)):
         for name, speed in speeds(rig(beta=beta)).items():
             variable = name.replace(", ", "_").replace(" ", "_")
@@ -367,7 +367,7 @@ def test_a_border_curve_has_the_borders_of_each_machine_and_can_be_stored(tmp_pa
 @pytest.mark.parametrize("which", ["exact border", "exact border, worst case", "averaged border", "release speed"])
 def test_with_the_least_viscosity_the_border_is_the_speed_asked_for(which: str) -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
-    least = ab.minimum_viscosity(machine, "80 rad/s", which)
+    least = ab.stability.minimum_viscosity(machine, "80 rad/s", which)
     assert speeds(with_quantity(machine, "viscosity", least))[which] == pytest.approx(80.0, rel=1e-6)
     assert speeds(with_quantity(machine, "viscosity", 1.2 * least))[which] < 80.0
     assert speeds(with_quantity(machine, "viscosity", least / 1.2))[which] > 80.0
@@ -378,10 +378,10 @@ def test_the_least_drag_is_that_of_the_closed_forms_and_none_helps_below_the_cri
     critical = math.sqrt(44654.0 / plane(machine).mass)
     pull = (BALL * critical) ** 2 / 68.37
     averaged = pull * (80.0**2 + critical**2) / (80.0**2 - critical**2)
-    assert ab.minimum_drag(machine, 80.0, "averaged border") == pytest.approx(averaged, rel=1e-8)
+    assert ab.stability.minimum_drag(machine, 80.0, "averaged border") == pytest.approx(averaged, rel=1e-8)
     release = 2.0 * pull * critical / (80.0 - critical)
-    assert ab.minimum_drag(machine, 80.0, "release speed") == pytest.approx(release, rel=1e-8)
-    assert math.isinf(ab.minimum_drag(machine, 0.99 * critical))
+    assert ab.stability.minimum_drag(machine, 80.0, "release speed") == pytest.approx(release, rel=1e-8)
+    assert math.isinf(ab.stability.minimum_drag(machine, 0.99 * critical))
 
 
 def test_unequal_balls_break_away_one_after_the_other() -> None:
@@ -425,10 +425,12 @@ def test_the_border_of_a_scaled_balancer_is_that_of_the_unscaled_one() -> None:
 
 
 def test_a_speed_in_a_window_below_the_border_is_not_called_unstable() -> None:
-    rig = ab.rig("discoidal_rig")
-    (rate,) = ab.eigenvalues(rig, [1200.0 * math.pi / 30.0])["growth_rate"].values
+    rig = ab.catalog.rig("discoidal_rig")
+    (rate,) = ab.stability.eigenvalues(rig, [1200.0 * math.pi / 30.0])["growth_rate"].values
     assert rate < 0.0
-    (border,) = [border for border in ab.border_speeds(rig, only=("exact border",)) if border.name == "exact border"]
+    (border,) = [
+        border for border in ab.stability.borders(rig, only=("exact border",)) if border.name == "exact border"
+    ]
     assert border.speed > 1200.0 * math.pi / 30.0
-    (warning,) = [text for text in ab.summary(rig).warnings if "below the exact border" in text]
+    (warning,) = [text for text in ab.check(rig).warnings if "below the exact border" in text]
     assert "only in the ranges" in warning

@@ -10,15 +10,21 @@ import numpy as np
 import pytest
 from tests.references.two_balls import specials
 
-from autobalancer import Samples, bifurcation_curves, border_speeds, branches, eigenvalues, rig, simulate
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.quantities import with_quantity
+from autobalancer.either_kind import simulate
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
+from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine, RigidRotor, Support
+from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.vector_field import Field
+from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.host.stations import stations
+from autobalancer.stability.maps.speeds import border_speeds
+from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.station_linear import station_matrices
 from autobalancer.stability.states.stations import balanced_of, states_of
 

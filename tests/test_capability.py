@@ -8,17 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalancer import border_speeds, capability, largest_useful_count, load_machine, summary
 from autobalancer.catalog.resolve import resolve
+from autobalancer.either_kind import check as summary
 from autobalancer.errors import QuestionError
-from autobalancer.laws.capability import (
+from autobalancer.files.machine_file import load_machine
+from autobalancer.laws.ball_capability import (
     ball_capability,
     ball_mass,
+    capability,
     half_sector,
     largest_count,
+    largest_useful_count,
     needed_count,
     potential_ratio,
 )
+from autobalancer.stability.maps.speeds import border_speeds
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"
 RACE = (0.077, 0.0123)

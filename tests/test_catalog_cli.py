@@ -11,9 +11,13 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from autobalancer import blend, capability, fluid, fluids, friction_coefficients, materials, suitable_bearings
+from autobalancer.catalog.bearing_table import suitable_bearings
+from autobalancer.catalog.fluid_table import blend, fluid, fluids
+from autobalancer.catalog.friction_table import friction_coefficients
+from autobalancer.catalog.material_table import materials
 from autobalancer.cli.files.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
+from autobalancer.laws.ball_capability import capability
 
 RUNNER = CliRunner(env={"COLUMNS": "160"})
 
@@ -116,7 +120,8 @@ def test_a_users_error_ends_with_code_2_and_one_line() -> None:
 
 def test_the_catalog_loads_neither_scipy_nor_pint_before_it_needs_them() -> None:
     code = (
-        "import sys, autobalancer as ab; ab.fluids(); ab.bearings(); ab.materials(); ab.fluid('silicone oil 5');"
+        "import sys, autobalancer as ab; ab.catalog.fluids(); ab.catalog.bearings(); ab.catalog.materials();"
+        "ab.catalog.fluid('silicone oil 5');"
         "assert not {'scipy', 'pint', 'xarray', 'numba'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -11,13 +11,13 @@ import pytest
 from scipy.optimize import brentq
 
 from autobalancer.assembly.chamber import contact_time
+from autobalancer.either_kind import simulate
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.rebound import damping_ratio
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.studies.chamber_machines import chamber_variant
 

@@ -15,7 +15,7 @@ from autobalancer.assembly.chamber import contact_time
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError
 from autobalancer.files.machine_file import save_machine
-from autobalancer.laws.capability import capability
+from autobalancer.laws.ball_capability import capability
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
@@ -127,6 +127,6 @@ def test_check_prints_what_the_summary_says(tmp_path: Any) -> None:
     assert f"{found.capability / 0.06:.3g} times the unbalance" in shown
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).output)
     assert told["step"] == found.step
-    refused = CliRunner().invoke(app, ["stability", str(path)])
+    refused = CliRunner().invoke(app, ["eigenvalues", str(path)])
     assert refused.exit_code == 2
     assert "'autobalancer check', 'run', 'plot', 'animate', 'study' and 'archive'" in " ".join(refused.output.split())

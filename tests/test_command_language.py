@@ -193,9 +193,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The samples, the result of a run, and an archive with a run in it."""
     place = tmp_path_factory.mktemp("copied")
     for name in SAMPLES:
-        ab.write_example(name, place)
+        ab.catalog.write_example(name, place)
     ab.save_run(ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
-    ab.archived_run(ab.Archive(place / "runs"), "one", ab.example("deep_chamber"), duration=0.02, last=0.01)
+    ab.chamber.archived_run(
+        ab.chamber.Archive(place / "runs"), "one", ab.example("deep_chamber"), duration=0.02, last=0.01
+    )
     return place
 
 
@@ -287,7 +289,7 @@ def test_the_change_of_the_verdict_is_located_between_the_speeds() -> None:
     coarse = eigenvalues(machine, [50.0, 62.0, 71.0, 100.0])
     ranges = stability_ranges(machine, coarse)
     assert ranges["verdict"].values.tolist() == ["unstable", "stable"]
-    border = {entry.name: entry.speed for entry in ab.border_speeds(machine)}["exact border"]
+    border = {entry.name: entry.speed for entry in ab.stability.borders(machine)}["exact border"]
     assert float(ranges["to_speed"][0]) == float(ranges["from_speed"][1]) == pytest.approx(border, rel=3e-7)
 
 
@@ -299,7 +301,7 @@ def test_only_undamped_speeds_are_called_critical() -> None:
 
 
 def test_the_planar_stand_in_is_the_one_that_holds() -> None:
-    assert ab.equivalent_planar(RIGID).data.attrs["chosen"] == "modal"
+    assert ab.rotor.equivalent_planar(RIGID).data.attrs["chosen"] == "modal"
     assert "does not hold anywhere" in say("equivalent", RIGID, "--method", "static")
 
 

@@ -39,7 +39,7 @@ def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
 
 def test_check_says_the_same_as_the_python_interface(tmp_path: Path) -> None:
     answer = run("check", str(MACHINES / "discoidal.toml"), "--json", cwd=tmp_path)
-    found, expected = json.loads(answer.stdout), ab.summary(MACHINES / "discoidal.toml")
+    found, expected = json.loads(answer.stdout), ab.check(MACHINES / "discoidal.toml")
     assert found["critical_speeds"] == list(expected.critical_speeds)
     assert [border["speed"] for border in found["borders"]] == [border.speed for border in expected.borders]
 

@@ -38,8 +38,6 @@ from autobalancer.kernels.system import DRIVE, PRESCRIBED, SEGMENT_COLUMNS, UNBA
 from autobalancer.machine import Machine
 from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves
 from autobalancer.plots.stability.branches import plot_branches
-from autobalancer.stability.borders.balanced import planar_balancer_of
-from autobalancer.stability.borders.characteristic import growth_rate, worst_case_border
 from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient
 from autobalancer.stability.continuation.family import SMOOTH, Family
 from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
@@ -51,6 +49,8 @@ from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.diagrams.explorer import Explorer
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
+from autobalancer.stability.maps.balanced import planar_balancer_of
+from autobalancer.stability.maps.characteristic import growth_rate, worst_case_border
 from autobalancer.stability.periodic.collocation import DEGREE, Mesh
 
 SEEDS = range(20)

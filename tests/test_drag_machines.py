@@ -43,7 +43,7 @@ def machine(drag: dict[str, Any], fluid: dict[str, Any] | None = None) -> Machin
 )
 def test_a_linear_law_has_beta_and_no_curve(drag: dict[str, Any], cd_re: float) -> None:
     ball = resolve(machine(drag))[0]
-    oil = ab.fluid("silicone oil 20", 298.15)
+    oil = ab.catalog.fluid("silicone oil 20", 298.15)
     beta = cd_re * 0.7853981633974483 * oil.density * oil.viscosity * 0.00615 * 0.07695**2
     assert ball.drag_curve is None
     assert ball.drag == pytest.approx(beta, rel=1e-4)
@@ -80,7 +80,7 @@ def test_the_race_geometry_over_the_whole_range_takes_the_plateau_of_the_plane_u
 def test_warm_oil_drags_less_slowly_and_hardly_less_fast() -> None:
     cold = resolve(machine({"law": "discoidal"}))[0]
     warm = resolve(machine({"law": "discoidal"}, OIL | {"temperature": "60 degC"}))[0]
-    at = [ab.fluid("silicone oil 20", kelvin) for kelvin in (298.15, 333.15)]
+    at = [ab.catalog.fluid("silicone oil 20", kelvin) for kelvin in (298.15, 333.15)]
     assert (warm.fluid_density, warm.fluid_viscosity) == (at[1].density, at[1].viscosity)
     ratio = at[1].density * at[1].viscosity / (at[0].density * at[0].viscosity)
     assert ratio < 0.65
@@ -149,7 +149,7 @@ def test_the_quick_start_says_rightly_what_the_whole_drag_law_of_its_disc_change
     whole = ab.with_parameter(linear, "balancers[1].races[1].drag", {"law": "discoidal"})
     release, peak = [], []
     for machine in (whole, linear):
-        borders = {border.name: border.speed for border in ab.border_speeds(machine)}
+        borders = {border.name: border.speed for border in ab.stability.borders(machine)}
         release.append(round(borders["release speed"] * 30.0 / math.pi))
         with warnings.catch_warnings():
             warnings.simplefilter("error" if machine is whole else "ignore", RangeWarning)

@@ -26,8 +26,8 @@ from autobalancer.machine import (
     Unbalance,
 )
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.borders.characteristic import PlanarBalancer, planar_eigenvalues
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.maps.characteristic import PlanarBalancer, planar_eigenvalues
 from autobalancer.stability.states.floquet import Turn, periodic_state
 from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
 from autobalancer.stability.states.planar import close_polygon, equilibria_of
@@ -235,7 +235,7 @@ def test_balls_balance_from_half_the_unbalance_each_on() -> None:
 
 def test_coincident_and_balanced_exchange_stability_near_the_critical_speed() -> None:
     described = with_parameter(CASES["two equal"], "balancers[1].races[1].drag.beta", 5e-3)
-    below, above = ab.equilibria(described, 200.0), ab.equilibria(described, 300.0)
+    below, above = ab.stability.equilibria(described, 200.0), ab.stability.equilibria(described, 300.0)
     stable_below = set(below["name"].values[below["verdict"].values == "stable"])
     stable_above = set(above["name"].values[above["verdict"].values == "stable"])
     assert stable_below == {"coincident"}
@@ -245,7 +245,7 @@ def test_coincident_and_balanced_exchange_stability_near_the_critical_speed() ->
 
 
 def test_three_balls_balance_in_a_continuum() -> None:
-    found = ab.equilibria(machine([[3e-3] * 3]), 400.0)
+    found = ab.stability.equilibria(machine([[3e-3] * 3]), 400.0)
     balanced = found.isel(state=0)
     assert str(balanced["name"].values) == "balanced"
     assert int(balanced["freedom"]) == 1
@@ -254,7 +254,7 @@ def test_three_balls_balance_in_a_continuum() -> None:
 
 
 def test_an_eccentric_race_leaves_its_eccentricity() -> None:
-    found = ab.equilibria(CASES["eccentric"], 400.0)
+    found = ab.stability.equilibria(CASES["eccentric"], 400.0)
     assert float(found.isel(state=0)["deflection"]) == pytest.approx(4e-5, rel=1e-12)
 
 
@@ -272,14 +272,14 @@ def test_polygon_closes_or_says_that_it_cannot() -> None:
 
 def test_balls_too_weak_are_named_with_their_numbers() -> None:
     with pytest.raises(QuestionError, match="the balls can balance 200 g mm at most, the unbalance is 400 g mm"):
-        ab.eigenvalues(machine([[1e-3, 1e-3]]), [300.0])
+        ab.stability.eigenvalues(machine([[1e-3, 1e-3]]), [300.0])
 
 
 def test_an_undamped_rotor_at_its_critical_speed_has_no_steady_state() -> None:
     described = with_parameter(CASES["two equal"], "rotor.damping", 0.0)
     critical = math.sqrt(6e5 / 10.006)
     with pytest.raises(QuestionError, match="critical speed of an undamped rotor"):
-        ab.equilibria(described, plane_speed(described, critical))
+        ab.stability.equilibria(described, plane_speed(described, critical))
 
 
 def plane_speed(described: Machine, near: float) -> float:
@@ -296,12 +296,12 @@ def plane_speed(described: Machine, near: float) -> float:
 def test_gravity_in_the_plane_is_refused_with_a_cure() -> None:
     described = Machine(**{**dict(CASES["two equal"]), "axis": "horizontal"})
     with pytest.raises(QuestionError, match="simulate it instead"):
-        ab.equilibria(described, 300.0)
+        ab.stability.equilibria(described, 300.0)
 
 
 def test_a_rotor_without_balls_has_one_state_and_its_deflection() -> None:
     bare = machine([[3e-3] * 2]).model_copy(update={"balancers": ()})
-    found = ab.equilibria(bare, 400.0)
+    found = ab.stability.equilibria(bare, 400.0)
     p = plane(bare)
     assert found["name"].values.tolist() == ["no balls"]
     expected = 400.0**2 * abs(p.unbalance) / abs(p.dynamic_stiffness(400.0))

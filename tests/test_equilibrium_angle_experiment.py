@@ -31,16 +31,16 @@ def made(race: TurnedRace, friction: float, noise: float, random: np.random.Gene
     for density, viscosity in OILS:
         series = AngleSeries(f"{viscosity:g}", np.empty(0), np.empty(0), density, viscosity)
         grid = np.geomspace(1e-2, 100.0, 20_001)
-        angles = ab.equilibrium_angles(series.race(race), discoidal(), grid, friction)
+        angles = ab.measure.equilibrium_angles(series.race(race), discoidal(), grid, friction)
         speeds = np.interp(np.radians(np.linspace(8.0, 82.0, 12)), angles[angles < 1.5], grid[angles < 1.5])
-        exact = ab.equilibrium_angles(series.race(race), discoidal(), speeds, friction)
+        exact = ab.measure.equilibrium_angles(series.race(race), discoidal(), speeds, friction)
         measured = exact + math.radians(noise) * random.standard_normal(12)
         found.append(AngleSeries(series.name, speeds, measured, density, viscosity))
     return found
 
 
 def test_the_simulated_ball_of_a_machine_file_climbs_as_the_statics_say() -> None:
-    found = ab.angle_against_speed(MACHINE, np.linspace(1.0, 6.0, 12), simulation=True, duration=100.0)
+    found = ab.measure.equilibrium_angle(MACHINE, np.linspace(1.0, 6.0, 12), simulation=True, duration=100.0)
     assert float(np.abs(found["simulated_angle"] - found["angle"]).max()) < math.radians(0.5)
     assert (np.diff(found["angle"].values) > 0.0).all()
     assert float(found["angle"][-1]) > math.radians(50.0)
@@ -53,7 +53,7 @@ def test_with_linear_drag_the_sine_of_the_angle_is_proportional_to_the_speed(law
         ab.with_parameter(ab.load_machine(MACHINE), RACE + "drag", law), RACE + "friction", None
     )
     speeds = np.array([0.5, 1.0, 2.0])
-    angle = ab.angle_against_speed(machine, speeds)["angle"].values
+    angle = ab.measure.equilibrium_angle(machine, speeds)["angle"].values
     given = angle_machine(machine)
     beta = law.get("beta", math.pi / 8.0 * 387.0 * 950.0 * 50e-6 * 0.0123 * 0.07695**2)
     np.testing.assert_allclose(np.sin(angle), beta * speeds / (given.race.weight * 0.07695), rtol=1e-9)  # type: ignore[operator]
@@ -62,7 +62,7 @@ def test_with_linear_drag_the_sine_of_the_angle_is_proportional_to_the_speed(law
 
 
 def test_speeds_that_are_not_given_end_where_the_ball_stands_at_85_degrees() -> None:
-    found = ab.angle_against_speed(MACHINE)
+    found = ab.measure.equilibrium_angle(MACHINE)
     assert math.degrees(float(found["angle"][-1])) == pytest.approx(85.0, abs=0.5)
     assert found.attrs["rolling_resistance"] == 0.05
 
@@ -72,7 +72,7 @@ def test_each_evaluation_gives_back_friction_and_drag_of_its_own_balance_of_forc
     given = angle_machine(MACHINE)
     race = given.race if not pressure else given.pressed
     assert race.pressure == pressure
-    found = ab.evaluate_angles(MACHINE, made(race, 0.08, 0.0, np.random.default_rng(0)), resamples=2)
+    found = ab.measure.evaluate_angles(MACHINE, made(race, 0.08, 0.0, np.random.default_rng(0)), resamples=2)
     one, other = found.sel(pressure_force=way), found.drop_sel(pressure_force=way).isel(pressure_force=0)
     assert float(one["rolling_resistance"]) == pytest.approx(0.08, abs=1e-3)
     assert float(np.abs(one["drag_coefficient"] / one["law_coefficient"] - 1.0).max()) < 0.02
@@ -84,8 +84,8 @@ def test_the_standard_deviation_is_that_of_repeated_experiments() -> None:
     fitted, deviations = [], []
     for _ in range(10):
         series = [(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 0.5, random)]
-        fitted.append(ab.fit_rolling_resistance(series))
-        deviations.append(ab.rolling_resistance_deviation(series, resamples=12))
+        fitted.append(ab.measure.fit_rolling_resistance(series))
+        deviations.append(ab.measure.rolling_resistance_deviation(series, resamples=12))
     scatter = float(np.std(fitted, ddof=1))
     assert abs(float(np.mean(fitted)) - 0.05) < 2.0 * scatter / math.sqrt(10.0)
     assert 0.5 * scatter < float(np.mean(deviations)) < 2.0 * scatter
@@ -95,14 +95,18 @@ def test_more_noise_does_not_pull_the_coefficient_down() -> None:
     """Small angles say little; without their weights a degree of noise takes a tenth of the coefficient away."""
     race, random = angle_machine(MACHINE).race, np.random.default_rng(5)
     fitted = [
-        ab.fit_rolling_resistance([(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 1.0, random)])
+        ab.measure.fit_rolling_resistance(
+            [(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 1.0, random)]
+        )
         for _ in range(12)
     ]
     assert float(np.mean(fitted)) == pytest.approx(0.05, abs=2.5e-3)
 
 
 def test_the_table_of_the_examples_gives_the_friction_with_which_it_was_made() -> None:
-    found = ab.evaluate_angles(MACHINE, ab.load_angle_series(TABLE), resamples=20).sel(pressure_force="left out")
+    found = ab.measure.evaluate_angles(MACHINE, ab.measure.load_angle_series(TABLE), resamples=20).sel(
+        pressure_force="left out"
+    )
     assert found.attrs["rolling_resistance_from"] == "fitted"
     assert abs(float(found["rolling_resistance"]) - 0.05) < 2.0 * float(found["rolling_resistance_deviation"])
     assert len(set(found["series"].values)) == 10
@@ -111,7 +115,7 @@ def test_the_table_of_the_examples_gives_the_friction_with_which_it_was_made() -
 def test_fluids_of_a_table_are_described_named_or_those_of_the_machine(tmp_path: Path) -> None:
     def read(text: str) -> list[AngleSeries]:
         (tmp_path / "t.csv").write_text(text, encoding="utf-8")
-        return ab.load_angle_series(tmp_path / "t.csv")
+        return ab.measure.load_angle_series(tmp_path / "t.csv")
 
     one, other = read("density [g/cm^3]; viscosity [cSt]; speed [Hz]; angle [rad]\n0,95; 50; 1; 0,5\n0,9; 20; 1; 0,5\n")
     assert (one.fluid_density, one.viscosity) == (pytest.approx(950.0), pytest.approx(50e-6))
@@ -120,12 +124,12 @@ def test_fluids_of_a_table_are_described_named_or_those_of_the_machine(tmp_path:
     named = read(
         "fluid, temperature [degC], speed [rpm], angle [deg]\nsilicone oil 50, 25, 10, 9\nsilicone oil 50, 40, 10, 7\n"
     )
-    oils = [ab.fluid("silicone oil 50", 273.15 + t) for t in (25.0, 40.0)]
+    oils = [ab.catalog.fluid("silicone oil 50", 273.15 + t) for t in (25.0, 40.0)]
     assert [series.viscosity for series in named] == pytest.approx([oil.viscosity for oil in oils])
     (alone,) = read("speed [rpm], angle [deg]\n10, 9\n20, 18\n")
     race = angle_machine(MACHINE).race
     assert alone.race(race) == race
-    found = ab.evaluate_angles(MACHINE, [alone])
+    found = ab.measure.evaluate_angles(MACHINE, [alone])
     assert found.attrs["rolling_resistance_from"] == "machine"
     assert (found["rolling_resistance"] == 0.05).all()
 
@@ -148,7 +152,7 @@ def test_fluids_of_a_table_are_described_named_or_those_of_the_machine(tmp_path:
 def test_tables_that_cannot_be_read_are_refused_in_words(tmp_path: Path, text: str, says: str) -> None:
     (tmp_path / "t.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ResultError, match=says):
-        ab.load_angle_series(tmp_path / "t.csv")
+        ab.measure.load_angle_series(tmp_path / "t.csv")
 
 
 @pytest.mark.parametrize(
@@ -168,12 +172,12 @@ def test_machines_that_do_not_fit_the_experiment_are_refused(path: str, value: o
 def test_questions_that_make_no_sense_are_refused() -> None:
     steep = AngleSeries("", np.array([1.0]), np.array([1.7]))
     for question, says in (
-        (lambda: ab.angle_against_speed(MACHINE, [2.0, 1.0]), "must ascend"),
-        (lambda: ab.angle_against_speed(MACHINE, [1.0], simulation=True), "two speeds or more"),
-        (lambda: ab.angle_against_speed(MACHINE, [50.0, 60.0], simulation=True), "the ball has no equilibrium"),
-        (lambda: ab.evaluate_angles(MACHINE, []), "no series"),
-        (lambda: ab.evaluate_angles(MACHINE, [steep]), "given angles up to 97.4 deg"),
-        (lambda: ab.evaluate_angles(MACHINE, [steep], rolling=-0.1), "given -0.1"),
+        (lambda: ab.measure.equilibrium_angle(MACHINE, [2.0, 1.0]), "must ascend"),
+        (lambda: ab.measure.equilibrium_angle(MACHINE, [1.0], simulation=True), "two speeds or more"),
+        (lambda: ab.measure.equilibrium_angle(MACHINE, [50.0, 60.0], simulation=True), "the ball has no equilibrium"),
+        (lambda: ab.measure.evaluate_angles(MACHINE, []), "no series"),
+        (lambda: ab.measure.evaluate_angles(MACHINE, [steep]), "given angles up to 97.4 deg"),
+        (lambda: ab.measure.evaluate_angles(MACHINE, [steep], rolling=-0.1), "given -0.1"),
     ):
         with pytest.raises(QuestionError, match=says):
             question()
@@ -200,22 +204,22 @@ def test_the_command_line_shows_the_angle_over_the_speed(tmp_path: Path) -> None
     assert told.exit_code == 0, told.output
     assert "statics" in told.output
     assert ab.load_run(out).sizes["speed"] == 12
-    told = CliRunner().invoke(app, ["angle", str(MACHINE), "--json"])
+    told = CliRunner().invoke(app, ["equilibrium-angle", str(MACHINE), "--json"])
     assert math.degrees(max(json.loads(told.output)["angle"])) == pytest.approx(85.0, abs=0.5)
-    told = CliRunner().invoke(app, ["angle", str(MACHINE), "--measured", str(TABLE), "--simulate"])
+    told = CliRunner().invoke(app, ["equilibrium-angle", str(MACHINE), "--measured", str(TABLE), "--simulate"])
     assert told.exit_code == 2
     assert "leave out --speeds and --simulate" in told.output
-    told = CliRunner().invoke(app, ["angle", str(EXAMPLES / "machines" / "discoidal.toml")])
+    told = CliRunner().invoke(app, ["equilibrium-angle", str(EXAMPLES / "machines" / "discoidal.toml")])
     assert told.exit_code == 2
     assert "axis = 'horizontal'" in told.output
 
 
 def test_pictures_of_other_results_are_refused() -> None:
-    found = ab.angle_against_speed(MACHINE, [1.0, 2.0])
+    found = ab.measure.equilibrium_angle(MACHINE, [1.0, 2.0])
     with pytest.raises(QuestionError, match="not evaluated angles"):
-        ab.plot_measured_drag(found)
-    evaluated = ab.evaluate_angles(MACHINE, ab.load_angle_series(TABLE), rolling=0.05)
+        ab.plot.measured_drag(found)
+    evaluated = ab.measure.evaluate_angles(MACHINE, ab.measure.load_angle_series(TABLE), rolling=0.05)
     with pytest.raises(QuestionError, match="not an angle over the speed"):
-        ab.plot_equilibrium_angles(evaluated)
+        ab.plot.equilibrium_angle(evaluated)
     with pytest.raises(QuestionError, match="'left out' or 'included'"):
-        ab.plot_measured_drag(evaluated, pressure_force="both")
+        ab.plot.measured_drag(evaluated, pressure_force="both")

@@ -19,7 +19,7 @@ from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.modes import eigenfrequencies
 from autobalancer.rotordynamics.response import unbalance_response
-from autobalancer.stability.borders.speeds import border_speeds
+from autobalancer.stability.maps.speeds import border_speeds
 
 BALANCER = {
     "name": "ring",
@@ -217,4 +217,4 @@ def test_the_command_says_what_the_function_returns_and_writes_a_machine_that_ru
     assert rows[0]["stiffness"] == pytest.approx(float(found.data["stiffness"].sel(way="modal").values.flat[0]))
     assert load_machine(planar).rotor == found.machine.rotor
     assert size_of(tmp_path / "p.png") == (990, 750)
-    assert "holds from" in CliRunner().invoke(app, ["equivalent", given]).output
+    assert "holds from" in CliRunner().invoke(app, ["equivalent-planar", given]).output

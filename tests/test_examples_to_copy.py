@@ -104,4 +104,4 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "rodrigues_critical_speeds",
         "rodrigues_plain_rotor",
     }
-    assert ab.load_receptance(ab.example_path("discoidal_hammer")).sizes["frequency"] > 50
+    assert ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")).sizes["frequency"] > 50

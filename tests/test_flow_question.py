@@ -22,7 +22,7 @@ from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.question import annulus_flow
 from autobalancer.flow.speed import wall_speed
-from autobalancer.flow.spin_up import SpinUp, spin_up
+from autobalancer.flow.spinning_up import SpinUp, spin_up
 from autobalancer.machine import Ramp, Table
 from autobalancer.plots.measured.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
 from autobalancer.results.store import load_run, save_run

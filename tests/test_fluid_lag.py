@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalancer import basin, simulate
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.relaxation import relaxation_modes
@@ -17,6 +17,7 @@ from autobalancer.simulation import passes
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.sampling import Envelope, Samples, SampleTimes, Sampling
+from autobalancer.studies.basin import basin
 
 RATE, END = 20.0, 0.5  # rad/s^2, s; slow enough for the secondary flow to carry less than a percent of the lag
 

@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from autobalancer import blend, fluid, fluids
-from autobalancer.catalog.fluids import FluidState
+from autobalancer.catalog.fluid_table import FluidState, blend, fluid, fluids
 from autobalancer.catalog.tables import rows
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws import glycerol, mineral_oil, viscosity, water_and_air

@@ -105,8 +105,8 @@ def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> N
 def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(rig_text("rodrigues_rig"), encoding="utf-8")
     command = [
-        sys.executable, "-m", "autobalancer", "stepped", "rig.toml", "--speeds", "1000rpm:3000rpm:12", "--dwell", "200 s",
-        "--window", "10 s", "--out", "s.nc", "--json",
+        sys.executable, "-m", "autobalancer", "stepped-response", "rig.toml", "--speeds", "1000rpm:3000rpm:12", "--dwell",
+        "200 s", "--window", "10 s", "--out", "s.nc", "--json",
     ]  # fmt: skip
     running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
     journal = tmp_path / "s.nc.journal"

@@ -55,7 +55,7 @@ def test_weight_across_the_axis_takes_from_the_whirl_that_is_held() -> None:
     assert held_whirl(0.25, mu, weight=9.81 / speed**2) == pytest.approx(held_whirl(0.25, mu) - 9.81 / speed**2)
     assert held_whirl(0.25, mu, weight=9.81 / 50.0**2) < 0.0
     lying = with_parameter(machine(mu), "axis", "horizontal")
-    assert "friction does not hold them" in ab.held_by_friction(lying, "600 rpm").planes[0].sentence
+    assert "friction does not hold them" in ab.stability.held_by_friction(lying, "600 rpm").planes[0].sentence
     with pytest.raises(QuestionError, match="orbit_radius"):
         held_whirl(0.0, mu)
 
@@ -68,7 +68,7 @@ def test_on_a_horizontal_axis_balls_move_just_where_weight_and_whirl_together_ex
     lying = with_parameter(machine(mu, mu), "axis", "horizontal")
     lying = with_parameter(lying, "drive.profile", {"kind": "constant", "speed": "1500 rpm"})
     lying = with_parameter(lying, "balancers[1].races[1].balls[1].start_angles", ["107 deg", "-73 deg"])
-    assert ab.held_by_friction(lying).planes[0].holds is holds
+    assert ab.stability.held_by_friction(lying).planes[0].holds is holds
     angle = ab.simulate(lying, duration=6.0)["ball_angle_in_rotor"].values
     late = np.abs(angle[-1] - angle[angle.shape[0] // 2]).max()
     assert bool(late > 1e-6) is not holds
@@ -124,7 +124,7 @@ def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_on
     rng = np.random.default_rng(5)
     for _ in range(4):
         one, speed = _random_machine(rng)
-        said = ab.held_by_friction(one, speed).planes[0]
+        said = ab.stability.held_by_friction(one, speed).planes[0]
         p = plane(one)
         angles = ab.basin(one, speed, random=250)["final_ball_angle_in_rotor"].values
         left = np.abs(p.fixed_load + (p.moment * np.exp(1j * angles)).sum(axis=1))
@@ -143,7 +143,7 @@ def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adheren
     two = machine(adherence, name="two_plane_rotor.toml")
     for number in (1, 2):
         two = with_parameter(two, f"balancers[{number}].races[1].coincidence", True)
-    said, st = ab.held_by_friction(two), stations(two, largest=True)
+    said, st = ab.stability.held_by_friction(two), stations(two, largest=True)
     need, rng, left = required(st, said.speed), np.random.default_rng(3), []
     for _ in range(60):
         one = two
@@ -160,7 +160,7 @@ def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adheren
 def test_balls_that_settled_above_the_border_keep_their_places_in_a_slow_rise_and_lose_them_in_a_quick_one() -> None:
     """A resting ball needs the adherence w'/w^2 to be taken along."""
     rough, low, high = machine(3e-4), 75.0, 125.0
-    said = ab.held_by_friction(rough, low).planes[0]
+    said = ab.stability.held_by_friction(rough, low).planes[0]
     assert said.greatest_acceleration == pytest.approx(3e-4 * low**2, rel=1e-6)
     moved = []
     for share in (0.5, 3.0):
@@ -180,7 +180,7 @@ def test_balls_that_settled_above_the_border_keep_their_places_in_a_slow_rise_an
 def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_not_move() -> None:
     """The whirl of the unbalance, U/M, is below mu eps: the same machine at speed keeps its balls where they start."""
     fast = with_parameter(machine(0.006), "drive.profile", {"kind": "constant", "speed": "3000 rpm"})
-    said = ab.held_by_friction(fast)
+    said = ab.stability.held_by_friction(fast)
     assert said.planes[0].holds
     assert "WILL NOT MOVE" in said.planes[0].sentence
     assert said.planes[0].worst_residual == pytest.approx(
@@ -189,22 +189,22 @@ def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_no
     run = ab.simulate(fast, duration=3.0)
     moved = run["ball_angle_in_rotor"].values[-1] - run["ball_angle_in_rotor"].values[0]
     assert np.abs(moved).max() < 1e-9
-    low = ab.held_by_friction(machine(1e-5)).planes[0]
+    low = ab.stability.held_by_friction(machine(1e-5)).planes[0]
     assert not low.holds
     assert low.worst_residual < 0.05 * abs(plane(fast).unbalance)
 
 
 def test_below_the_critical_speed_the_worst_residual_is_that_of_unbalance_and_balls_together() -> None:
     rough = machine(1e-4)
-    said, p = ab.held_by_friction(rough, 30.0).planes[0], plane(rough)
+    said, p = ab.stability.held_by_friction(rough, 30.0).planes[0], plane(rough)
     assert said.worst_residual == pytest.approx(abs(p.unbalance) + p.moment.sum(), rel=1e-9)
     assert said.median_residual > 1.5 * said.required
 
 
 def test_rolling_resistance_alone_holds_as_adherence_does() -> None:
-    both = ab.held_by_friction(machine(1e-3, 1e-3)).planes[0]
+    both = ab.stability.held_by_friction(machine(1e-3, 1e-3)).planes[0]
     rolling = with_parameter(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})
-    assert ab.held_by_friction(rolling).planes[0] == both
+    assert ab.stability.held_by_friction(rolling).planes[0] == both
 
 
 def test_a_run_says_below_which_whirl_its_balls_stay_or_that_they_are_ideal() -> None:
@@ -232,7 +232,7 @@ def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> 
 
 def test_the_row_says_that_balls_are_released_at_rest_and_not_run_up() -> None:
     words = "released at rest at this speed at random places (not a run-up): median"
-    plane = ab.held_by_friction(machine(1e-4)).planes[0]
+    plane = ab.stability.held_by_friction(machine(1e-4)).planes[0]
     assert words in plane.sentence
     assert words in plane.settled_sentence
     at = ab.basin(machine(1e-4), 125.0, random=2, hold=0.5)
@@ -247,7 +247,7 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
 
     def settled(rise: float) -> Any:
         ramp = {"kind": "ramp", "end": 125.0, "duration": 125.0 / rise}
-        return ab.held_by_friction(with_parameter(machine(1e-3), "drive.profile", ramp), 80.0).planes[0]
+        return ab.stability.held_by_friction(with_parameter(machine(1e-3), "drive.profile", ramp), 80.0).planes[0]
 
     assert settled(2.0 * limit).drive_acceleration == pytest.approx(2.0 * limit)
     assert settled(2.0 * limit).carried_on
@@ -256,7 +256,7 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
     )
     assert settled(0.5 * limit).settled_sentence.endswith("; the drive rises more slowly")
     constant = with_parameter(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
-    assert "the drive" not in ab.held_by_friction(constant, 80.0).planes[0].settled_sentence
+    assert "the drive" not in ab.stability.held_by_friction(constant, 80.0).planes[0].settled_sentence
 
 
 def test_the_greatest_rise_counts_above_a_speed_only_and_less_where_the_speed_is_higher() -> None:
@@ -276,31 +276,31 @@ def test_the_greatest_rise_counts_above_a_speed_only_and_less_where_the_speed_is
 
 
 def test_every_border_names_in_its_own_line_what_its_theory_leaves_out() -> None:
-    rough = {border.name: border.note for border in ab.border_speeds(machine(0.006))}
+    rough = {border.name: border.note for border in ab.stability.borders(machine(0.006))}
     assert "ignores friction" in rough["exact border"]
     assert "ignores friction" in rough["averaged border"]
     assert rough["release speed"].endswith("ignores adherence")
-    ideal = ab.border_speeds(MACHINES / "discoidal.toml")
+    ideal = ab.stability.borders(MACHINES / "discoidal.toml")
     assert not any("ignores" in border.note for border in ideal)
-    real = ab.border_speeds("docs/machines/real_race.toml")
+    real = ab.stability.borders("docs/machines/real_race.toml")
     assert all("waves of the race, excitations" in border.note for border in real)
 
 
 def test_a_map_hatches_where_the_whirl_of_the_unbalance_is_below_what_friction_holds() -> None:
     rough, speeds, sizes = machine(1e-3), np.linspace(80.0, 200.0, 9), np.linspace(50e-6, 900e-6, 7)
-    found = ab.stability_map(rough, {"speed": speeds, "unbalance": sizes}, borders=0)
+    found = ab.stability.map(rough, {"speed": speeds, "unbalance": sizes}, borders=0)
     p = plane(rough)
     whirl = np.array([[size * w**2 / abs(p.dynamic_stiffness(w)) for size in sizes] for w in speeds])
     assert found["held_share"].values == pytest.approx(held_whirl(0.07695, 1e-3) / whirl, rel=1e-9)
     assert (found["held_share"] > 1.0).any()
     assert (found["held_share"] < 1.0).any()
-    labels = [text.get_text() for text in ab.plot_map(found).legends[0].get_texts()]
+    labels = [text.get_text() for text in ab.plot.map(found).legends[0].get_texts()]
     assert "friction holds balls at rest" in labels
     assert "friction" in found.attrs["ignores"]
-    ideal = ab.stability_map(MACHINES / "discoidal.toml", {"speed": speeds, "unbalance": sizes}, borders=0)
+    ideal = ab.stability.map(MACHINES / "discoidal.toml", {"speed": speeds, "unbalance": sizes}, borders=0)
     assert "held_share" not in ideal
     assert ideal.attrs["ignores"] == ""
-    along = ab.stability_map(
+    along = ab.stability.map(
         MACHINES / "discoidal.toml", {"rolling_resistance": [1e-5, 1e-2], "unbalance": sizes}, borders=0, speed=125.0
     )
     assert (along["held_share"][0] < 1.0).any()
@@ -316,7 +316,7 @@ def test_every_range_of_the_stability_command_says_that_it_ignores_friction(tmp_
 
 
 def test_stable_windows_and_least_drag_say_what_they_ignore(tmp_path: Path) -> None:
-    assert "ignores friction" in ab.stable_windows(machine(1e-3), 150.0).note
+    assert "ignores friction" in ab.stability.stable_windows(machine(1e-3), 150.0).note
     rough = tmp_path / "rough.toml"
     ab.save_machine(machine(1e-3), rough)
     arguments = ["borders", str(rough), "--only", "exact border, release speed", "--minimum-drag-at", "1200 rpm"]

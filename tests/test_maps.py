@@ -24,15 +24,15 @@ from autobalancer.machine import Machine
 from autobalancer.plots.stability.border_curve import plot_border_curve
 from autobalancer.plots.stability.growth import plot_stability
 from autobalancer.plots.stability.stability_map import plot_map
-from autobalancer.stability.borders.balanced import balanced_states
-from autobalancer.stability.borders.characteristic import (
+from autobalancer.stability.host.planar import Plane, plane
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.characteristic import (
     PlanarBalancer,
     growth_rate,
     growth_rates,
     planar_eigenvalues,
     scaled_growth_rates,
 )
-from autobalancer.stability.host.planar import Plane, plane
 from autobalancer.stability.states.linear import eigensystem, kept, matrices
 from autobalancer.stability.states.planar import equilibria_of
 
@@ -120,30 +120,30 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
 def test_a_map_has_the_growth_rates_of_its_machines() -> None:
     machine = ab.load_machine(DISCOIDAL)
     speeds, viscosities = ["60 rad/s", "64 rad/s", "90 rad/s"], [1e-6, "20 mm^2/s"]
-    found = ab.stability_map(machine, {"speed": speeds, "viscosity": viscosities})
+    found = ab.stability.map(machine, {"speed": speeds, "viscosity": viscosities})
     assert found["growth_rate"].dims == ("speed", "viscosity")
     for viscosity in (1e-6, 20e-6):
         changed = with_quantity(machine, "viscosity", viscosity)
-        expected = ab.eigenvalues(changed, [60.0, 64.0, 90.0])["growth_rate"].values
+        expected = ab.stability.eigenvalues(changed, [60.0, 64.0, 90.0])["growth_rate"].values
         assert found["growth_rate"].sel(viscosity=viscosity).values == pytest.approx(expected, abs=1e-9 * 60.0)
         at = found.isel(viscosity_of_border=int(viscosity > 1e-5))
-        for border in ab.border_speeds(changed):
+        for border in ab.stability.borders(changed):
             variable = border.name.replace(", ", "_").replace(" ", "_")
             assert float(at[variable]) == border.speed
-    turned = ab.stability_map(machine, {"viscosity": viscosities, "speed": speeds}, borders=0)
+    turned = ab.stability.map(machine, {"viscosity": viscosities, "speed": speeds}, borders=0)
     assert turned["growth_rate"].equals(found["growth_rate"].transpose("viscosity", "speed"))
     assert "exact_border" not in turned
 
 
 def test_threads_do_not_change_a_map() -> None:
     axes = {"speed": np.linspace(40.0, 130.0, 60), "unbalance": np.linspace(0.0, 1.2e-3, 50)}
-    one, two = (ab.stability_map(DISCOIDAL, axes, borders=0, workers=n)["growth_rate"] for n in (1, 2))
+    one, two = (ab.stability.map(DISCOIDAL, axes, borders=0, workers=n)["growth_rate"] for n in (1, 2))
     assert one.equals(two)
 
 
 def test_the_exact_border_is_the_zero_of_the_growth_rate() -> None:
     speeds = np.linspace(60.0, 100.0, 401)
-    found = ab.stability_map(DISCOIDAL, {"speed": speeds, "viscosity": np.geomspace(1e-6, 50e-6, 9)})
+    found = ab.stability.map(DISCOIDAL, {"speed": speeds, "viscosity": np.geomspace(1e-6, 50e-6, 9)})
     for number, border in enumerate(found["exact_border"].values):
         rates = found["growth_rate"].isel(viscosity=number).values
         assert (rates[speeds > border] < 0.0).all()
@@ -154,21 +154,21 @@ def test_a_map_over_the_unbalance_ends_at_the_capability_and_is_symmetric_to_rig
     machine = ab.load_machine(DISCOIDAL)
     ball = float(plane(machine).moment[0])
     shares = np.array([0.3, math.sqrt(4.0 - 0.3**2), 2.001])  # |S2| = |share^2 - 2| is the same for the first two
-    found = ab.stability_map(machine, {"unbalance": shares * ball, "speed": [62.0, 80.0]}, borders=0)["growth_rate"]
+    found = ab.stability.map(machine, {"unbalance": shares * ball, "speed": [62.0, 80.0]}, borders=0)["growth_rate"]
     assert found[1].values == pytest.approx(found[0].values, rel=1e-8)
     assert np.isnan(found[2]).all()
 
 
 def test_a_map_at_one_speed_takes_that_of_the_drive() -> None:
     axes = {"viscosity": [1e-6, 1e-5], "ball_mass": ["5 g", "7 g", "8 g"]}
-    at_end = ab.stability_map(DISCOIDAL, axes)
+    at_end = ab.stability.map(DISCOIDAL, axes)
     assert at_end.attrs["speed"] == pytest.approx(1200.0 * math.pi / 30.0)
-    again = ab.stability_map(DISCOIDAL, axes, speed="1200 rpm")
+    again = ab.stability.map(DISCOIDAL, axes, speed="1200 rpm")
     assert again["growth_rate"].equals(at_end["growth_rate"])
-    row = ab.stability_map(DISCOIDAL, {"speed": ["1200 rpm"], "viscosity": [1e-5]}, borders=0)
+    row = ab.stability.map(DISCOIDAL, {"speed": ["1200 rpm"], "viscosity": [1e-5]}, borders=0)
     own = with_quantity(with_quantity(ab.load_machine(DISCOIDAL), "viscosity", 1e-5), "ball_mass", "7 g")
     assert float(at_end["growth_rate"][1, 1]) == pytest.approx(
-        float(ab.eigenvalues(own, [at_end.attrs["speed"]])["growth_rate"][0]), abs=1e-8
+        float(ab.stability.eigenvalues(own, [at_end.attrs["speed"]])["growth_rate"][0]), abs=1e-8
     )
     assert row["growth_rate"].shape == (1, 1)
 
@@ -181,9 +181,11 @@ def test_maps_of_unequal_balls_and_orthotropic_supports_are_those_of_eigenvalues
         (with_parameter(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
     ):
         assert balanced_states(changed, plane(changed))[0].route == route
-        found = ab.stability_map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)
+        found = ab.stability.map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)
         assert route in found.attrs["theory"]
-        expected = ab.eigenvalues(with_quantity(changed, "viscosity", 2e-5), [66.0, 90.0])["growth_rate"].values
+        expected = ab.stability.eigenvalues(with_quantity(changed, "viscosity", 2e-5), [66.0, 90.0])[
+            "growth_rate"
+        ].values
         assert found["growth_rate"][:, 0].values == pytest.approx(expected, abs=1e-6)
 
 
@@ -191,14 +193,14 @@ def test_of_many_balls_the_worst_positions_are_less_stable_than_the_best() -> No
     machine = with_quantity(ab.load_machine(DISCOIDAL), "count", 4)
     axes = {"speed": np.linspace(62.0, 80.0, 10), "viscosity": [2e-6]}
     worst, best = (
-        ab.stability_map(machine, axes, positions=which, borders=0)["growth_rate"] for which in ("worst", "best")
+        ab.stability.map(machine, axes, positions=which, borders=0)["growth_rate"] for which in ("worst", "best")
     )
     assert (worst.values >= best.values).all()
     assert (worst.values > best.values + 1e-4).any()
 
 
 def test_operating_points_and_fluids_are_marked_where_they_are() -> None:
-    found = ab.stability_map(
+    found = ab.stability.map(
         DISCOIDAL,
         {"speed": [50.0, 130.0], "viscosity": [1e-6, 60e-6]},
         operating_points={"measured": ("64 rad/s", "0.65 mm^2/s")},
@@ -246,20 +248,20 @@ AXES = {"speed": [50.0, 130.0], "viscosity": [1e-6, 60e-6]}
 )
 def test_bad_maps_are_refused_with_a_reason(axes: dict[str, Any], options: dict[str, Any], message: str) -> None:
     with pytest.raises(QuestionError, match=re.escape(message)):
-        ab.stability_map(DISCOIDAL, axes, **options)
+        ab.stability.map(DISCOIDAL, axes, **options)
 
 
 def test_an_impossible_combination_is_named() -> None:
     with pytest.raises(MachineError, match=r"ball_diameter = 0\.03"):
-        ab.stability_map(DISCOIDAL, {"speed": [100.0], "ball_diameter": ["10 mm", "30 mm"]}, borders=0)
+        ab.stability.map(DISCOIDAL, {"speed": [100.0], "ball_diameter": ["10 mm", "30 mm"]}, borders=0)
     with pytest.raises(QuestionError, match="neither an axis nor prescribed"):
-        ab.stability_map(MACHINES / "stall_and_release.toml", {"drag": [1e-4], "ball_mass": [1e-3]})
+        ab.stability.map(MACHINES / "stall_and_release.toml", {"drag": [1e-4], "ball_mass": [1e-3]})
 
 
 @pytest.fixture(scope="module")
 def thin_map() -> xr.Dataset:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
-    return ab.stability_map(
+    return ab.stability.map(
         machine, {"speed": np.linspace(50.0, 130.0, 41), "viscosity": np.geomspace(2e-7, 1e-4, 41)}, borders=21
     )
 
@@ -291,7 +293,7 @@ def absent(figure: Any) -> str:
 def test_a_border_outside_the_picture_has_no_key_but_is_named() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     axes = {"speed": np.linspace(50.0, 130.0, 21), "unbalance": np.linspace(0.0, 1.2e-3, 21)}
-    figure = plot_map(ab.stability_map(machine, axes))
+    figure = plot_map(ab.stability.map(machine, axes))
     assert "averaged border (never)" in absent(figure)
     assert "release speed (above it)" in absent(figure)
     assert "no balanced state" in labels(figure)
@@ -301,7 +303,7 @@ def test_a_border_outside_the_picture_has_no_key_but_is_named() -> None:
 
 
 def test_a_map_over_the_temperature_is_in_degrees_celsius() -> None:
-    found = ab.stability_map(
+    found = ab.stability.map(
         DISCOIDAL,
         {"speed": [60.0, 125.0], "temperature": ["10 degC", "60 degC"]},
         operating_points={"warm": (100.0, "40 degC")},
@@ -320,9 +322,9 @@ def test_a_map_over_the_temperature_is_in_degrees_celsius() -> None:
 def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     axes = {"viscosity": np.geomspace(5e-7, 5e-6, 5), "ball_mass": np.linspace(4e-3, 8e-3, 5)}
-    found = ab.stability_map(machine, axes, speed=150.0)
+    found = ab.stability.map(machine, axes, speed=150.0)
     one = with_quantity(with_quantity(machine, "viscosity", axes["viscosity"][1]), "ball_mass", axes["ball_mass"][2])
-    for border in ab.border_speeds(one, only=("release speed", "capture speed"), up_to=150.0):
+    for border in ab.stability.borders(one, only=("release speed", "capture speed"), up_to=150.0):
         table = found[border.name.replace(" ", "_")].transpose("viscosity_of_border", "ball_mass_of_border")
         assert float(table[1, 2]) == pytest.approx(border.speed, rel=1e-12)
     assert "release speed as high as the speed of the map" in labels(plot_map(found))
@@ -330,7 +332,7 @@ def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines
 
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
-    found = ab.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
+    found = ab.stability.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
     figure = plot_border_curve(found, speed_unit="rad/s")
     assert "averaged border (never)" in absent(figure)
     assert "release speed (30" in absent(figure)
@@ -344,13 +346,15 @@ def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
         (("exact border", "averaged border"), {"averaged and exact border ignore "}),
     )
     for only, words in cases:
-        figure = plot_border_curve(ab.border_curve("docs/machines/real_race.toml", "stiffness", [9e4, 1e5], only=only))
+        figure = plot_border_curve(
+            ab.stability.border_curve("docs/machines/real_race.toml", "stiffness", [9e4, 1e5], only=only)
+        )
         assert [word in figure.get_suptitle() for word in words] == [True]
         assert ("averaged border" in labels(figure)) == ("averaged" in figure.get_suptitle())
 
 
 def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion() -> None:
-    found = ab.eigenvalues(DISCOIDAL, list(np.linspace(40.0, 125.0, 60)))
+    found = ab.stability.eigenvalues(DISCOIDAL, list(np.linspace(40.0, 125.0, 60)))
     figure = plot_stability(found, speed_unit="rad/s")
     upper, lower = figure.axes
     assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
@@ -360,13 +364,13 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
 
 @pytest.mark.parametrize("located", [True, False])
 def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
-    found = ab.eigenvalues(DISCOIDAL, [50.0, 62.0, 71.0, 100.0])
-    ranges = ab.stability_ranges(DISCOIDAL, found) if located else None
+    found = ab.stability.eigenvalues(DISCOIDAL, [50.0, 62.0, 71.0, 100.0])
+    ranges = ab.stability.ranges(DISCOIDAL, found) if located else None
     upper = plot_stability(found, speed_unit="rad/s", ranges=ranges).axes[0]
     stable = next(patch for patch in upper.patches if patch.get_label() == "stable")
     begin = stable.get_x()
     line = next(line for line in upper.get_lines() if line.get_label() == "greatest real part")
-    border = {entry.name: entry.speed for entry in ab.border_speeds(DISCOIDAL)}["exact border"]
+    border = {entry.name: entry.speed for entry in ab.stability.borders(DISCOIDAL)}["exact border"]
     assert abs(begin - border) < (1e-5 if located else 4.0)
     assert float(np.interp(begin, line.get_xdata(), line.get_ydata())) == pytest.approx(0.0, abs=1e-9)
 
@@ -379,7 +383,7 @@ def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
         (lambda: plot_map(thin_map.isel(speed=[0])), "one value along an axis"),
         (lambda: plot_border_curve(thin_map), "not a result of border_curve"),
         (lambda: plot_stability(thin_map), "not a result of eigenvalues"),
-        (lambda: plot_stability(ab.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
+        (lambda: plot_stability(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
     ):
         with pytest.raises(QuestionError, match=message):
             call()
@@ -442,6 +446,6 @@ def test_a_command_that_makes_no_sense_ends_with_code_2(arguments: tuple[str, ..
 def test_all_errors_are_of_the_package() -> None:
     machine = with_parameter(ab.load_machine(DISCOIDAL), "axis", "horizontal")
     assert isinstance(machine, Machine)
-    for ask in (ab.border_speeds, ab.minimum_viscosity, ab.stable_windows):
+    for ask in (ab.stability.borders, ab.stability.minimum_viscosity, ab.stability.stable_windows):
         with pytest.raises(AutobalancerError):
-            ask(machine, *(() if ask is ab.border_speeds else (80.0,)))
+            ask(machine, *(() if ask is ab.stability.borders else (80.0,)))

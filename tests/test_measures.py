@@ -153,7 +153,7 @@ def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
 RUN_FUNCTIONS = (
     ab.measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.release_speed,
     ab.ball_angle_to_unbalance, ab.vibration, ab.static_deflection, ab.residual_unbalance, ab.support_forces, ab.verdict,
-    ab.chamber_measures, ab.chamber_verdict,
+    ab.measures, ab.verdict,
 )  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def test_a_function_of_a_run_says_so_to_who_gives_a_machine_a_path_or_another_re
 
 def test_the_release_speed_of_a_machine_is_a_border_and_the_message_says_so() -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
-    with pytest.raises(QuestionError, match=r"of the machine itself ask ab.border_speeds\(machine\)"):
+    with pytest.raises(QuestionError, match=r"of the machine itself ask ab.stability.borders\(machine\)"):
         ab.release_speed(machine)
 
 

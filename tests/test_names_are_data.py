@@ -44,7 +44,7 @@ def test_brackets_and_emoji_codes_of_a_name_are_shown_as_they_are(tmp_path: Path
 def test_a_note_in_an_archive_gives_no_orders_to_the_terminal(tmp_path: Path) -> None:
     run = Archive(tmp_path).start("one", "m", {"label": "[red]x\x1b[2J"}, {})
     run.end("[/]\x1b]0;title\x07")
-    listed = CliRunner().invoke(app, ["archive", str(tmp_path), "--show", "state", "--show", "label"])
+    listed = CliRunner().invoke(app, ["chamber", "archive", str(tmp_path), "--show", "state", "--show", "label"])
     assert listed.exit_code == 0, listed.output
     assert "\x1b" not in listed.stdout
     assert "[red]x" in listed.stdout
@@ -61,7 +61,7 @@ def test_an_unknown_key_with_control_characters_is_written_out(tmp_path: Path) -
 @pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")
 def test_pictures_show_a_name_with_dollars_as_it_is() -> None:
     run = ab.simulate(parse_machine(renamed()), duration=0.05)
-    for draw in (ab.plot_run_up, ab.plot_race, ab.plot_orbit):
+    for draw in (ab.plot.run_up, ab.plot.race, ab.plot.orbit):
         figure = draw(run)
         figure.draw_without_rendering()
         shown = [text for text in figure.findobj(Text) if NAME in text.get_text()]

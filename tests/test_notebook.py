@@ -22,7 +22,7 @@ def test_a_machine_shows_itself_in_a_line() -> None:
 
 
 def test_borders_are_a_tuple_that_shows_itself_as_a_table() -> None:
-    found = ab.border_speeds(DISCOIDAL)
+    found = ab.stability.borders(DISCOIDAL)
     assert isinstance(found, tuple)
     lines = repr(found).splitlines()
     assert lines[0].split() == ["border", "rad/s", "rpm", "note"]
@@ -35,12 +35,12 @@ def test_borders_are_a_tuple_that_shows_itself_as_a_table() -> None:
 
 
 def test_a_summary_and_suitable_bearings_show_themselves_as_tables() -> None:
-    shown = repr(ab.summary(DISCOIDAL))
+    shown = repr(ab.check(DISCOIDAL))
     assert shown.startswith("Summary of Discoidal")
     assert "critical speed" in shown
-    assert max(map(len, repr(ab.suitable_bearings("600 g*mm", max_outer=0.2)).splitlines())) < 80
-    assert "<th>bearing</th>" in ab.suitable_bearings("600 g*mm")._repr_html_()
-    assert repr(ab.suitable_bearings("600 kg*m")) == "()"
+    assert max(map(len, repr(ab.catalog.suitable_bearings("600 g*mm", max_outer=0.2)).splitlines())) < 80
+    assert "<th>bearing</th>" in ab.catalog.suitable_bearings("600 g*mm")._repr_html_()
+    assert repr(ab.catalog.suitable_bearings("600 kg*m")) == "()"
 
 
 def test_a_machine_that_is_changed_in_place_says_how_to_change_it() -> None:

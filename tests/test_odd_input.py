@@ -111,7 +111,7 @@ def test_many_slips_do_not_fill_the_screen() -> None:
 def test_a_run_that_ends_before_its_run_up_is_said(profile: dict[str, Any], when: str) -> None:
     machine = with_parameter(ab.load_machine(DISCOIDAL), "drive.profile", profile)
     short, long = (with_parameter(machine, "run.duration", seconds) for seconds in (61.0, 131.0))
-    assert any(when in text for text in ab.summary(short).warnings)
-    assert not any("speed profile" in text for text in ab.summary(long).warnings)
+    assert any(when in text for text in ab.check(short).warnings)
+    assert not any("speed profile" in text for text in ab.check(long).warnings)
     early = ab.verdict(ab.simulate(long, duration=0.1))
     assert any("the run lasts 0.1 s" in text and when in text for text in early.notes)

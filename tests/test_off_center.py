@@ -58,7 +58,7 @@ def test_more_planes_than_a_rotor_has_motions_have_no_residual_of_their_own() ->
 
 def test_check_says_what_a_typical_eccentricity_would_leave_until_one_is_given(tmp_path: Path) -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
-    found = ab.summary(machine).off_center
+    found = ab.check(machine).off_center
     assert found is not None
     assert not found.given
     w = found.speed

@@ -22,7 +22,7 @@ RUNNER = CliRunner()
 
 
 def test_every_sample_machine_is_in_the_package_and_can_be_read() -> None:
-    names = ab.examples()
+    names = ab.catalog.examples()
     assert names == tuple(sorted(path.stem for path in (ROOT / "examples" / "machines").glob("*.toml")))
     assert all(ab.example(name).name for name in names)
     package = Path(ab.__file__).parent
@@ -34,11 +34,11 @@ def test_every_sample_machine_is_in_the_package_and_can_be_read() -> None:
 def test_a_sample_machine_is_listed_printed_and_written(tmp_path: Path) -> None:
     assert "discoidal" in RUNNER.invoke(app, ["example"]).stdout
     listed = json.loads(RUNNER.invoke(app, ["example", "--json"]).stdout)
-    assert [entry["name"] for entry in listed if entry["kind"] == "machine"] == list(ab.examples())
+    assert [entry["name"] for entry in listed if entry["kind"] == "machine"] == list(ab.catalog.examples())
     said = RUNNER.invoke(app, ["example", "discoidal", "--out", str(tmp_path / "d.toml")])
     assert said.exit_code == 0
     assert ab.load_machine(tmp_path / "d.toml") == ab.example("discoidal")
-    assert RUNNER.invoke(app, ["example", "discoidal", "--print"]).stdout == ab.example_text("discoidal")
+    assert RUNNER.invoke(app, ["example", "discoidal", "--print"]).stdout == ab.catalog.example_text("discoidal")
 
 
 def test_samples_of_every_kind_are_written_and_nothing_is_overwritten(
@@ -49,25 +49,25 @@ def test_samples_of_every_kind_are_written_and_nothing_is_overwritten(
     files = {"discoidal.toml", "rodrigues_rig.toml", "rodrigues_plain_rotor.toml", "rodrigues_plain_rotor.csv"}
     assert {path.name for path in tmp_path.iterdir()} == files
     assert all(f"written: {name}" in said.stdout for name in files)
-    free, measured = ab.load_measurements("rodrigues_plain_rotor.toml")
+    free, measured = ab.rotor.load_measurements("rodrigues_plain_rotor.toml")
     assert free
     assert len(measured) > 0
-    assert ab.example_path("discoidal").read_text() == Path("discoidal.toml").read_text()
-    assert ab.write_example("discoidal") == (Path("discoidal.toml"),)
+    assert ab.catalog.example_path("discoidal").read_text() == Path("discoidal.toml").read_text()
+    assert ab.catalog.write_example("discoidal") == (Path("discoidal.toml"),)
     Path("discoidal.toml").write_text("mine")
     with pytest.raises(QuestionError, match=r"discoidal\.toml: is there already with another content"):
-        ab.write_example("discoidal")
+        ab.catalog.write_example("discoidal")
     assert Path("discoidal.toml").read_text() == "mine"
     with pytest.raises(
         CatalogError, match=r"no sample is called 'x'; there are machines cfrp_planar, .*; rigs cfrp_rig"
     ):
-        ab.write_example("x")
+        ab.catalog.write_example("x")
 
 
 def test_a_rig_without_a_name_is_a_list(tmp_path: Path) -> None:
     assert RUNNER.invoke(app, ["catalog", "rig"]).stdout == RUNNER.invoke(app, ["catalog", "rigs"]).stdout
     RUNNER.invoke(app, ["catalog", "rig", "cfrp_rig", "--out", str(tmp_path / "rig.toml")])
-    assert (tmp_path / "rig.toml").read_text(encoding="utf-8") == ab.rig_text("cfrp_rig")
+    assert (tmp_path / "rig.toml").read_text(encoding="utf-8") == ab.catalog.rig_text("cfrp_rig")
 
 
 def test_dir_shows_the_public_interface_only() -> None:

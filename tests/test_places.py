@@ -108,7 +108,7 @@ balls = [{ count = 2, mass = "1 g", motion = "point" }]
 def laid_down_rig() -> Machine:
     """A published rig of several bodies, on its side and at speed from the start."""
     fast = {"kind": "speed", "profile": {"kind": "constant", "speed": "900 rpm"}}
-    laid = ab.rig("discoidal_rig").model_copy(update={"axis": "horizontal"})
+    laid = ab.catalog.rig("discoidal_rig").model_copy(update={"axis": "horizontal"})
     return ab.with_parameter(laid, "drive", fast)
 
 
@@ -168,7 +168,7 @@ def test_residual_unbalance_is_said_of_each_plane() -> None:
     point, couple = 100e-6 * np.exp(1j * np.deg2rad(20.0)), 10e-6 * np.exp(1j * np.deg2rad(60.0)) / 0.25
     by_moments = np.abs([point * 0.13 / 0.25 - couple, point * 0.12 / 0.25 + couple])  # planes at -100 and 150 mm
     np.testing.assert_allclose(found["unbalance"], by_moments, rtol=1e-9)
-    needed = ab.equilibria(MACHINES / "two_plane_rotor.toml", float(run["speed"][-1]))["required_moment"]
+    needed = ab.stability.equilibria(MACHINES / "two_plane_rotor.toml", float(run["speed"][-1]))["required_moment"]
     np.testing.assert_allclose(found["unbalance"], needed, rtol=1e-9)
     assert (found["share"] < 1e-3).all()
     assert float(ab.residual_unbalance(run, "upper")["residual"]) == pytest.approx(float(found["residual"][1]))

@@ -42,16 +42,16 @@ def lines(figure: Figure, panel: int) -> dict[str, tuple[np.ndarray, np.ndarray]
 
 
 def test_the_speed_panel_has_rotor_and_balls_in_the_unit_of_the_axis(run: xr.Dataset) -> None:
-    figure = ab.plot_run_up(run, speed_unit="rpm")
+    figure = ab.plot.run_up(run, speed_unit="rpm")
     drawn = lines(figure, 0)
     assert np.allclose(drawn["rotor"][1], run.speed.values * 30.0 / np.pi)
     assert np.allclose(drawn["ball 2"][1], run.ball_speed_in_space.values[:, 1] * 30.0 / np.pi)
     assert "(rpm)" in figure.axes[0].get_ylabel()
-    assert "(rad/s)" in ab.plot_run_up(run, speed_unit="rad/s").axes[0].get_ylabel()
+    assert "(rad/s)" in ab.plot.run_up(run, speed_unit="rad/s").axes[0].get_ylabel()
 
 
 def test_the_deflection_panel_shades_the_envelope(run: xr.Dataset) -> None:
-    figure = ab.plot_run_up(run, deflection_unit="um")
+    figure = ab.plot.run_up(run, deflection_unit="um")
     panel = figure.axes[1]
     assert np.allclose(lines(figure, 1)["greatest"][1], run.envelope_high.values * 1e6)
     corners = panel.collections[0].get_paths()[0].vertices
@@ -88,29 +88,29 @@ def test_a_ball_that_slips_fast_is_pale_and_hides_no_slow_one(run: xr.Dataset) -
     fast = slipping(run.time.values, run.ball_angle_in_rotor.values[:, 0], 20.0)
     assert fast[(run.time > 10.5) & (run.time < 11.5)].all()
     assert not fast[run.time > 13.0].any()
-    drawn = lines(ab.plot_run_up(run), 2)
+    drawn = lines(ab.plot.run_up(run), 2)
     when, degrees = drawn["ball 1"]
     assert np.isnan(degrees[(when > 10.5) & (when < 11.5)]).all()
 
 
 def test_unbalance_and_its_opposite_are_marked(run: xr.Dataset) -> None:
-    drawn = lines(ab.plot_run_up(run), 2)
+    drawn = lines(ab.plot.run_up(run), 2)
     assert np.allclose(drawn["unbalance"][1], 0.0)
     assert np.allclose(np.abs(drawn["opposite"][1]), 180.0)
 
 
 def test_critical_speeds_of_the_run_are_drawn_where_they_are_passed(run: xr.Dataset) -> None:
-    figure = ab.plot_run_up(run.assign_attrs(critical_speeds=[250.0]), speed_unit="rad/s")
+    figure = ab.plot.run_up(run.assign_attrs(critical_speeds=[250.0]), speed_unit="rad/s")
     assert any(np.allclose(line.get_ydata(), 250.0) for line in figure.axes[0].get_lines())
     passed = np.interp(250.0, run.speed.values[:400], run.time.values[:400])
     assert any(np.allclose(line.get_xdata(), passed, atol=1e-6) for line in figure.axes[1].get_lines())
-    bare = ab.plot_run_up(run.drop_attrs(), speed_unit="rad/s")
+    bare = ab.plot.run_up(run.drop_attrs(), speed_unit="rad/s")
     assert not any(np.allclose(line.get_ydata(), 250.0) for line in bare.axes[0].get_lines())
 
 
 def test_a_run_with_an_envelope_only_shows_the_same_speeds(run: xr.Dataset) -> None:
     only = run.drop_dims(["time", "turn"])
-    figure = ab.plot_run_up(only, speed_unit="rad/s")
+    figure = ab.plot.run_up(only, speed_unit="rad/s")
     time, speed = lines(figure, 0)["rotor"]
     assert len(figure.axes) == 3
     assert np.allclose(np.interp(time, run.time, run.speed), speed, rtol=1e-3)
@@ -119,40 +119,40 @@ def test_a_run_with_an_envelope_only_shows_the_same_speeds(run: xr.Dataset) -> N
 
 
 def test_a_run_with_samples_only_shows_the_sampled_deflection(run: xr.Dataset) -> None:
-    figure = ab.plot_run_up(run.drop_dims(["bin", "turn"]), deflection_unit="m")
+    figure = ab.plot.run_up(run.drop_dims(["bin", "turn"]), deflection_unit="m")
     assert np.array_equal(lines(figure, 1)["deflection"][1], run.deflection.values)
 
 
 def test_a_rotor_without_balls_has_no_panel_of_angles(run: xr.Dataset) -> None:
     bare = run.isel(ball=slice(0, 0))
-    assert len(ab.plot_run_up(bare).axes) == 2
+    assert len(ab.plot.run_up(bare).axes) == 2
     with pytest.raises(QuestionError, match="no balls"):
-        ab.plot_race(bare)
+        ab.plot.race(bare)
 
 
 def test_a_part_of_the_run_is_drawn_alone(run: xr.Dataset) -> None:
-    figure = ab.plot_run_up(run, start=5.0, end=6.0)
+    figure = ab.plot.run_up(run, start=5.0, end=6.0)
     time = lines(figure, 0)["rotor"][0]
     assert time.min() >= 5.0 - 1e-9
     assert time.max() <= 6.0 + 1e-9
     with pytest.raises(QuestionError, match="0 s to 20 s"):
-        ab.plot_run_up(run, start=5.0, end=21.0)
+        ab.plot.run_up(run, start=5.0, end=21.0)
 
 
 def test_what_cannot_be_drawn_says_what_to_save(run: xr.Dataset) -> None:
     nothing = run.drop_dims(["time", "bin", "turn"])
-    for question in (ab.plot_run_up, ab.plot_race, ab.plot_orbit):
+    for question in (ab.plot.run_up, ab.plot.race, ab.plot.orbit):
         with pytest.raises(QuestionError, match="save"):
             question(nothing)
     with pytest.raises(QuestionError, match="rpm, rad/s, Hz"):
-        ab.plot_run_up(run, speed_unit="rps")
+        ab.plot.run_up(run, speed_unit="rps")
     with pytest.raises(QuestionError, match="m, mm, um, nm"):
-        ab.plot_run_up(run, deflection_unit="inch")
+        ab.plot.run_up(run, deflection_unit="inch")
 
 
 def test_the_race_shows_balls_to_scale_at_their_angles(run: xr.Dataset) -> None:
     time = 6.9
-    figure = ab.plot_race(run, time=time)
+    figure = ab.plot.race(run, time=time)
     diameter = float(run.ball_diameter[0]) * 1e3
     circles = [patch for patch in figure.axes[0].patches if isinstance(patch, Circle)]
     balls = [circle for circle in circles if circle.get_radius() == pytest.approx(0.5 * diameter)]
@@ -161,15 +161,15 @@ def test_the_race_shows_balls_to_scale_at_their_angles(run: xr.Dataset) -> None:
     assert angles == pytest.approx(sorted(np.angle(np.exp(1j * expected))))
     assert all(np.hypot(*ball.center) == pytest.approx(100.0) for ball in balls)
     with pytest.raises(QuestionError, match="0 s to 20 s"):
-        ab.plot_race(run, time=25.0)
+        ab.plot.race(run, time=25.0)
     with pytest.raises(QuestionError, match="given 2; the run has 1"):
-        ab.plot_race(run, balancer=2)
+        ab.plot.race(run, balancer=2)
 
 
 def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None:
     resultant = races_of(run).resultant(Motion(run).at(run.time.values))
     assert np.allclose(np.abs(resultant), run.residual_unbalance.values, rtol=1e-9, atol=1e-15)
-    labels = [text.get_text() for text in ab.plot_race(run).axes[0].get_legend().get_texts()]
+    labels = [text.get_text() for text in ab.plot.race(run).axes[0].get_legend().get_texts()]
     assert labels[:2] == ["unbalance 500 g mm", "balls 499 g mm"]
     assert labels[2].startswith(f"resultant {1e6 * float(run.residual_unbalance[-1]):.3g}")
 
@@ -184,24 +184,24 @@ def test_the_resultant_counts_the_balls_of_an_eccentric_race(tmp_path: Path) -> 
 
 def test_an_eccentric_race_says_how_much_larger_it_is_drawn(run: xr.Dataset) -> None:
     shifted = run.assign_coords(race_center_x=("ball", [3e-5, 3e-5]), race_center_y=("ball", [0.0, 0.0]))
-    words = " ".join(text.get_text() for text in ab.plot_race(shifted).axes[0].texts)
+    words = " ".join(text.get_text() for text in ab.plot.race(shifted).axes[0].texts)
     assert "eccentricity 30 µm at 0°, drawn 200 times larger" in words
 
 
 def test_the_orbit_is_the_last_revolutions_in_the_chosen_frame(run: xr.Dataset) -> None:
-    figure = ab.plot_orbit(run, deflection_unit="nm")
+    figure = ab.plot.orbit(run, deflection_unit="nm")
     x, y = lines(figure, 0)["rotor center"]
     assert np.allclose(x[::8], run.turn_x.values * 1e9, atol=1e-6)
     assert np.allclose(y[::8], run.turn_y.values * 1e9, atol=1e-6)
     assert "in space (nm)" in figure.axes[0].get_xlabel()
     assert figure.axes[0].get_aspect() == 1.0
-    turned = lines(ab.plot_orbit(run, deflection_unit="nm", frame="rotor"), 0)["rotor center"]
+    turned = lines(ab.plot.orbit(run, deflection_unit="nm", frame="rotor"), 0)["rotor center"]
     z = (run.turn_x.values + 1j * run.turn_y.values) * np.exp(-1j * run.turn_rotor_angle.values) * 1e9
     assert np.allclose((turned[0] + 1j * turned[1])[::8], z)
 
 
 def test_stroboscopic_samples_are_points_not_an_orbit(run: xr.Dataset) -> None:
-    drawn = lines(ab.plot_orbit(run, start=15.0, end=16.0), 0)
+    drawn = lines(ab.plot.orbit(run, start=15.0, end=16.0), 0)
     assert "rotor center" not in drawn
     assert any(label.startswith("samples, 0.5") for label in drawn)
 
@@ -225,7 +225,7 @@ def test_units_of_axes_suit_the_size() -> None:
 
 
 def test_pictures_are_saved_by_extension(run: xr.Dataset, tmp_path: Path) -> None:
-    figure = ab.plot_race(run)
+    figure = ab.plot.race(run)
     begins = {"png": b"\x89PNG\r\n", "svg": b"<?xml", "pdf": b"%PDF"}
     for kind, begin in begins.items():
         path = save_picture(figure, tmp_path / "new" / f"race.{kind}", dpi=50)
@@ -239,7 +239,7 @@ def test_pictures_are_saved_by_extension(run: xr.Dataset, tmp_path: Path) -> Non
 def test_drawing_changes_no_global_setting_and_needs_no_pyplot(run: xr.Dataset) -> None:
     with matplotlib.rc_context({"font.size": 7.0, "axes.grid": False}):
         before = dict(matplotlib.rcParams)
-        figure = ab.plot_run_up(run)
+        figure = ab.plot.run_up(run)
         assert dict(matplotlib.rcParams) == before
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     assert to_hex(figure.axes[2].get_lines()[-3].get_color()) != UNBALANCE.lower()
@@ -289,5 +289,5 @@ def test_a_measured_run_without_rotor_angle_has_an_orbit(run: xr.Dataset) -> Non
     measured = xr.Dataset(
         {"speed": ("time", np.full(200, 500.0)), "x": ("time", around.real), "y": ("time", around.imag)}, {"time": time}
     )
-    x, y = lines(ab.plot_orbit(measured, start=first, deflection_unit="um"), 0)["rotor center"]
+    x, y = lines(ab.plot.orbit(measured, start=first, deflection_unit="um"), 0)["rotor center"]
     assert np.hypot(x, y) == pytest.approx(100.0, rel=1e-3)

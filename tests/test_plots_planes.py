@@ -60,14 +60,14 @@ def words(figure: Figure, panel: int) -> str:
 
 
 def test_the_balls_of_a_plane_are_drawn_against_the_unbalance_of_this_plane(two: xr.Dataset) -> None:
-    state = ab.equilibria(MACHINES / "two_plane_rotor.toml", float(two.speed[-1]))
+    state = ab.stability.equilibria(MACHINES / "two_plane_rotor.toml", float(two.speed[-1]))
     needed = state.required_moment.values * np.exp(1j * state.required_moment_angle.values)
     for plane in (0, 1):
         *_, unbalance, balls, resultant = vectors(two, plane)
         assert unbalance.value == pytest.approx(-needed[plane], rel=1e-6)
         assert balls.value == pytest.approx(needed[plane], rel=1e-2)
         assert abs(resultant.value) < 0.01 * abs(needed[plane])
-    figure = ab.plot_race(two)
+    figure = ab.plot.race(two)
     assert "lower balancer" in words(figure, 0)
     assert "unbalance in this plane 33.4 g mm" in words(figure, 0)
     assert "upper balancer" in words(figure, 1)
@@ -88,13 +88,13 @@ def test_a_couple_unbalance_is_a_pair_of_opposite_vectors_its_positive_one_at_gr
 def test_each_plane_shows_its_own_deflection(two: xr.Dataset) -> None:
     shown = Motion(two).at(np.array([0.2])).plane_deflection_in_rotor[0]
     assert abs(shown[0]) != pytest.approx(abs(shown[1]), rel=0.1)
-    figure = ab.plot_race(two, time=0.2)
+    figure = ab.plot.race(two, time=0.2)
     for plane in (0, 1):
         assert f"plane deflected {1e6 * abs(shown[plane]):.3g} µm" in words(figure, plane)
 
 
 def test_a_run_up_of_two_planes_has_the_angles_of_each_and_the_deflection_of_both(two: xr.Dataset) -> None:
-    figure = ab.plot_run_up(two)
+    figure = ab.plot.run_up(two)
     assert len(figure.axes) == 4
     labels = [str(line.get_label()) for line in figure.axes[1].get_lines()]
     assert {"greatest, lower balancer", "upper balancer"} <= set(labels)
@@ -108,16 +108,16 @@ def test_a_run_up_of_two_planes_has_the_angles_of_each_and_the_deflection_of_bot
 
 
 def test_the_orbit_of_each_plane_has_its_panel_and_one_scale(two: xr.Dataset) -> None:
-    figure = ab.plot_orbit(two, start=0.5, end=0.8)
+    figure = ab.plot.orbit(two, start=0.5, end=0.8)
     assert [panel.get_title("left") for panel in figure.axes] == ["lower balancer", "upper balancer"]
     assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
-    assert len(ab.plot_orbit(two, place="upper balancer").axes) == 1
+    assert len(ab.plot.orbit(two, place="upper balancer").axes) == 1
     with pytest.raises(ab.errors.QuestionError, match="'lower balancer', 'upper balancer'"):
-        ab.plot_orbit(two, place="middle")
+        ab.plot.orbit(two, place="middle")
 
 
 def test_the_orbit_of_a_quiet_plane_has_a_scale_of_its_own(two: xr.Dataset) -> None:
-    figure = ab.plot_orbit(two)  # in the end the upper plane is far better balanced
+    figure = ab.plot.orbit(two)  # in the end the upper plane is far better balanced
     quiet, loud = figure.axes[1], figure.axes[0]
     size = 1e9 * np.hypot(two["turn_place_x"].values, two["turn_place_y"].values).max(axis=0).min()
     larger = loud.get_xlim()[1] / quiet.get_xlim()[1]
@@ -137,7 +137,7 @@ def test_arrows_of_a_quiet_plane_are_longer_by_the_factor_that_its_panel_gives()
     near = with_parameter(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[1].station", "-92 mm")
     near = with_parameter(near, "unbalances[2].couple", "1e-6 kg*m^2")
     run = ab.simulate(near, duration=0.3, save=(Samples(31),))
-    figure = ab.plot_race(run)
+    figure = ab.plot.race(run)
     note = next(line for line in words(figure, 1).splitlines() if "arrows" in line)
     longer = float(note.split("arrows ")[1].split()[0])
     assert longer >= 2.0
@@ -146,13 +146,13 @@ def test_arrows_of_a_quiet_plane_are_longer_by_the_factor_that_its_panel_gives()
     sizes = [max(abs(vector.value) for vector in vectors(run, plane)) for plane in (0, 1)]
     loud, quiet = (max(map(abs, tips(figure, panel))) for panel in (0, 1))
     assert quiet / loud == pytest.approx(longer * sizes[1] / sizes[0], rel=0.05)  # heads have one size
-    alone = ab.plot_race(run, balancer=2)
+    alone = ab.plot.race(run, balancer=2)
     assert "arrows" not in words(alone, 0)
     assert max(map(abs, tips(alone, 0))) == pytest.approx(loud, rel=0.01)
 
 
 def test_keys_of_the_race_fit_into_their_panel(two: xr.Dataset) -> None:
-    figure = ab.plot_race(two.assign(couple_unbalance=0.0 * two.couple_unbalance))
+    figure = ab.plot.race(two.assign(couple_unbalance=0.0 * two.couple_unbalance))
     figure.draw_without_rendering()
     left, right = (axes.get_legend().get_window_extent() for axes in figure.axes)
     assert left.x1 < right.x0 - 5.0
@@ -178,11 +178,11 @@ def test_the_command_draws_the_orbit_of_one_place_alone(two: xr.Dataset, tmp_pat
 
 def test_pictures_of_a_horizontal_machine_tell_vibration_from_static_deflection(drum: xr.Dataset) -> None:
     static = 8 * 0.033 * 9.80665 / 12e3
-    figure = ab.plot_orbit(drum)
+    figure = ab.plot.orbit(drum)
     assert f"y = −{1e6 * static:.0f} µm" in words(figure, 0)
     assert figure.axes[0].get_xlim()[1] * 1e-6 < 0.5 * static
-    assert f"static deflection of {1e6 * static:.0f} µm at −90°" in words(ab.plot_race(drum), 0)
-    panel = ab.plot_run_up(drum).axes[1]
+    assert f"static deflection of {1e6 * static:.0f} µm at −90°" in words(ab.plot.race(drum), 0)
+    panel = ab.plot.run_up(drum).axes[1]
     vibration = next(line for line in panel.get_lines() if str(line.get_label()).startswith("vibration about"))
     z = drum.x.values + 1j * drum.y.values
     last = np.abs(z + 1j * static)[-1]
@@ -196,7 +196,7 @@ def test_more_balls_than_colors_have_one_color_for_each_race(drum: xr.Dataset) -
 
 
 def test_numbers_of_balls_are_on_the_balls_of_their_race(drum: xr.Dataset) -> None:
-    figure = ab.plot_race(drum)
+    figure = ab.plot.race(drum)
     places = {text.get_text(): text.get_position() for text in figure.axes[0].texts}
     angle = drum.ball_angle_in_rotor.values[-1]
     for ball in range(8):
@@ -206,7 +206,7 @@ def test_numbers_of_balls_are_on_the_balls_of_their_race(drum: xr.Dataset) -> No
 
 def test_a_vibration_that_is_none_is_a_dot_with_a_number(two: xr.Dataset) -> None:
     still = two.drop_dims("turn").assign({name: 1e-14 * two[name] for name in ("x", "y", "plane_x", "plane_y")})
-    figure = ab.plot_orbit(still.drop_vars(["station_x", "station_y"]))
+    figure = ab.plot.orbit(still.drop_vars(["station_x", "station_y"]))
     assert "< 0.01 nm" in words(figure, 0)
     assert all(np.size(line.get_xdata()) == 1 for line in figure.axes[0].get_lines())
 
@@ -235,12 +235,12 @@ def test_stacks_stand_at_or_above_their_places_and_below_the_edge() -> None:
 
 
 def test_the_run_up_shows_the_machine_without_balancing_beside_it(drum: xr.Dataset) -> None:
-    panel = ab.plot_run_up(drum).axes[1]
+    panel = ab.plot.run_up(drum).axes[1]
     reference = next(line for line in panel.get_lines() if line.get_label() == "without balancing")
     factor = {"deflection (µm)": 1e6, "deflection (mm)": 1e3}[panel.get_ylabel()]
     assert np.asarray(reference.get_ydata()) == pytest.approx(factor * float(drum.vibration_without_balls[0]))
     held = ab.simulate(ab.load_machine(MACHINES / "two_plane_rotor.toml"), duration=0.2, hold_balls=True, save=SAVE)
     whole = next(
-        line for line in ab.plot_run_up(held, held=held).axes[1].get_lines() if line.get_label() == "without balancing"
+        line for line in ab.plot.run_up(held, held=held).axes[1].get_lines() if line.get_label() == "without balancing"
     )
     assert np.asarray(whole.get_ydata()) == pytest.approx(1e6 * held.envelope_high.values)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
@@ -12,11 +14,12 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli import app
-from autobalancer.public_names import COMMANDS
+from autobalancer.errors import QuestionError
+from autobalancer.public_names import ABOUT, NAMES, function_of
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^( *)```(?:python|ipython|py)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
-PUBLIC_MODULES = {"machine", "errors", "units"}
+PUBLIC_MODULES = {"machine", "errors", "units", "plot.style", *ABOUT}
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONVENTIONS.md"]
 SCRIPTS = sorted((ROOT / "examples").glob("**/*.py"))
 
@@ -36,8 +39,10 @@ def not_public(code: str) -> list[str]:
             found += [f"{node.module}.{a.name}" for a in node.names if a.name not in dir(home)]
         elif isinstance(node, ast.Import):
             found += [a.name for a in node.names if a.name.startswith("autobalancer.")]
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "ab":
-            found += [f"ab.{node.attr}"] if node.attr not in dir(ab) else []
+        elif isinstance(node, ast.Attribute) and re.fullmatch(r"ab(\.\w+)+", path := ast.unparse(node)):
+            _, first, *rest = path.split(".")
+            listed = first in dir(ab) and (first not in ABOUT or not rest or rest[0] in dir(getattr(ab, first)))
+            found += [] if listed else [path]
     return found
 
 
@@ -47,9 +52,12 @@ def test_pages_and_examples_use_public_names_only(path: Path) -> None:
 
 
 def test_a_deep_import_in_a_page_is_found() -> None:
-    deep = "import autobalancer.stability\nfrom autobalancer.laws.stall import stall_balance\nab.modus(1)\n"
-    assert not_public(deep) == ["autobalancer.stability", "autobalancer.laws.stall.stall_balance", "ab.modus"]
-    assert not_public("from autobalancer.machine import Race\nfrom autobalancer import simulate\nab.summary(1)") == []
+    deep = "import autobalancer.stability\nfrom autobalancer.laws.stall import stall_balance\nab.plot.modus(1)\n"
+    assert not_public(deep) == ["autobalancer.stability", "autobalancer.laws.stall.stall_balance", "ab.plot.modus"]
+    assert (
+        not_public("from autobalancer.machine import Race\nfrom autobalancer import simulate\nab.stability.map(1)")
+        == []
+    )
     assert sum(len(snippets(page)) for page in PAGES) > 40
 
 
@@ -59,22 +67,49 @@ def commands(group: typer.core.TyperGroup) -> list[str]:
     return [full for name, more, one in inner for full in ([f"{name} {x}" for x in commands(one)] if more else [name])]
 
 
-def test_every_command_says_which_functions_do_the_same() -> None:
-    assert sorted(COMMANDS) == sorted(commands(typer.main.get_command(app)))  # type: ignore[arg-type]
-    assert {name for functions in COMMANDS.values() for name in functions} <= set(ab.__all__)
+def test_a_command_and_its_function_have_one_name() -> None:
+    for command in commands(typer.main.get_command(app)):  # type: ignore[arg-type]
+        path = function_of(command)
+        space, _, name = path.rpartition(".")
+        assert path == "plot" or name in NAMES[space], command
+        assert name.lower().endswith(command.split()[-1].replace("-", "_")), command
+
+
+def test_every_public_name_can_be_imported_and_is_documented() -> None:
+    for space, names in NAMES.items():
+        home = getattr(ab, space) if space else ab
+        for name in names:
+            value = getattr(home, name)
+            assert len(value.__doc__ or "") > 20, f"{space}.{name}"
+            assert name in dir(home)
+
+
+def test_a_namespace_has_no_module_with_the_name_of_a_function() -> None:
+    for space in ABOUT:
+        modules = {path.stem for path in Path(getattr(ab, space).__file__).parent.glob("*")}
+        package = Path(getattr(ab, space).__file__).name == "__init__.py"
+        assert not package or not modules & set(NAMES[space]), space
+
+
+def test_the_stubs_are_those_of_the_table() -> None:
+    subprocess.run([sys.executable, "-m", "tools.write_stubs", "--check"], cwd=ROOT, check=True)
 
 
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("modes", "the command `modes` is ab.eigenfrequencies, ab.campbell and ab.critical_speeds in Python"),
-        ("check", "the command `check` is ab.summary and ab.chamber_summary in Python"),
-        ("friction", "the command `catalog friction` is ab.friction_coefficients in Python"),
-        ("step_size", "the command `study step-size` is ab.step_size_study in Python"),
+        ("modes", "there is ab.plot.modes and ab.rotor.modes"),
+        ("borders", "there is ab.stability.borders"),
+        ("mode", "no attribute 'mode'"),
     ],
 )
-def test_a_command_that_is_asked_for_as_a_function_names_the_function(name: str, said: str) -> None:
-    with pytest.raises(AttributeError, match=f"no attribute '{name}'; {said}$"):
+def test_a_name_that_is_looked_for_at_the_top_is_found_in_its_namespace(name: str, said: str) -> None:
+    with pytest.raises(AttributeError, match=f"{said}$"):
         getattr(ab, name)
-    with pytest.raises(AttributeError, match=r"no attribute 'mode'$"):
-        ab.__getattr__("mode")
+
+
+def test_functions_refuse_what_belongs_to_the_other_kind_of_machine() -> None:
+    with pytest.raises(QuestionError, match="simulate: no argument 'tolerance' for deep chambers; there are duration"):
+        ab.simulate(ab.example("single_layer"), tolerance=1e-6)
+    with pytest.raises(QuestionError, match="simulate: no argument 'settle' for balls in races; there are duration"):
+        ab.simulate(ab.example("discoidal"), settle=False)

@@ -220,6 +220,6 @@ def test_the_borders_say_that_they_do_not_count_friction_between_balls() -> None
     machine = ab.load_machine("examples/machines/discoidal.toml")
     rubbing: Machine = ab.with_parameter(machine, "balancers[1].races[1].contact", pair(0.2))
     for described, said in ((machine, False), (rubbing, True)):
-        notes = {border.name: border.note for border in ab.border_speeds(described)}
+        notes = {border.name: border.note for border in ab.stability.borders(described)}
         assert ("friction between balls" in notes["release speed"]) == said
         assert ("friction between balls" in notes["capture speed"]) == said

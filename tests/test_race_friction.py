@@ -14,7 +14,7 @@ from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, R
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.guided_race import real_race
-from autobalancer.laws.rest_interval import rest_interval
+from autobalancer.laws.resting import rest_interval
 from autobalancer.machine import Machine
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3

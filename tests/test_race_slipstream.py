@@ -153,7 +153,7 @@ def test_balls_shield_each_other_only_where_the_machine_says_so() -> None:
     assert equations(assemble(with_it)).__name__ == "real_race"
     old = ab.load_machine("examples/machines/discoidal.toml")
     assert without == old
-    found = ab.border_speeds(with_it, only=("release speed", "capture speed"))
+    found = ab.stability.borders(with_it, only=("release speed", "capture speed"))
     assert [border.note.endswith("ignores slipstream") for border in found] == [True, True]
 
 
@@ -166,7 +166,7 @@ def test_stalled_balls_line_up_in_their_slipstream_and_are_released_where_less_d
     machine = ab.with_parameter(machine, f"{where}.fluid", {"density": 950.0, "viscosity": viscosity})
     machine = ab.with_parameter(ab.with_parameter(machine, f"{where}.slipstream", shielded), "drive.profile", ramp)
     (critical,), (ball, _) = assemble(machine).critical_speeds, assemble(machine).balls
-    alone = next(border.speed for border in ab.border_speeds(machine) if border.name == "release speed")
+    alone = next(border.speed for border in ab.stability.borders(machine) if border.name == "release speed")
     touching = 2.0 * math.asin(ball.radius / ball.orbit_radius)
 
     def excess(speed: float) -> float:

@@ -62,7 +62,7 @@ def test_each_start_is_the_ordinary_run_of_its_seed_with_the_verdict_of_that_run
 
 
 def test_every_start_leaves_what_exceeds_the_capability() -> None:
-    capability = ab.summary(_drum()).capability
+    capability = ab.check(_drum()).capability
     moment = 1.5 * capability
     found = ab.basin(_drum(f"{moment} kg*m"), SPEED, random=3, hold=10.0)
     assert float(found["share"].sel(end="partly balanced")) == 1.0
@@ -87,7 +87,7 @@ def test_two_planes_balance_above_both_critical_speeds_and_make_it_worse_below()
     below = ab.basin(machine, "500 rpm", random=2, hold=30.0)
     assert float(above["share"].sel(end="balanced")) == 1.0
     assert float(below["share"].sel(end="worse than without balls")) == 1.0
-    slowest = -ab.equilibria(machine, "4000 rpm")["growth_rate"].values
+    slowest = -ab.stability.equilibria(machine, "4000 rpm")["growth_rate"].values
     assert long_enough(machine, 418.9) == pytest.approx(10.0 / slowest[slowest > 0.0].min(), rel=1e-3)
 
 
@@ -100,7 +100,7 @@ def test_the_last_unbalance_counts_from_the_start() -> None:
 
 def test_the_picture_has_bars_of_verdicts_and_both_distributions() -> None:
     found = ab.basin(_drum(), SPEED, random=3, hold=10.0)
-    figure = ab.plot_basin(found)
+    figure = ab.plot.basin(found)
     bars, residual, vibration = figure.axes
     assert [text.get_text() for text in bars.get_yticklabels()] == ["balanced"]
     assert residual.get_xlabel() == "residual unbalance (g mm)"
@@ -151,7 +151,7 @@ def test_the_worst_start_of_a_planar_machine_keeps_the_angles_that_were_drawn() 
 
 def test_the_picture_of_run_ups_has_the_peaks_beside_the_one_without_balls() -> None:
     found = ab.basin(_drum(), SPEED, random=3, acceleration=100.0, hold=2.0)
-    peaks = ab.plot_basin(found).axes[-1]
+    peaks = ab.plot.basin(found).axes[-1]
     assert peaks.get_xlabel() == "greatest deflection on the way (mm)"
     assert np.sort(found["peak_deflection"]) * 1e3 == pytest.approx(np.asarray(peaks.lines[0].get_xdata(), float))
     assert np.asarray(peaks.lines[1].get_xdata(), float) == pytest.approx(1e3 * float(found["peak_without_balls"]))
@@ -171,7 +171,7 @@ def test_maps_over_starts_and_questions_without_a_verdict_are_refused_with_what_
 
 
 def test_for_a_deep_chamber_the_command_with_seeds_is_named() -> None:
-    for chamber in (MACHINES / "deep_chamber.toml", ab.load_chamber_machine(MACHINES / "deep_chamber.toml")):
+    for chamber in (MACHINES / "deep_chamber.toml", ab.load_machine(MACHINES / "deep_chamber.toml")):
         with pytest.raises(QuestionError, match=r"study amplitudes FILE .* --seeds 50"):
             ab.basin(chamber, SPEED, random=2)  # type: ignore[arg-type]
 
@@ -198,7 +198,7 @@ def test_the_command_keeps_the_worst_start_and_says_how_to_run_it_again(tmp_path
     assert "2 runs, random starts of seed 0; none puts balls on top of each other" in text
     assert "greatest deflection on the way, after run-ups: median" in text
     number = int(text.partition("worst start: number ")[2][0])
-    assert f"run it again: autobalancer run {worst} --seed {number}" in text
+    assert f"run it again: autobalancer simulate {worst} --seed {number}" in text
     short = CliRunner().invoke(app, [*asked[:4], "--hold", "3 s", "--random", "1"])
     assert "give a longer --hold" in " ".join(short.output.split())
     assert ab.load_machine(worst).drive.profile.kind == "ramp"

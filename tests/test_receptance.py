@@ -27,8 +27,8 @@ from autobalancer.measurement.receptance.measured import load_receptance
 from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of, pole_model
 from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.states.linear import eigensystem, kept, matrices
 from autobalancer.stability.states.planar import Equilibrium
 
@@ -349,7 +349,7 @@ def test_the_balls_of_a_machine_are_those_it_resolves() -> None:
     rig = Path(__file__).parents[1] / "examples" / "machines"
     found = balls_of(rig / "discoidal.toml")
     assert found.count == 2
-    assert found.mass.sum() == pytest.approx(ab.summary(rig / "discoidal.toml").races[0].effective_mass)
+    assert found.mass.sum() == pytest.approx(ab.check(rig / "discoidal.toml").races[0].effective_mass)
     with pytest.raises(QuestionError, match="off the axis"):
         balls_of(rig / "eccentric_race.toml")
 
@@ -512,7 +512,7 @@ def test_the_command_takes_balls_unbalance_and_oil_from_a_machine(tmp_path: Path
     text = CliRunner().invoke(app, asked, catch_exceptions=False).output
     assert "mm^2/s" in text
     numbers = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).output)
-    exact = {border.name: border.speed for border in ab.border_speeds(rig)}["exact border"]
+    exact = {border.name: border.speed for border in ab.stability.borders(rig)}["exact border"]
     assert numbers["exact_border"] == pytest.approx(exact, rel=0.02)
 
 

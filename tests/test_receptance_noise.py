@@ -70,8 +70,8 @@ def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(see
     rig = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
     fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
     unbalance = largest_unbalance(ab.load_machine(rig))
-    found = receptance_border(fit, ab.balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
-    exact = {border.name: border.speed for border in ab.border_speeds(rig)}["exact border"]
+    found = receptance_border(fit, ab.measure.balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
+    exact = {border.name: border.speed for border in ab.stability.borders(rig)}["exact border"]
     assert found.attrs["exact_border"] == pytest.approx(exact, rel=0.01)
     assert abs(found.attrs["exact_border"] - exact) < 5.0 * found.attrs["exact_border_deviation"]
 

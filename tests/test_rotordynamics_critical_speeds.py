@@ -185,11 +185,11 @@ def test_a_rotor_on_tabled_supports_has_the_same_critical_speeds_in_runs_borders
             "drive": {"kind": "speed", "profile": {"kind": "ramp", "end": 400.0, "duration": 0.1}},
         }
     )
-    found = ab.critical_speeds(machine)
+    found = ab.rotor.critical_speeds(machine)
     forward = found["critical_speed"].values[found["whirl"].values == "forward"]
     run = ab.simulate(machine, duration=0.1)
     assert run.attrs["critical_speeds"] == pytest.approx(forward.tolist(), rel=1e-9)
-    assert ab.summary(machine).critical_speeds == pytest.approx(forward.tolist(), rel=1e-9)
+    assert ab.check(machine).critical_speeds == pytest.approx(forward.tolist(), rel=1e-9)
     # the parallel mode, K(w) = w^2 M, between two entries of the table
     first = forward[0]
     assert 2.0 * np.interp(first, table["speed"], table["stiffness"]) == pytest.approx(first**2 * 5.003, rel=1e-3)

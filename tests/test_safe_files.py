@@ -171,7 +171,7 @@ def test_an_option_that_cannot_be_met_is_no_success(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_runs_is_no_archive(tmp_path: Path) -> None:
-    answer = CliRunner().invoke(app, ["archive", str(tmp_path)])
+    answer = CliRunner().invoke(app, ["chamber", "archive", str(tmp_path)])
     assert answer.exit_code == 2
     assert "holds no runs" in answer.stderr
 

@@ -15,10 +15,10 @@ from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.critical import critical_speeds
 from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import assemble
+from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.files.machine_file import read_machine
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.simulation.run import simulate
 
 MACHINES = {
     path.stem: machine
@@ -210,6 +210,6 @@ def test_critical_speeds_of_a_run_are_those_of_the_rotor_with_its_balls() -> Non
 
 def test_check_says_that_weight_acts_on_balls_in_tilting_races() -> None:
     upright = ab.with_parameter(ab.example("two_plane_rotor"), "tilting_races", "full")
-    assert any("acts along the axis" in text for text in ab.summary(upright).warnings)
+    assert any("acts along the axis" in text for text in ab.check(upright).warnings)
     for path, value in (("gravity", 0.0), ("tilting_races", "deflection")):
-        assert not any("acts along" in text for text in ab.summary(ab.with_parameter(upright, path, value)).warnings)
+        assert not any("acts along" in text for text in ab.check(ab.with_parameter(upright, path, value)).warnings)

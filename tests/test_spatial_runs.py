@@ -16,9 +16,9 @@ import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model, reference, rows_at, rows_matrix, unbalance_load
 from autobalancer.assembly.rotors.reduction import reduction
 from autobalancer.cli import app
+from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine
-from autobalancer.simulation.run import simulate
 from autobalancer.simulation.sampling import SampleTimes
 
 STILL = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}

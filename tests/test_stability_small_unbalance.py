@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from autobalancer.machine import Machine
-from autobalancer.stability.borders.balanced import balanced_states
-from autobalancer.stability.borders.windows import _edge, stable_windows
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.windows import _edge, stable_windows
 from autobalancer.stability.states.described import described
 
 

@@ -32,9 +32,9 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.borders.balanced_stations import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.harmonic_balance import swing_of
 from autobalancer.stability.states.linear import eigensystem, matrices
@@ -134,7 +134,7 @@ def test_two_planes_share_the_unbalance_like_a_statically_determinate_beam_at_an
     m = machine(TWO)
     wanted = -np.linalg.solve([[1.0, 1.0], [-0.1, 0.15]], [STATIC, COUPLE])
     for speed in (50.0, 110.0, 700.0):
-        found = ab.equilibria(m, speed)
+        found = ab.stability.equilibria(m, speed)
         assert np.allclose(found["required_moment"], np.abs(wanted), rtol=1e-11)
         st = stations(m)
         for state in balanced_of(st, speed):
@@ -159,7 +159,9 @@ def test_one_plane_cannot_balance_a_couple_and_the_rotor_still_tilts_about_it() 
 
 
 def test_with_one_plane_what_balances_depends_on_the_speed() -> None:
-    first, second = (float(ab.equilibria(machine(ONE), speed)["required_moment"][0]) for speed in (200.0, 500.0))
+    first, second = (
+        float(ab.stability.equilibria(machine(ONE), speed)["required_moment"][0]) for speed in (200.0, 500.0)
+    )
     assert abs(first / second - 1.0) > 0.02
 
 
@@ -321,12 +323,12 @@ def test_a_balancer_in_the_plane_of_the_mass_center_of_a_symmetric_rotor_has_the
             "unbalances": (Unbalance(moment=4.1e-4, angle=0.3, station=0.0),),
         }
     )
-    wanted = {border.name: border.speed for border in ab.border_speeds(flat)}
-    for border in ab.border_speeds(deep):
+    wanted = {border.name: border.speed for border in ab.stability.borders(flat)}
+    for border in ab.stability.borders(deep):
         fold = border.name == "release speed"  # elsewhere than (4.73), which is at the critical speed itself
         assert border.speed == pytest.approx(wanted[border.name], rel=1e-3 if fold else 1e-9)
     assert {"exact border", "exact border, worst case", "release speed", "capture speed"} <= {
-        border.name for border in ab.border_speeds(deep)
+        border.name for border in ab.stability.borders(deep)
     }
 
 
@@ -354,13 +356,13 @@ def test_two_planes_balance_a_slender_rotor_above_its_second_critical_speed_and_
     st = stations(m)
     low, high = st.critical_speeds
     assert (low, high) == pytest.approx((88.05, 163.36), abs=0.01)
-    found = ab.stable_windows(m, 2000.0)
+    found = ab.stability.stable_windows(m, 2000.0)
     assert len(found.windows) == 1
     assert found.windows[0][1] == 2000.0
     assert found.windows[0][0] > high
     rates = StationBalls(st).rates(np.linspace(low * 1.01, high, 30))
     assert (rates > 0.0).all()
-    border = {b.name: b.speed for b in ab.border_speeds(m)}["exact border"]
+    border = {b.name: b.speed for b in ab.stability.borders(m)}["exact border"]
     assert border == pytest.approx(found.windows[0][0], rel=1e-9)
     assert StationBalls(st).rates(np.array([border * (1.0 - 1e-6)]))[0] > 0.0
     assert StationBalls(st).rates(np.array([border * (1.0 + 1e-6)]))[0] < 0.0
@@ -372,11 +374,11 @@ def test_a_disk_like_rotor_has_no_conical_critical_speed_and_no_stable_balancing
     assert len(disk.critical_speeds) == 1
     speeds = np.geomspace(5.0, 20000.0, 120)
     assert (StationBalls(disk).rates(speeds) > 0.0).all()
-    assert ab.stable_windows(machine(TWO, polar=0.055), 5000.0).windows == ()
-    border = {b.name: b for b in ab.border_speeds(machine(TWO, polar=0.055))}["exact border"]
+    assert ab.stability.stable_windows(machine(TWO, polar=0.055), 5000.0).windows == ()
+    border = {b.name: b for b in ab.stability.borders(machine(TWO, polar=0.055))}["exact border"]
     assert math.isinf(border.speed)
     assert "disk-like, J_p = 0.055 > J_t = 0.05" in border.note
-    assert "disk-like" not in {b.name: b for b in ab.border_speeds(machine(TWO))}["exact border"].note
+    assert "disk-like" not in {b.name: b for b in ab.stability.borders(machine(TWO))}["exact border"].note
 
 
 def test_one_plane_on_a_disk_like_rotor_is_stable_at_high_speed_only_near_the_mass_center() -> None:
@@ -437,11 +439,11 @@ def test_the_swinging_state_on_anisotropic_supports_returns_after_a_turn_and_its
 
 def test_rodrigues_rig_balances_as_soon_as_its_balls_are_strong_enough_above_the_conical_speeds() -> None:
     m = rig("rodrigues_rig")
-    found = ab.stable_windows(m, 4500.0 * math.pi / 30.0, lowest=1000.0 * math.pi / 30.0)
+    found = ab.stability.stable_windows(m, 4500.0 * math.pi / 30.0, lowest=1000.0 * math.pi / 30.0)
     ((low, high),) = found.windows
     assert low * 30.0 / math.pi == pytest.approx(2441.6, abs=0.5)
     assert high == pytest.approx(4500.0 * math.pi / 30.0)
-    need = ab.equilibria(m, low * (1.0 + 1e-9))["required_moment"]
+    need = ab.stability.equilibria(m, low * (1.0 + 1e-9))["required_moment"]
     assert float(need[0]) == pytest.approx(2 * 0.44e-3 * 42.8e-3, rel=2e-4)  # both balls nearly in line
 
 
@@ -451,26 +453,26 @@ def test_rodrigues_rig_balances_as_soon_as_its_balls_are_strong_enough_above_the
 def test_what_is_known_of_planar_rotors_only_says_what_to_ask_instead() -> None:
     m = machine(TWO)
     with pytest.raises(QuestionError, match=r"planar rotors only.*equilibria"):
-        ab.speed_windows(m)
+        ab.stability.speed_windows(m)
     with pytest.raises(QuestionError, match=r"unbalances\[1\].moment"):
-        ab.border_curve(m, "unbalance", [1e-4])
+        ab.stability.border_curve(m, "unbalance", [1e-4])
     with pytest.raises(QuestionError, match=r"2 unbalances along its axis"):
-        ab.equilibria(m, 300.0, unbalance=1e-4)
+        ab.stability.equilibria(m, 300.0, unbalance=1e-4)
 
 
 def test_gravity_across_the_axis_and_balls_that_feel_the_tilt_are_refused() -> None:
     m = machine(TWO)
     with pytest.raises(QuestionError, match="gravity acts across the axis"):
-        ab.eigenvalues(m.model_copy(update={"axis": "horizontal"}), [300.0])
+        ab.stability.eigenvalues(m.model_copy(update={"axis": "horizontal"}), [300.0])
     with pytest.raises(QuestionError, match="tilting_races"):
-        ab.border_speeds(m.model_copy(update={"tilting_races": "full"}))
+        ab.stability.borders(m.model_copy(update={"tilting_races": "full"}))
 
 
 def test_a_plane_whose_balls_are_too_weak_is_named() -> None:
     m = machine(((-0.1, (0.0001, 0.0001)), (0.15, (0.0035, 0.0035))))
     with pytest.raises(QuestionError, match="'plane 1'"):
-        ab.eigenvalues(m, [300.0])
-    assert any("'plane 1'" in warning for warning in ab.summary(m).warnings)
+        ab.stability.eigenvalues(m, [300.0])
+    assert any("'plane 1'" in warning for warning in ab.check(m).warnings)
 
 
 def test_what_a_plane_needs_is_its_greatest_over_time_though_the_planes_need_it_at_different_times() -> None:
@@ -482,9 +484,9 @@ def test_what_a_plane_needs_is_its_greatest_over_time_though_the_planes_need_it_
         return Unbalance.model_validate({"moment": moment, "station": station, "schedule": schedule})
 
     before, after = part("50 g*mm", "-100 mm", [1.0, 1.0, 0.0]), part("60 g*mm", "100 mm", [0.0, 0.0, 1.0])
-    found = ab.summary(two.model_copy(update={"unbalances": (before, after)})).stations
+    found = ab.check(two.model_copy(update={"unbalances": (before, after)})).stations
     assert [plane.required * 1e6 for plane in found] == pytest.approx([50.0, 60.0 * 200.0 / 250.0])
-    last = ab.summary(two.model_copy(update={"unbalances": (after,)})).stations
+    last = ab.check(two.model_copy(update={"unbalances": (after,)})).stations
     assert [plane.required * 1e6 for plane in last] == pytest.approx([60.0 * 50.0 / 250.0, 60.0 * 200.0 / 250.0])
 
 
@@ -497,8 +499,8 @@ def test_a_border_that_is_not_computed_is_called_not_known() -> None:
 
 def test_another_size_of_the_only_unbalance_keeps_its_direction_and_place() -> None:
     m = machine(TWO, couple=0j)
-    twice = ab.equilibria(m, 300.0, unbalance=2.0 * abs(STATIC))
-    once = ab.equilibria(m, 300.0)
+    twice = ab.stability.equilibria(m, 300.0, unbalance=2.0 * abs(STATIC))
+    once = ab.stability.equilibria(m, 300.0)
     assert np.allclose(twice["required_moment"], 2.0 * once["required_moment"], rtol=1e-12)
     assert np.allclose(twice["required_moment_angle"], once["required_moment_angle"], atol=1e-12)
 
@@ -513,6 +515,6 @@ def test_the_command_line_checks_machines_that_tilt(name: str) -> None:
     borders = json.loads(runner.invoke(app, ["borders", file, "--json"]).output)["borders"]
     exact = next(border["speed"] for border in borders if border["name"] == "exact border")
     assert exact == "Infinity" if name == "disk_like_rotor" else exact > 100.0
-    spoken = runner.invoke(app, ["stability", file, "--speeds", "6000 rpm:9000 rpm:3"])
+    spoken = runner.invoke(app, ["eigenvalues", file, "--speeds", "6000 rpm:9000 rpm:3"])
     assert spoken.exit_code == 0
     assert ("unstable" in spoken.output) == (name == "disk_like_rotor")

@@ -129,7 +129,7 @@ def test_two_planes_balance_a_shaft_above_its_rigid_speeds_but_not_just_above_it
 
 def test_with_planes_that_are_not_those_of_the_unbalance_a_bent_shaft_is_not_left_without_vibration() -> None:
     m = machine(shaft(2.1e11))
-    found = ab.equilibria(m, 600.0)
+    found = ab.stability.equilibria(m, 600.0)
     balanced = found.isel(state=0)
     assert str(balanced["name"].values) == "balanced"
     assert float(balanced["deflection_at_station"].max()) < 1e-12
@@ -137,5 +137,5 @@ def test_with_planes_that_are_not_those_of_the_unbalance_a_bent_shaft_is_not_lef
     whirl = st.coordinates(600.0, balanced["ball_angle_in_rotor"].values)
     assert np.abs(whirl).max() > 1e-8
     assert float(found["required_moment"][0]) != pytest.approx(
-        float(ab.equilibria(m, 200.0)["required_moment"][0]), rel=1e-3
+        float(ab.stability.equilibria(m, 200.0)["required_moment"][0]), rel=1e-3
     )

@@ -28,8 +28,8 @@ from autobalancer.machine import (
     Support,
 )
 from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.borders.speeds import Border
 from autobalancer.stability.host.stations import stations
+from autobalancer.stability.maps.speeds import Border
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.groups import Loads, stalled_groups
 from autobalancer.stability.stall.ranges import hanging_ranges
@@ -88,7 +88,7 @@ def balance(m: Machine) -> Balance:
 
 
 def found(m: Machine, **options: Any) -> dict[str, Border]:
-    return {border.name: border for border in ab.border_speeds(m, only=BOTH, **options)}
+    return {border.name: border for border in ab.stability.borders(m, only=BOTH, **options)}
 
 
 # limits and symmetry ---------------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ def test_only_resonances_that_the_run_up_meets_count() -> None:
 
 def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_through() -> None:
     m = machine(rotor(0.08, (2e4, 3e4)), (-0.1, 0.15), beta=2e-4)
-    curve = ab.border_curve(m, "rolling_resistance", np.linspace(0.0, 0.03, 12), only=("release speed",))
+    curve = ab.stability.border_curve(m, "rolling_resistance", np.linspace(0.0, 0.03, 12), only=("release speed",))
     release = curve["release_speed"].values
     known = np.isfinite(release)
     assert 4 <= known.sum() < 12
@@ -202,7 +202,7 @@ def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_
 def test_balls_between_partitions_do_not_stall() -> None:
     m = machine(rotor(), (0.03,))
     walls = with_parameter(m, "balancers[1].races[1].partitions", {"count": 2})
-    (border,) = ab.border_speeds(walls, only=BOTH)
+    (border,) = ab.stability.borders(walls, only=BOTH)
     assert math.isnan(border.speed)
     assert "between partitions are carried along" in border.note
 
@@ -319,19 +319,21 @@ def test_of_two_planes_that_hang_at_the_nutation_one_is_released_first_and_the_o
 
 def test_curves_have_release_and_capture_over_what_only_real_races_have() -> None:
     m = machine(rotor(), (-0.1, 0.15))
-    curve = ab.border_curve(m, "rolling_resistance", [0.0, 0.004, 0.008], only=BOTH)
+    curve = ab.stability.border_curve(m, "rolling_resistance", [0.0, 0.004, 0.008], only=BOTH)
     assert "exact_border" not in curve
     for name in ("release_speed", "capture_speed"):
         assert (np.diff(curve[name].values) < 0.0).all()
-    thick = ab.border_curve(m, "plateau", [0.4, 0.8], only=BOTH)["release_speed"].values
+    thick = ab.stability.border_curve(m, "plateau", [0.4, 0.8], only=BOTH)["release_speed"].values
     assert thick[0] > thick[1]
-    figure = ab.plot_border_curve(curve)
+    figure = ab.plot.border_curve(curve)
     assert {"release speed", "capture speed"} <= {text.get_text() for text in figure.legends[0].get_texts()}
 
 
 def test_warm_oil_lets_go_later() -> None:
     m = with_parameter(machine(rotor(), (0.03,)), "balancers[1].races[1].fluid", {"name": "silicone oil 1"})
-    release = ab.border_curve(m, "temperature", ["10 degC", "50 degC"], only=["release speed"])["release_speed"].values
+    release = ab.stability.border_curve(m, "temperature", ["10 degC", "50 degC"], only=["release speed"])[
+        "release_speed"
+    ].values
     assert release[0] < release[1]
     assert value_of(with_quantity(m, "temperature", "30 degC"), "temperature") == pytest.approx(303.15)
 
@@ -339,29 +341,29 @@ def test_warm_oil_lets_go_later() -> None:
 def test_a_map_without_the_speed_has_the_release_speed_over_both_axes() -> None:
     flat = machine(PlanarRotor(mass=5.0, stiffness=4e4, damping=40.0), (None,))
     axes = {"rolling_resistance": [0.0, 0.004, 0.008], "count": [2, 3]}
-    drawn = ab.stability_map(flat, axes, speed=115.0)
+    drawn = ab.stability.map(flat, axes, speed=115.0)
     assert drawn["release_speed"].shape == (3, 2)
     changed = with_quantity(with_quantity(flat, "rolling_resistance", 0.004), "count", 3)
     assert float(drawn["release_speed"][1, 1]) == found(changed)["release speed"].speed
-    assert any("release speed" in text.get_text() for text in ab.plot_map(drawn).legends[0].get_texts())
+    assert any("release speed" in text.get_text() for text in ab.plot.map(drawn).legends[0].get_texts())
 
 
 def test_the_least_drag_for_a_speed_has_its_release_speed_there_on_any_rotor() -> None:
     m = machine(rotor(), (-0.1, 0.15), beta=2e-4)
-    drag = ab.minimum_drag(m, 110.0, "release speed")
+    drag = ab.stability.minimum_drag(m, 110.0, "release speed")
     assert found(with_quantity(m, "drag", drag))["release speed"].speed == pytest.approx(110.0, rel=1e-6)
 
 
 def test_the_least_drag_for_a_release_counts_rolling_resistance() -> None:
     flat = machine(PlanarRotor(mass=5.0, stiffness=4e4, damping=40.0), (None,), beta=2e-4)
     rubbed = with_quantity(flat, "rolling_resistance", 0.004)
-    drag, less = (ab.minimum_drag(m, 110.0, "release speed") for m in (flat, rubbed))
+    drag, less = (ab.stability.minimum_drag(m, 110.0, "release speed") for m in (flat, rubbed))
     assert less < 0.9 * drag
     assert found(with_quantity(rubbed, "drag", less))["release speed"].speed == pytest.approx(110.0, rel=1e-6)
 
 
 def test_check_lists_release_and_capture_of_any_rotor() -> None:
-    assert set(BOTH) <= {border.name for border in ab.summary(machine(rotor(), (0.03,))).borders}
+    assert set(BOTH) <= {border.name for border in ab.check(machine(rotor(), (0.03,))).borders}
 
 
 def test_release_without_capture_is_the_same() -> None:
@@ -373,14 +375,20 @@ def test_release_without_capture_is_the_same() -> None:
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda m: ab.border_speeds(m, only=["release"]), "only: given 'release'; must be among"),
-        (lambda m: ab.border_speeds(m, up_to=-1.0), "up_to: given -1.0; must be greater than zero"),
+        (lambda m: ab.stability.borders(m, only=["release"]), "only: given 'release'; must be among"),
+        (lambda m: ab.stability.borders(m, up_to=-1.0), "up_to: given -1.0; must be greater than zero"),
         (lambda m: with_quantity(m, "temperature", 300.0), "has no fluid of the catalog"),
         (lambda m: with_quantity(with_quantity(m, "drag", 1e-4), "plateau", 0.5), "'beta', has none"),
         (lambda m: with_quantity(m, "rolling_resistance", -0.1), "must not be negative"),
-        (lambda m: ab.speed_windows(m), "autobalancer equivalent FILE --out planar.toml"),
-        (lambda m: ab.basin(m, 300.0, {"ball_angle[1]": [0.0]}), "autobalancer equivalent FILE --out planar.toml"),
-        (lambda m: ab.minimum_drag(m, 300.0, "averaged border"), "autobalancer equivalent FILE --out planar.toml"),
+        (lambda m: ab.stability.speed_windows(m), "autobalancer equivalent-planar FILE --out planar.toml"),
+        (
+            lambda m: ab.basin(m, 300.0, {"ball_angle[1]": [0.0]}),
+            "autobalancer equivalent-planar FILE --out planar.toml",
+        ),
+        (
+            lambda m: ab.stability.minimum_drag(m, 300.0, "averaged border"),
+            "autobalancer equivalent-planar FILE --out planar.toml",
+        ),
     ],
 )
 def test_what_cannot_be_answered_says_what_to_do(ask: Any, message: str) -> None:

@@ -58,7 +58,7 @@ def equal(numbers: tuple[Any, ...]) -> Machine:
 
 
 def border(m: Machine, name: str) -> ab.Border:
-    (found,) = ab.border_speeds(m, only=[name])
+    (found,) = ab.stability.borders(m, only=[name])
     return found
 
 
@@ -140,7 +140,7 @@ def test_two_planes_answer_within_a_second_or_two() -> None:
     import time
 
     begun = time.process_time()
-    ab.border_speeds(equal(FIRST), only=BOTH)
+    ab.stability.borders(equal(FIRST), only=BOTH)
     assert time.process_time() - begun < 2.0
 
 

@@ -102,7 +102,7 @@ def test_settling_counts_from_the_jump_and_is_said(lost: Machine, lost_run: xr.D
     ab.save_run(lost_run, tmp_path / "lost.nc")
     assert ab.verdict(ab.load_run(tmp_path / "lost.nc")).parts == found.parts
     ab.save_machine(lost, tmp_path / "lost.toml")
-    said = CliRunner().invoke(app, ["run", str(tmp_path / "lost.toml"), "--out", str(tmp_path / "a.nc")]).stdout
+    said = CliRunner().invoke(app, ["simulate", str(tmp_path / "lost.toml"), "--out", str(tmp_path / "a.nc")]).stdout
     assert "unbalance jumps" in said
     assert "s after the jump" in " ".join(said.split())
     swept = ab.sweep(lost, {"rotor.mass": [10.0]})

@@ -37,17 +37,17 @@ IN_SI = {
     "30 deg": 0.523598775598299,
 }
 RUN = ab.simulate(PLANAR, duration=0.5, save=ab.Samples(101))
-CURVE = ab.DragCurve(ab.free_sphere(), 760.0, 1e-6, 0.0123)
-CHAMBER = ab.Annulus(0.068, 0.086, 0.018, 0.077, 20e-6, 950.0)
+CURVE = ab.laws.DragCurve(ab.laws.free_sphere(), 760.0, 1e-6, 0.0123)
+CHAMBER = ab.flow.Annulus(0.068, 0.086, 0.018, 0.077, 20e-6, 950.0)
 
 
 def receptance(mass: Any, stiffness: Any, damping: Any) -> list[complex]:
-    return [complex(value) for value in ab.planar_receptance(mass, stiffness, damping)(np.array([100.0, 300.0]))]
+    return [complex(value) for value in ab.laws.planar_receptance(mass, stiffness, damping)(np.array([100.0, 300.0]))]
 
 
 def turned(q: Callable[[str], Any]) -> list[float]:
-    race = ab.TurnedRace(q("12.3 mm"), q("6.6 g"), q("77 mm"), 950.0, q("20 mm^2/s"))
-    found: list[float] = ab.equilibrium_angles(race, ab.free_sphere(), [q("1000 rpm")]).tolist()
+    race = ab.measure.TurnedRace(q("12.3 mm"), q("6.6 g"), q("77 mm"), 950.0, q("20 mm^2/s"))
+    found: list[float] = ab.measure.equilibrium_angles(race, ab.laws.free_sphere(), [q("1000 rpm")]).tolist()
     return found
 
 
@@ -63,27 +63,29 @@ def line_ends(figure: Any) -> list[float]:
 
 
 CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
-    "stable_windows": lambda q: ab.stable_windows(PLANAR, q(SPEED), unbalance=q(UNBALANCE)),
-    "border_speeds": lambda q: ab.border_speeds(PLANAR, unbalance=q(UNBALANCE)),
-    "equilibria": lambda q: ab.equilibria(PLANAR, q(SPEED), unbalance=q(UNBALANCE))["growth_rate"].values.tolist(),
-    "eigenvalues": lambda q: str(ab.eigenvalues(PLANAR, [q(SPEED)], unbalance=q(UNBALANCE)).data_vars),
-    "unbalance_response": lambda q: ab.unbalance_response(RIG, [q("3000 rpm"), q(SPEED)], unbalance=q(UNBALANCE))[
+    "stable_windows": lambda q: ab.stability.stable_windows(PLANAR, q(SPEED), unbalance=q(UNBALANCE)),
+    "border_speeds": lambda q: ab.stability.borders(PLANAR, unbalance=q(UNBALANCE)),
+    "equilibria": lambda q: ab.stability.equilibria(PLANAR, q(SPEED), unbalance=q(UNBALANCE))[
+        "growth_rate"
+    ].values.tolist(),
+    "eigenvalues": lambda q: str(ab.stability.eigenvalues(PLANAR, [q(SPEED)], unbalance=q(UNBALANCE)).data_vars),
+    "unbalance_response": lambda q: ab.rotor.response(RIG, [q("3000 rpm"), q(SPEED)], unbalance=q(UNBALANCE))[
         "semi_major"
     ].values.tolist(),
     "response_peaks": lambda q: str(
-        ab.response_peaks(RIG, lowest=q("1000 rpm"), highest=q("3000 rpm"), unbalance=q(UNBALANCE)).data_vars
+        ab.rotor.response_peaks(RIG, lowest=q("1000 rpm"), highest=q("3000 rpm"), unbalance=q(UNBALANCE)).data_vars
     ),
-    "eigenfrequencies": lambda q: ab.eigenfrequencies(RIG, q(SPEED))["frequency"].values.tolist(),
-    "frequency_response": lambda q: ab.frequency_response(RIG, [q(SPEED)], dwell=q("0.2 s"), window=q("0.1 s"))[
+    "eigenfrequencies": lambda q: ab.rotor.modes(RIG, q(SPEED))["frequency"].values.tolist(),
+    "frequency_response": lambda q: ab.stepped_response(RIG, [q(SPEED)], dwell=q("0.2 s"), window=q("0.1 s"))[
         "amplitude"
     ].values.tolist(),
-    "suitable_bearings": lambda q: len(ab.suitable_bearings(q(UNBALANCE))),
+    "suitable_bearings": lambda q: len(ab.catalog.suitable_bearings(q(UNBALANCE))),
     "sweep": lambda q: ab.sweep(PLANAR, {"unbalances[1].mass": ["4 g"]}, duration=q("0.2 s"))[
         "peak_deflection"
     ].values.tolist(),
-    "capability": lambda q: ab.capability(q("77 mm"), q("12.3 mm"), q("7800 kg/m^3"), 2),
-    "largest_useful_count": lambda q: ab.largest_useful_count(q("77 mm"), q("12.3 mm")),
-    "rest_interval": lambda q: ab.rest_interval(
+    "capability": lambda q: ab.laws.capability(q("77 mm"), q("12.3 mm"), q("7800 kg/m^3"), 2),
+    "largest_useful_count": lambda q: ab.laws.largest_useful_count(q("77 mm"), q("12.3 mm")),
+    "rest_interval": lambda q: ab.laws.rest_interval(
         q(UNBALANCE),
         q(UNBALANCE),
         q("77 mm"),
@@ -93,27 +95,29 @@ CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
         damping=q("200 N*s/m"),
         speed=q("3000 rpm"),
     ),
-    "held_whirl": lambda q: ab.held_whirl(q("77 mm"), 0.001),
-    "balance_grade": lambda q: ab.balance_grade(q(UNBALANCE), q("10 kg"), q("3000 rpm")),
-    "permissible_unbalance": lambda q: ab.permissible_unbalance(6.3, q("10 kg"), q("3000 rpm")),
-    "DragCurve": lambda q: ab.DragCurve(ab.free_sphere(), q("7800 kg/m^3"), q("20 mm^2/s"), q("12.3 mm")).viscous,
+    "held_whirl": lambda q: ab.laws.held_whirl(q("77 mm"), 0.001),
+    "balance_grade": lambda q: ab.laws.balance_grade(q(UNBALANCE), q("10 kg"), q("3000 rpm")),
+    "permissible_unbalance": lambda q: ab.laws.permissible_unbalance(6.3, q("10 kg"), q("3000 rpm")),
+    "DragCurve": lambda q: (
+        ab.laws.DragCurve(ab.laws.free_sphere(), q("7800 kg/m^3"), q("20 mm^2/s"), q("12.3 mm")).viscous
+    ),
     "planar_receptance": lambda q: receptance(q("10 kg"), q("400 kN/m"), q("200 N*s/m")),
-    "stall_ranges": lambda q: ab.stall_ranges(
-        ab.StalledBall(q(UNBALANCE), q(UNBALANCE), q("77 mm"), lambda slip: CURVE.torque(slip, 0.077)),
-        ab.planar_receptance(10.0, 4e5, 200.0),
+    "stall_ranges": lambda q: ab.laws.stall_ranges(
+        ab.laws.StalledBall(q(UNBALANCE), q(UNBALANCE), q("77 mm"), lambda slip: CURVE.torque(slip, 0.077)),
+        ab.laws.planar_receptance(10.0, 4e5, 200.0),
         [q("1000 rpm")],
     ),
-    "slipstream_factors": lambda q: ab.slipstream_factors(
+    "slipstream_factors": lambda q: ab.laws.slipstream_factors(
         [0.0, q("30 deg")], [1.0, 1.0], q("77 mm"), q("12.3 mm"), q("20 mm^2/s")
     ).tolist(),
-    "equal_balls": lambda q: str(ab.equal_balls(2, q("6.6 g"), q("77 mm"), q("5e-6 N*m*s"), spin_ratio=0.4)),
-    "fluid": lambda q: ab.fluid("silicone oil 20", q("40 degC")),
+    "equal_balls": lambda q: str(ab.measure.equal_balls(2, q("6.6 g"), q("77 mm"), q("5e-6 N*m*s"), spin_ratio=0.4)),
+    "fluid": lambda q: ab.catalog.fluid("silicone oil 20", q("40 degC")),
     "equilibrium_angles": turned,
-    "annulus_flow": lambda q: ab.annulus_flow(
+    "annulus_flow": lambda q: ab.flow.annulus_flow(
         CHAMBER, q("1000 rpm"), initial_speed=0.0, duration=q("0.2 s"), samples=5
     )["fluid_speed"].values.tolist(),
-    "plot_run_up": lambda q: line_ends(ab.plot_run_up(RUN, start=q("0.1 s"), end=q("0.2 s"))),
-    "plot_race": lambda q: ab.plot_race(RUN, time=q("0.2 s")).axes[0].get_title(),
+    "plot_run_up": lambda q: line_ends(ab.plot.run_up(RUN, start=q("0.1 s"), end=q("0.2 s"))),
+    "plot_race": lambda q: ab.plot.race(RUN, time=q("0.2 s")).axes[0].get_title(),
     "animate": film,
 }
 

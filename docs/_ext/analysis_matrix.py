@@ -21,17 +21,17 @@ Changes = dict[str, Any]
 BORDERS = ("averaged border", "exact border", "release speed", "capture speed")
 ANALYSES: dict[str, Answer] = {
     "run": lambda machine: ab.simulate(machine, duration=SHORT)["ball_angle_in_rotor"],
-    "stepped": lambda machine: ab.frequency_response(machine, [SPEED], dwell=SHORT, window=SHORT),
+    "stepped": lambda machine: ab.stepped_response(machine, [SPEED], dwell=SHORT, window=SHORT),
     "basin": lambda machine: ab.basin(machine, SPEED, random=2, hold=SHORT),
     **{name: lambda machine, name=name: _border(machine, name) for name in BORDERS},
-    "stability": lambda machine: ab.eigenvalues(machine, [SPEED, 1.1 * SPEED]),
-    "map": lambda machine: ab.stability_map(
+    "stability": lambda machine: ab.stability.eigenvalues(machine, [SPEED, 1.1 * SPEED]),
+    "map": lambda machine: ab.stability.map(
         machine, {"speed": [SPEED, 1.1 * SPEED], "ball_mass": [4e-3, 5e-3]}, borders=2
     ),
-    "branches": lambda machine: ab.branches(machine, "speed", SPEED, 1.02 * SPEED, orbits=False),
+    "branches": lambda machine: ab.stability.branches(machine, "speed", SPEED, 1.02 * SPEED, orbits=False),
     "friction": lambda machine: _held(machine),
-    "modes": lambda machine: ab.eigenfrequencies(machine, SPEED),
-    "response": lambda machine: ab.unbalance_response(machine, [SPEED]),
+    "modes": lambda machine: ab.rotor.modes(machine, SPEED),
+    "response": lambda machine: ab.rotor.response(machine, [SPEED]),
 }
 
 RACE = {
@@ -101,8 +101,8 @@ def rotors() -> str:
     supports = [{"position": at, "stiffness": ["20 kN/m", "25 kN/m"], "damping": "20 N*s/m"} for at in (-0.12, 0.12)]
     machines["rigid rotor, supports different in x and y"] = ab.with_parameter(planes, "rotor.supports", supports)
     machines["rigid rotor, full motion of tilting races"] = ab.with_parameter(planes, "tilting_races", "full")
-    machines["flexible shaft"] = ab.rig("cfrp_rig")
-    machines["rig of rigid bodies"] = ab.rig("discoidal_rig")
+    machines["flexible shaft"] = ab.catalog.rig("cfrp_rig")
+    machines["rig of rigid bodies"] = ab.catalog.rig("discoidal_rig")
     return _table("rotor and drive", {name: _tried(machine) for name, machine in machines.items()})
 
 
@@ -126,7 +126,7 @@ def _machine(changes: Changes, race: Changes) -> Machine:
 
 
 def _border(machine: Machine, name: str) -> np.ndarray:
-    found = [border.speed for border in ab.border_speeds(machine, only=(name,)) if border.name == name]
+    found = [border.speed for border in ab.stability.borders(machine, only=(name,)) if border.name == name]
     if not found:
         raise AutobalancerError("no such border")
     return np.array(found)
@@ -139,7 +139,7 @@ def _held(machine: Machine) -> np.ndarray:
         if race.resolved is not None:
             machine = ab.with_parameter(machine, "balancers[1].races[1].resolved.rest_speed", "1 mm/s")
         machine = ab.with_parameter(machine, "balancers[1].races[1].friction", {"rolling_resistance": 2e-4})
-    planes = ab.held_by_friction(machine, SPEED).planes
+    planes = ab.stability.held_by_friction(machine, SPEED).planes
     return np.array([[plane.worst_residual, plane.median_residual] for plane in planes])
 
 

@@ -26,7 +26,7 @@ def borders_over_oil() -> str:
     text = "| silicone oil | S | averaged border | exact border | exact border, worst case | release speed |\n"
     text += "|---|---|---|---|---|---|\n"
     for oil in OILS:
-        found = ab.summary(with_parameter(machine, "balancers[1].races[1].fluid.name", f"silicone oil {oil:g}"))
+        found = ab.check(with_parameter(machine, "balancers[1].races[1].fluid.name", f"silicone oil {oil:g}"))
         speeds = {border.name: border.speed for border in found.borders}
         names = ("averaged border", "exact border", "exact border, worst case", "release speed")
         cells = [f"{oil:g} mm²/s", f"{found.sommerfeld_number:.3g}", *(_speed(speeds[name]) for name in names)]
@@ -38,7 +38,7 @@ def borders_over_unbalance() -> str:
     """Exact border of the rig with thin oil, over the unbalance that two balls balance."""
     machine = ab.load_machine(MACHINES / "thin_oil.toml")
     machines = (machine, _balls_of_table_6_4(machine))
-    numbers = [ab.summary(one).sommerfeld_number for one in machines]
+    numbers = [ab.check(one).sommerfeld_number for one in machines]
     text = f"| balls at | unbalance, g mm | exact border, S = {numbers[0]:.3g} | exact border, S = {numbers[1]:.3g} |\n"
     text += "|---|---|---|---|\n"
     for angle in ANGLES:
@@ -59,7 +59,7 @@ def _balls_of_table_6_4(machine: Machine) -> Machine:
 
 
 def _exact(machine: Machine, unbalance: float) -> str:
-    speeds = {border.name: border.speed for border in ab.border_speeds(machine, unbalance)}
+    speeds = {border.name: border.speed for border in ab.stability.borders(machine, unbalance)}
     return _speed(speeds["exact border"])
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from autobalancer.cli import app
-from autobalancer.public_names import COMMANDS
+from autobalancer.public_names import function_of
 
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 
@@ -25,9 +25,11 @@ def commands() -> str:
 
 
 def functions() -> str:
-    """Which public functions answer the question of a command."""
-    rows = (f"| `{command}` | {', '.join(f'`ab.{name}`' for name in names)} |\n" for command, names in COMMANDS.items())
-    return "| command | in Python |\n|---|---|\n" + "".join(rows)
+    """The public function of each command: its last word."""
+    paths = [path.removeprefix("autobalancer ") for path, _ in _walk("autobalancer", typer.main.get_command(app))]
+    return "| command | in Python |\n|---|---|\n" + "".join(
+        f"| `{path}` | `ab.{function_of(path)}` |\n" for path in paths
+    )
 
 
 def _walk(path: str, command: Any) -> Iterator[tuple[str, Any]]:

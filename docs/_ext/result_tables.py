@@ -50,7 +50,7 @@ FREE_BALL = {
     "resolved": CONTACT,
 }
 RUBBING = with_parameter(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
-CHAMBER = ab.load_chamber_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
+CHAMBER = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
 RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
@@ -75,7 +75,7 @@ def result_variables() -> str:
         ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
         ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
-        ("of a deep chamber, with $x$ along the rotor", ab.simulate_chamber(CHAMBER, duration=0.005, settle=False)),
+        ("of a deep chamber, with $x$ along the rotor", ab.simulate(CHAMBER, duration=0.005, settle=False)),
     ]
     text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[tuple[str, str]]()
     for wish, run in kept:

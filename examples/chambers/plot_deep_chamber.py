@@ -11,20 +11,20 @@ the wall carries them around, and seconds later they have found places that bala
 
 import autobalancer as ab
 
-machine = ab.chamber_variant(ab.example("deep_chamber"), balls=12, friction=0.7)
-run = ab.simulate_chamber(machine, duration=16.0)
-figure = ab.plot_chamber_run(run)
+machine = ab.chamber.variant(ab.example("deep_chamber"), balls=12, friction=0.7)
+run = ab.simulate(machine, duration=16.0)
+figure = ab.plot.chamber_run(run)
 
 # %%
 # At rest, on their way, and in balance: seen from the front, and with the race unrolled from the unbalance on.
 
-figure = ab.plot_arrangement(run, [0.0, 1.0, 16.0])
+figure = ab.plot.chamber_arrangement(run, [0.0, 1.0, 16.0])
 
 # %%
 # Where the work of the motor went, and how well the balance closes.
 
-figure = ab.plot_energy(run)
-measured = ab.chamber_measures(run)
+figure = ab.plot.chamber_energy(run)
+measured = ab.measures(run)
 for name in ("share_carried", "vertical_synchronous", "residual_unbalance", "energy_error"):
     print(f"{name}: {float(measured[name]):.3g} {measured[name].attrs['units']}")
 assert float(measured["share_carried"]) == 1.0

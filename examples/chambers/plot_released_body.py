@@ -17,7 +17,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.machine import ChamberMachine
 
-described = tomllib.loads(ab.example_text("released_body"))
+described = tomllib.loads(ab.catalog.example_text("released_body"))
 steel = {"density": "7800 kg/m^3", "total_mass": "1 kg"}
 layer = {"radius": "100 mm", "balls": [{"count": 6, **steel}]}
 deep = {"radius": "100 mm", "depth": "300 mm", "balls": [{"count": 12, **steel}]}
@@ -27,17 +27,21 @@ machines = {
     "one layer": described | {"chambers": [layer]},
     "one deep chamber": described | {"chambers": [deep]},
 }
-runs = {name: ab.simulate_chamber(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
+runs = {name: ab.simulate(ChamberMachine(**each), duration=12.0, seed=1) for name, each in machines.items()}
 
 # %%
 # What is left of unbalance and couple, the greatest in each tenth of a second.
 
-static, couple = ab.unbalance_of(runs["two chambers"])
-with ab.style.look():
-    figure = ab.style.picture(8.0, 6.0)
+static, couple = ab.chamber.unbalance_of(runs["two chambers"])
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(8.0, 6.0)
     axes = figure.subplots(2, 1, sharex=True)
-    for (name, run), color in zip(runs.items(), ab.style.BALLS, strict=False):
-        left = ab.residual_of_balls(run, static, couple).isel(time=slice(1, None)).coarsen(time=100, boundary="trim")
+    for (name, run), color in zip(runs.items(), ab.plot.style.BALLS, strict=False):
+        left = (
+            ab.chamber.residual_of_balls(run, static, couple)
+            .isel(time=slice(1, None))
+            .coarsen(time=100, boundary="trim")
+        )
         highest, time = left.max(), left.mean()["time"]
         axes[0].plot(time, 100.0 * highest["static"] / abs(static), color=color, label=name)
         axes[1].plot(time, 100.0 * highest["couple"] / abs(couple), color=color)
@@ -45,14 +49,14 @@ with ab.style.look():
     axes[1].set(ylabel="couple left (%)", xlabel="time (s)")
     for each in axes:
         each.set(yscale="log", ylim=(0.1, 1000.0))
-    ab.style.heading(figure, "What balls leave of unbalance and couple")
-    ab.style.legend(axes[0])
+    ab.plot.style.heading(figure, "What balls leave of unbalance and couple")
+    ab.plot.style.legend(axes[0])
 
 # %%
 # In numbers: what is left in the last second, the tilting of the body, the force of a bearing about its mean.
 
 for name, run in runs.items():
-    measured = ab.chamber_measures(run, last=1.0)
+    measured = ab.measures(run, last=1.0)
     late = run.isel(time=slice(-1000, None))
     tilt = np.abs(late["body_rotation"] - late["body_rotation"].mean("time")).max()
     force = np.sqrt(((late["bearing_force"] - late["bearing_force"].mean("time")) ** 2).sum("axis").mean("time")).max()
@@ -60,5 +64,5 @@ for name, run in runs.items():
         f"{name:26} unbalance {measured['residual_unbalance'] / abs(static):7.4f}  couple "
         f"{measured['residual_couple'] / abs(couple):7.4f}  tilt {1e6 * tilt:6.0f} urad  bearing {force:6.1f} N"
     )
-assert float(ab.chamber_measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
-assert float(ab.chamber_measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)
+assert float(ab.measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
+assert float(ab.measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)

@@ -17,17 +17,17 @@ run = ab.simulate(machine, save=[ab.Samples(20_001), ab.Envelope(1000), ab.LastR
 # %%
 # The balls start on the heavy side, so the vibration is strong at first. It falls to the eccentricity, and no further.
 
-ab.plot_run_up(run, deflection_unit="mm", end=2.5)
+ab.plot.run_up(run, deflection_unit="mm", end=2.5)
 
 # %%
 # At the end the shaft goes around on a circle as large as the eccentricity.
 
-ab.plot_orbit(run, deflection_unit="mm")
+ab.plot.orbit(run, deflection_unit="mm")
 
 # %%
 # In the rotor it is opposite to the center of the race, so that this center does not move in space.
 
-ab.plot_race(run)
+ab.plot.race(run)
 
 # %%
 # The deflection equals the eccentricity, and what is left of the unbalance is what it takes to hold the shaft there.

@@ -14,8 +14,8 @@ import numpy as np
 import autobalancer as ab
 
 machine = ab.example("equilibrium_angle")
-curve = ab.angle_against_speed(machine, simulation=True)
-figure = ab.plot_equilibrium_angles(curve)
+curve = ab.measure.equilibrium_angle(machine, simulation=True)
+figure = ab.plot.equilibrium_angle(curve)
 below = curve.where(curve["angle"] < np.radians(60.0), drop=True)
 miss = float(np.degrees(np.abs(below["simulated_angle"] - below["angle"])).max())
 print(f"simulated angle against statics up to 60 deg: {miss:.2f} deg")
@@ -24,8 +24,8 @@ print(f"simulated angle against statics up to 60 deg: {miss:.2f} deg")
 # A table of angles in ten fluids, computed with a rolling resistance of 0.05 and scattered by half a degree. Where series
 # of two fluids overlap they must agree, which they do with one coefficient only.
 
-found = ab.evaluate_angles(machine, ab.load_angle_series(ab.example_path("equilibrium_angles")))
-figure = ab.plot_measured_drag(found)
+found = ab.measure.evaluate_angles(machine, ab.measure.load_angle_series(ab.catalog.example_path("equilibrium_angles")))
+figure = ab.plot.measured_drag(found)
 one = found.sel(pressure_force="left out")
 rolling, deviation = float(one["rolling_resistance"]), float(one["rolling_resistance_deviation"])
 print(f"rolling resistance {rolling:.4f}, standard deviation {deviation:.4f}")

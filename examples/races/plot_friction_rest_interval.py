@@ -41,20 +41,20 @@ def rest(start):
 starts = np.radians(np.linspace(-150.0, 150.0, 31))
 rests = np.array([rest(start) for start in starts])
 rotor = {"mass": mass + ball, "stiffness": stiffness, "damping": 200.0, "speed": speed}
-low, high = ab.rest_interval(ball * orbit, ball * orbit, orbit, adherence, **rotor)
+low, high = ab.laws.rest_interval(ball * orbit, ball * orbit, orbit, adherence, **rotor)
 
-with ab.style.look():
-    figure = ab.style.picture(7.5, 4.0)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(7.5, 4.0)
     axes = figure.subplots()
     axes.axhspan(
-        np.degrees(low), np.degrees(high), color=ab.style.FILL, alpha=0.5, lw=0.0, label="may rest, closed form"
+        np.degrees(low), np.degrees(high), color=ab.plot.style.FILL, alpha=0.5, lw=0.0, label="may rest, closed form"
     )
-    axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, color=ab.style.BALLS[0], label="rests, simulated")
+    axes.plot(np.degrees(starts), np.degrees(rests), "o", ms=4, color=ab.plot.style.BALLS[0], label="rests, simulated")
     axes.set(
         xlabel="start, from the balanced place (°)", ylabel="rest, from the balanced place (°)", ylim=(-16.0, 16.0)
     )
-    ab.style.heading(figure, "Where adherence lets one ball rest")
-    ab.style.legend(axes)
+    ab.plot.style.heading(figure, "Where adherence lets one ball rest")
+    ab.plot.style.legend(axes)
 print(f"rests from {np.degrees(rests.min()):.3f} to {np.degrees(rests.max()):.3f} deg")
 print(f"closed form {np.degrees(low):.3f} to {np.degrees(high):.3f} deg")
 assert low < rests.min() < 0.0 < rests.max() < high

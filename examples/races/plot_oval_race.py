@@ -47,24 +47,24 @@ def miss(angles, places=places):
     return np.degrees(np.angle(np.exp(1j * (angles - places - np.pi))))
 
 
-with ab.style.look():
-    figure = ab.style.picture(7.5, 4.0)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(7.5, 4.0)
     axes = figure.subplots()
-    axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=ab.style.INK, label="circular race")
-    axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=ab.style.BALLS[0], label="oval race, 10 µm")
+    axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=ab.plot.style.INK, label="circular race")
+    axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=ab.plot.style.BALLS[0], label="oval race, 10 µm")
     axes.plot(
         np.degrees(some),
         miss(free, some),
         "x",
         ms=7,
         mew=1.8,
-        color=ab.style.BALLS[1],
+        color=ab.plot.style.BALLS[1],
         label="oval race, resolved ball",
     )
     axes.set(xlabel="direction of the unbalance (°)", ylabel="rest, from opposite of the unbalance (°)")
     axes.set_xticks(range(0, 361, 45))
-    ab.style.heading(figure, "Where a ball comes to rest in an oval race")
-    ab.style.legend(axes)
+    ab.plot.style.heading(figure, "Where a ball comes to rest in an oval race")
+    ab.plot.style.legend(axes)
 
 # %%
 # Of all rests on the oval, more than half are within 45 deg of a wide place.

@@ -18,41 +18,41 @@ run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastR
 # Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
 
 early = run.sel(time=slice(0.0, 8.0))
-with ab.style.look():
-    figure = ab.style.picture(7.5, 5.0)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(7.5, 5.0)
     above, below = figure.subplots(2, 1, sharex=True)
     for number, width in ((0, 3.0), (1, 1.3)):
         above.plot(
             early.time,
             1e3 * early.ball_gap[:, number],
-            color=ab.style.BALLS[number],
+            color=ab.plot.style.BALLS[number],
             lw=width,
             label=f"ball {number + 1}",
         )
-        below.plot(early.time, early.ball_normal_force[:, number], color=ab.style.BALLS[number], lw=width)
+        below.plot(early.time, early.ball_normal_force[:, number], color=ab.plot.style.BALLS[number], lw=width)
     below.plot(
         early.time,
         float(run.ball_moment[0]) * early.speed**2,
         "--",
-        color=ab.style.INK,
+        color=ab.plot.style.INK,
         lw=1.0,
         label="m ε Ω²",
     )
     above.set_ylabel("distance from the wall (mm)")
     below.set(xlabel="time (s)", ylabel="normal force (N)")
-    ab.style.heading(figure, "Two balls find their race")
-    ab.style.legend(above)
-    ab.style.legend(below)
+    ab.plot.style.heading(figure, "Two balls find their race")
+    ab.plot.style.legend(above)
+    ab.plot.style.legend(below)
 
 # %%
 # From then on it is the run-up of a balancer.
 
-ab.plot_run_up(run)
+ab.plot.run_up(run)
 
 # %%
 # At the end the balls stand where they balance, up to what adherence holds back.
 
-ab.plot_race(run)
+ab.plot.race(run)
 print(f"residual unbalance {1e6 * float(run.residual_unbalance[-1]):.1f} g mm")
 assert float(run.ball_gap[0].min()) > 5.9e-3
 assert float(run.ball_gap[-1].max()) < 0.0

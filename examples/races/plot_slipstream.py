@@ -26,10 +26,10 @@ runs = {"each ball alone": ab.simulate(alone), "slipstream": ab.simulate(shielde
 # each other, as the vibration of the rotor alone holds them together.
 
 stalled = {}
-with ab.style.look():
-    figure = ab.style.picture(7.5, 5.0)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(7.5, 5.0)
     gaps, speeds = figure.subplots(2, sharex=True)
-    for (name, run), color in zip(runs.items(), ab.style.BALLS, strict=False):
+    for (name, run), color in zip(runs.items(), ab.plot.style.BALLS, strict=False):
         one, other = (run.ball_angle_in_rotor.sel(ball=number) for number in (1, 2))
         gap = np.degrees(np.abs(np.angle(np.exp(1j * (one - other)))))
         stalls = (run.ball_speed_in_rotor.mean("ball") < -5.0) & (run.speed > 65.0)
@@ -38,8 +38,8 @@ with ab.style.look():
         speeds.plot(run.speed, run.ball_speed_in_space.mean("ball"), color=color)
     gaps.set(ylabel="angle between the balls (°)", xlim=(50.0, 85.0))
     speeds.set(xlabel="rotor speed (rad/s)", ylabel="speed of the balls in space (rad/s)", ylim=(40.0, 85.0))
-    ab.style.heading(figure, "Two balls at the critical speed")
-    ab.style.legend(gaps)
+    ab.plot.style.heading(figure, "Two balls at the critical speed")
+    ab.plot.style.legend(gaps)
 for name, (gap, release) in stalled.items():
     print(f"{name}: {gap:.1f} deg apart at most in 9/10 of the stalled time, released at {release:.1f} rad/s")
 assert stalled["slipstream"][0] < 10.0 < 20.0 < stalled["each ball alone"][0]

@@ -34,20 +34,20 @@ def rotor(name: str, polar_inertia: str) -> ab.machine.Machine:
 
 long, disc = rotor("long rotor", "0.008 kg*m^2"), rotor("disc", "0.03 kg*m^2")
 speeds = np.linspace(0.0, 600.0, 121)
-figure = ab.plot_campbell(ab.campbell(long, speeds))
+figure = ab.plot.campbell(ab.rotor.campbell(long, speeds))
 
 # %%
 # The forward conical whirl of the disc runs away from the synchronous line and never meets it.
 
-figure = ab.plot_campbell(ab.campbell(disc, speeds))
-found = ab.critical_speeds(disc)
+figure = ab.plot.campbell(ab.rotor.campbell(disc, speeds))
+found = ab.rotor.critical_speeds(disc)
 for speed, name in zip(found["critical_speed"].values, found["name"].values, strict=True):
     print(f"{name}: {speed * 30.0 / math.pi:.0f} rpm")
 
 # %%
 # What the names mean is seen in the shapes along the axis.
 
-figure = ab.plot_modes(ab.eigenfrequencies(long, 300.0))
+figure = ab.plot.modes(ab.rotor.modes(long, 300.0))
 
 # %%
 # The critical speeds have closed forms: the inertia against tilting is the transverse less the polar one for forward
@@ -55,7 +55,11 @@ figure = ab.plot_modes(ab.eigenfrequencies(long, 300.0))
 
 tilting = 2.0 * 40e3 * 0.12**2
 by_name = dict(
-    zip(ab.critical_speeds(long)["name"].values, ab.critical_speeds(long)["critical_speed"].values, strict=True)
+    zip(
+        ab.rotor.critical_speeds(long)["name"].values,
+        ab.rotor.critical_speeds(long)["critical_speed"].values,
+        strict=True,
+    )
 )
 assert math.isclose(by_name["conical forward"], math.sqrt(tilting / (0.02 - 0.008)), rel_tol=1e-9)
 assert math.isclose(by_name["conical backward"], math.sqrt(tilting / (0.02 + 0.008)), rel_tol=1e-9)

@@ -13,17 +13,19 @@ import numpy as np
 
 import autobalancer as ab
 
-machine = ab.rig("cfrp_rig")
-figure = ab.plot_campbell(ab.campbell(machine, np.linspace(0.0, 60.0, 61), balls=False, modes=4), speed_unit="rad/s")
+machine = ab.catalog.rig("cfrp_rig")
+figure = ab.plot.campbell(
+    ab.rotor.campbell(machine, np.linspace(0.0, 60.0, 61), balls=False, modes=4), speed_unit="rad/s"
+)
 
 # %%
 # The first mode swings about the clamp, the second about the race: there the balls do not feel it.
 
-figure = ab.plot_modes(ab.eigenfrequencies(machine, balls=False, modes=4))
+figure = ab.plot.modes(ab.rotor.modes(machine, balls=False, modes=4))
 
 # %%
 # Two balls of 4.4 g in silicone oil take 300 g mm away once the rotor has passed its critical speed at 4.4 Hz.
 
 run = ab.simulate(machine)
-figure = ab.plot_run_up(run)
+figure = ab.plot.run_up(run)
 print(f"deflection at the end: {float(run['deflection'][-1]):.1e} m")

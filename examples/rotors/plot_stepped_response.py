@@ -16,15 +16,15 @@ import numpy as np
 import autobalancer as ab
 
 speeds = np.arange(1200.0, 3001.0, 20.0) * np.pi / 30.0
-machine = ab.rig("rodrigues_rig")
+machine = ab.catalog.rig("rodrigues_rig")
 machine = ab.with_parameter(machine, "balancers[1].races[1].drag.beta", "2.83e-6 N*m*s")
-found = ab.frequency_response(machine, speeds, dwell=2.0, window=0.5, direction="both", stations=["B1", "B2"])
+found = ab.stepped_response(machine, speeds, dwell=2.0, window=0.5, direction="both", stations=["B1", "B2"])
 
 # %%
 # On the way up the balls stay behind at the first critical speed and whirl about the race (purple), through all others, until
 # the drag tears them away. On the way down they come from the light side and stay with the rotor at most speeds.
 
-ab.plot_frequency_response(found)
+ab.plot.stepped_response(found)
 
 # %%
 # The greatest ratio of both ways, and where it is:

@@ -13,31 +13,31 @@ import numpy as np
 
 import autobalancer as ab
 
-machine = ab.rig("rodrigues_rig")
+machine = ab.catalog.rig("rodrigues_rig")
 rpm = np.pi / 30.0
-found = ab.unbalance_response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
-figure = ab.plot_unbalance_response(found)
+found = ab.rotor.response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
+figure = ab.plot.response(found)
 
 # %%
 # The same in the complex plane of the rotor: each resonance is a loop.
 
-figure = ab.plot_polar_response(found)
+figure = ab.plot.polar_response(found)
 
 # %%
 # Near the second peak the orbits at the two bearings are passed in opposite directions.
 
-orbits = ab.whirl_orbits(machine, 1675.0 * rpm)
-figure = ab.plot_whirl_orbits(orbits)
+orbits = ab.rotor.whirl_orbits(machine, 1675.0 * rpm)
+figure = ab.plot.whirl_orbits(orbits)
 
 # %%
 # Along the axis it is seen why: where the ellipse is a line, the direction changes.
 
-figure = ab.plot_whirl_along_axis(orbits)
+figure = ab.plot.whirl_along_axis(orbits)
 
 # %%
 # Four peaks, of two cylindrical and two conical whirls.
 
-peaks = ab.response_peaks(machine, 1000.0 * rpm, 3000.0 * rpm, ["B1", "B2"])
+peaks = ab.rotor.response_peaks(machine, 1000.0 * rpm, 3000.0 * rpm, ["B1", "B2"])
 print((peaks["peak_speed"].values / rpm).round(1), "rpm")
 assert peaks.sizes["peak"] == 4
 assert list(orbits["whirl"].values[:2]) == ["backward", "forward"]

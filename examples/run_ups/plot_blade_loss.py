@@ -43,16 +43,16 @@ run = ab.simulate(fan, duration=10.0)
 # %%
 # After the jump the balls go to new places, and the vibration goes.
 
-ab.plot_run_up(run, log_deflection=True)
+ab.plot.run_up(run, log_deflection=True)
 
 # %%
 # The unbalance before and after it, and what the balls make of it:
 
-ab.plot_race(run, time=4.99)
+ab.plot.race(run, time=4.99)
 
 # %%
 
-ab.plot_race(run)
+ab.plot.race(run)
 
 # %%
 # How large the jump is, and how soon nine tenths of it are gone:

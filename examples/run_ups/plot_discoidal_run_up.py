@@ -19,16 +19,16 @@ run = ab.simulate(ab.example("discoidal"))
 # On a logarithmic axis the deflection falls step by step: the balls are released from the critical speed, separate, and,
 # when the rotor has reached its last speed, move slowly to their places.
 
-ab.plot_run_up(run, log_deflection=True)
+ab.plot.run_up(run, log_deflection=True)
 
 # %%
 # While the balls slip, at 65 s, nothing is balanced. At the end all is.
 
-ab.plot_race(run, time=65.0)
+ab.plot.race(run, time=65.0)
 
 # %%
 
-ab.plot_race(run)
+ab.plot.race(run)
 
 # %%
 # Two balls of moment :math:`m` balance the unbalance :math:`U` if each stands :math:`\arccos(U / 2m)` from the light

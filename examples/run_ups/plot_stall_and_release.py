@@ -18,12 +18,12 @@ run = ab.simulate(ab.example("stall_and_release"))
 # the frame of the rotor, the lower panel, they slip round and round meanwhile. After the release they come to rest
 # opposite to the unbalance.
 
-ab.plot_run_up(run, speed_unit="rad/s")
+ab.plot.run_up(run, speed_unit="rad/s")
 
 # %%
 # At the end the balls (grey) give what the rotor lacks.
 
-ab.plot_race(run)
+ab.plot.race(run)
 
 # %%
 # The speed of the stalled balls, and the rotor speed at which they exceed the critical speed by 1 %:

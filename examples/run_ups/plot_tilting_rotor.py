@@ -27,22 +27,22 @@ def at(run, station):
     return 1e6 * np.hypot(run.station_x.sel(station=station), run.station_y.sel(station=station))
 
 
-with ab.style.look():
-    figure = ab.style.picture(8.0, 6.0)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(8.0, 6.0)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
     for panel, what, title in zip(axes, (bare, run), ("Without balls", "With balls"), strict=True):
-        for station, color in zip(("lower bearing", "upper bearing"), ab.style.BALLS, strict=False):
+        for station, color in zip(("lower bearing", "upper bearing"), ab.plot.style.BALLS, strict=False):
             panel.plot(what.time, at(what, station), color=color, label=station)
         panel.set(ylabel="deflection (µm)", yscale="log", ylim=(1e-2, 3e3))
         panel.set_title(title)
     axes[1].set_xlabel("time (s)")
-    ab.style.heading(figure, "Rigid rotor through two critical speeds")
-    ab.style.legend(axes[0])
+    ab.plot.style.heading(figure, "Rigid rotor through two critical speeds")
+    ab.plot.style.legend(axes[0])
 
 # %%
 # Where the balls are: they leave the line of the rotor at the first critical speed, and catch up later.
 
-ab.plot_run_up(run, speed_unit="rad/s")
+ab.plot.run_up(run, speed_unit="rad/s")
 
 # %%
 # Critical speeds, and what is left at full speed where it is most:

@@ -14,7 +14,7 @@ import numpy as np
 import autobalancer as ab
 
 machine = ab.example("two_plane_rotor")
-checked = ab.summary(machine)
+checked = ab.check(machine)
 print("critical speeds:", [f"{speed:.1f} rad/s" for speed in checked.critical_speeds])
 for plane in checked.stations:
     print(f"{plane.name}: needs {plane.required * 1e6:.1f} g mm, has {plane.capability * 1e6:.1f} g mm")
@@ -24,18 +24,18 @@ for plane in checked.stations:
 
 low, high = checked.critical_speeds
 speeds = np.linspace(0.6 * low, 3.0 * high, 241)
-figure = ab.plot_stability(ab.eigenvalues(machine, speeds.tolist()))
-border = {found.name: found.speed for found in ab.border_speeds(machine)}["exact border"]
+figure = ab.plot.eigenvalues(ab.stability.eigenvalues(machine, speeds.tolist()))
+border = {found.name: found.speed for found in ab.stability.borders(machine)}["exact border"]
 print(f"exact border: {border:.2f} rad/s")
 assert border > high
-((first, last),) = ab.stable_windows(machine, 1000.0).windows
+((first, last),) = ab.stability.stable_windows(machine, 1000.0).windows
 assert abs(first - border) < 1e-6
 assert last == 1000.0
 
 # %%
 # Steady states above the border: only the balanced one is stable, and nothing is left to vibrate at either end.
 
-states = ab.equilibria(machine, 300.0)
+states = ab.stability.equilibria(machine, 300.0)
 stable = states.where(states["verdict"] == "stable", drop=True)
 print(states[["name", "deflection_at_station", "growth_rate"]].to_dataframe().head(8))
 assert set(stable["name"].values) == {"balanced"}
@@ -46,10 +46,10 @@ assert float(stable["deflection_at_station"].max()) < 1e-15
 # vectors, dashed.
 
 run = ab.simulate(machine)
-ab.plot_race(run)
+ab.plot.race(run)
 
 # %%
 # The deflection of both planes, and the vibration without balancing.
 
-ab.plot_run_up(run)
+ab.plot.run_up(run)
 assert float(run["plane_x"].isel(time=-1).max()) < 1e-7

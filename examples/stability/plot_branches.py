@@ -14,7 +14,7 @@ import numpy as np
 import autobalancer as ab
 
 rig = ab.example("discoidal")
-found = ab.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
+found = ab.stability.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 
 # %%
 # Below the critical speed the balls stand together on the heavy side. At the fold that state vanishes, and where it was a
@@ -22,13 +22,13 @@ found = ab.branches(rig, "speed", "45 rad/s", "80 rad/s", from_state="all")
 # supercritical Hopf point, so that just below it the balls swing a little. Between that point and the end of the stalled
 # motion both are stable, and the way there decides.
 
-motions = ab.plot_branches(found, speed_unit="rad/s")
+motions = ab.plot.branches(found, speed_unit="rad/s")
 
 # %%
 # Over the unbalance: two balls balance what they can. There the balanced pair and the coincident balls exchange stability.
 
-size = ab.branches(rig, "unbalance", "100 g*mm", "1500 g*mm", speed=100.0)
-pitchfork = ab.plot_branches(size)
+size = ab.stability.branches(rig, "unbalance", "100 g*mm", "1500 g*mm", speed=100.0)
+pitchfork = ab.plot.branches(size)
 
 # %%
 # The numbers of the pictures.

@@ -14,32 +14,34 @@ import numpy as np
 
 import autobalancer as ab
 
-ring = ab.bearing("6304")
+ring = ab.catalog.bearing("6304")
 race = (ring.orbit_radius, ring.ball_diameter)
 steel = 7860.0
-counts = np.arange(1, ab.largest_count(*race) + 1)
-unbalance = 1e6 * np.array([ab.capability(*race, steel, int(n)) for n in counts])
+counts = np.arange(1, ab.laws.largest_count(*race) + 1)
+unbalance = 1e6 * np.array([ab.laws.capability(*race, steel, int(n)) for n in counts])
 
 # %%
 # The closed form :math:`\sin(n\alpha)/\sin(\alpha)` of Spannan (2021), eq. (2.3), has its greatest value at the integer
 # nearest to :math:`\pi/2\alpha`.
 
-best = ab.largest_useful_count(*race)
+best = ab.laws.largest_useful_count(*race)
 alpha = np.arcsin(ring.ball_diameter / (2.0 * ring.orbit_radius))
 lower = int(np.pi / (2.0 * alpha))
 
-with ab.style.look():
-    figure = ab.style.picture(7.0, 3.8)
+with ab.plot.style.look():
+    figure = ab.plot.style.picture(7.0, 3.8)
     axes = figure.subplots()
     colors = np.where(
-        counts == best, ab.style.BALLS[0], np.where(counts == lower, ab.style.BALLS[1], ab.style.ALL_BALLS)
+        counts == best,
+        ab.plot.style.BALLS[0],
+        np.where(counts == lower, ab.plot.style.BALLS[1], ab.plot.style.ALL_BALLS),
     )
     bars = axes.bar(counts, unbalance, color=colors, width=0.7)
     axes.bar_label(bars, fmt="%.0f", fontsize=8)
     axes.set_xticks(counts)
     axes.set(xlabel="number of balls", ylabel="capability (g mm)")
     axes.grid(False, axis="x")
-    ab.style.heading(figure, f"6304: {lower} balls by the printed rule (yellow), {best} are better (blue)")
+    ab.plot.style.heading(figure, f"6304: {lower} balls by the printed rule (yellow), {best} are better (blue)")
 
 # %%
 # The gain of the sixth ball is small, but it comes for nothing.

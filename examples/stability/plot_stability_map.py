@@ -15,20 +15,20 @@ import autobalancer as ab
 
 machine = ab.example("discoidal")
 axes = {"speed": np.linspace(50.0, 130.0, 400), "viscosity": np.geomspace(0.3e-6, 100e-6, 400)}
-figure = ab.plot_map(ab.stability_map(machine, axes))
+figure = ab.plot.map(ab.stability.map(machine, axes))
 
 # %%
 # With thin oil the border over the unbalance is constant except in a band where the two balls are at right angles.
 
 race = "balancers[1].races[1].fluid"
 thin = ab.with_parameter(ab.with_parameter(machine, race, {"name": "silicone oil 0.65"}), "name", "Thin oil")
-figure = ab.plot_border_curve(ab.border_curve(thin, "unbalance"))
+figure = ab.plot.border_curve(ab.stability.border_curve(thin, "unbalance"))
 
 # %%
 # The least oil for 1200 rpm: for the unbalance of the machine, for any unbalance, and by the averaged equations.
 
 names = ("exact border", "exact border, worst case", "averaged border", "release speed")
-least = {name: 1e6 * ab.minimum_viscosity(machine, "1200 rpm", name) for name in names}
+least = {name: 1e6 * ab.stability.minimum_viscosity(machine, "1200 rpm", name) for name in names}
 print({name: f"{value:.3g} mm^2/s" for name, value in least.items()})
 assert least["exact border"] < least["exact border, worst case"] < least["averaged border"] < least["release speed"]
 assert abs(least["exact border, worst case"] - 0.998) < 1e-3

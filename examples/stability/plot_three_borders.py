@@ -16,14 +16,14 @@ import autobalancer as ab
 machine = ab.example("stall_and_release")
 slow = ab.with_parameter(machine, "drive.profile", {"kind": "ramp", "end": "450 rad/s", "duration": "90 s"})
 run = ab.simulate(slow, duration=90.0)
-borders = {border.name: border.speed for border in ab.border_speeds(slow)}
+borders = {border.name: border.speed for border in ab.stability.borders(slow)}
 
 # %%
 # The balls leave the rotor at the critical speed. From the exact border on the balanced state is stable: balls
 # that were there would stay, but these are not there. At the averaged border nothing happens at all. They break
 # away at the release speed.
 
-figure = ab.plot_run_up(run, speed_unit="rad/s", start=45.0)
+figure = ab.plot.run_up(run, speed_unit="rad/s", start=45.0)
 colors = {"averaged border": "#009E73", "exact border": "#D55E00", "release speed": "#CC79A7"}
 for name, color in colors.items():
     passed = float(np.interp(borders[name], run["speed"], run["time"]))

@@ -14,11 +14,11 @@ import numpy as np
 
 import autobalancer as ab
 
-free, measured = ab.load_measurements(ab.example_path("rodrigues_critical_speeds"))
-rodrigues = ab.rig("rodrigues_rig")
-fit = ab.identify(rodrigues, free, measured)
+free, measured = ab.rotor.load_measurements(ab.catalog.example_path("rodrigues_critical_speeds"))
+rodrigues = ab.catalog.rig("rodrigues_rig")
+fit = ab.rotor.identify(rodrigues, free, measured)
 print(fit.report())
-figure = ab.plot_identification(fit.data)
+figure = ab.plot.identification(fit.data)
 
 # %%
 # The four parameters are strongly correlated: the data determine some combinations far better than each alone. The singular
@@ -31,17 +31,17 @@ print(fit.data["direction_part"].values.round(2))
 # A response curve with known shape says much more. The curve that the authors simulated gives all parameters of their model
 # to four digits; a robust loss does not mind two values that lie off it.
 
-free, measured = ab.load_measurements(ab.example_path("rodrigues_plain_rotor"))
-curve = ab.identify(rodrigues, free, measured, loss="cauchy")
+free, measured = ab.rotor.load_measurements(ab.catalog.example_path("rodrigues_plain_rotor"))
+curve = ab.rotor.identify(rodrigues, free, measured, loss="cauchy")
 print(curve.report())
-figure = ab.plot_identification(curve.data)
+figure = ab.plot.identification(curve.data)
 
 # %%
 # For the tools that support planar rotors only: one oscillator instead of the rig, and its range of speeds.
 
-planar = ab.equivalent_planar(fit.machine, method="modal")
+planar = ab.rotor.equivalent_planar(fit.machine, method="modal")
 print(planar.machine.description)
-figure = ab.plot_equivalent_planar(planar.data)
+figure = ab.plot.equivalent_planar(planar.data)
 
 # %%
 # The fit meets the measured speeds within a percent, and the stiffness is twice that of the table.

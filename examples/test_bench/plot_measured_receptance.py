@@ -11,19 +11,19 @@ blow with a hammer and one accelerometer give it, no model of the rotor is neede
 
 import autobalancer as ab
 
-fit = ab.fit_receptance(ab.load_receptance(ab.example_path("discoidal_hammer")))
-figure = ab.plot_receptance(fit)
-for frequency, ratio in ab.modes_of(fit):
+fit = ab.measure.receptance(ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")))
+figure = ab.plot.receptance(fit)
+for frequency, ratio in ab.measure.modes_of(fit):
     print(f"mode at {frequency:.2f} rad/s, damping ratio {100 * ratio:.2f} %")
 
 # %%
 # Two balls of 6.7 g on 77 mm, in thin oil, balance 594 g mm. The border comes with the uncertainty that the noise
 # leaves; at 1200 rpm a thinner oil would do, and at 700 rpm a thicker one is needed.
 
-balls = ab.equal_balls(2, 6.656e-3, 0.077, 5.5e-6, spin_ratio=0.4)
+balls = ab.measure.equal_balls(2, 6.656e-3, 0.077, 5.5e-6, spin_ratio=0.4)
 how = {"balls_on_rotor": False, "unbalance": 594e-6}
-border = ab.receptance_border(fit, balls, **how, resamples=20)
-at = ab.receptance_stability(fit, balls, [73.3, 125.7], **how)
+border = ab.measure.receptance_border(fit, balls, **how, resamples=20)
+at = ab.measure.receptance_stability(fit, balls, [73.3, 125.7], **how)
 speed, deviation = border.attrs["exact_border"], border.attrs["exact_border_deviation"]
 print(f"exact border {speed:.2f} rad/s, standard deviation {deviation:.2f} rad/s")
 print(f"least drag: {at['drag_factor'].values.round(3)} times that of this oil")
@@ -31,8 +31,8 @@ print(f"least drag: {at['drag_factor'].values.round(3)} times that of this oil")
 # %%
 # The loop through rotor and balls as a curve, with the measured values on it: it must leave the cross to its left.
 
-loop = ab.receptance_loop(fit, balls.with_drag(5.0), 100.0, balls_on_rotor=False)
-figure = ab.plot_nyquist(loop)
+loop = ab.measure.receptance_loop(fit, balls.with_drag(5.0), 100.0, balls_on_rotor=False)
+figure = ab.plot.nyquist(loop)
 
 # %%
 # The true rotor, from which the file was computed, has the border that the full equations give.
@@ -50,7 +50,7 @@ true = ab.machine.Machine(
     balancers=[{"races": [race]}],
     drive={"kind": "speed", "profile": {"kind": "constant", "speed": "1200 rpm"}},
 )
-(exact,) = (border for border in ab.border_speeds(true) if border.name == "exact border")
+(exact,) = (border for border in ab.stability.borders(true) if border.name == "exact border")
 print(f"exact border of the true rotor {exact.speed:.2f} rad/s")
 assert abs(speed / exact.speed - 1.0) < 1e-3
 assert at["growth_rate"][0] > 0.0 > at["growth_rate"][1]

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer import load_machine
+from autobalancer.files.machine_file import load_machine
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.periodic.stalled import stalled_orbits

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer import load_machine
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.stability.diagrams.branches import branches

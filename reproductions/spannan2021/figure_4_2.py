@@ -20,7 +20,7 @@ MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_relea
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Release, peak, residual deflection."""
     run = ab.simulate(MACHINE, save=(Samples(40_001), Envelope(4000)), tolerance=1e-9)
-    save_picture(ab.plot_run_up(run, speed_unit="rad/s"), out / "figure_4_2.png")
+    save_picture(ab.plot.run_up(run, speed_unit="rad/s"), out / "figure_4_2.png")
     peak = 1e3 * float(ab.peak_deflection(run)["deflection"])
     ball, critical, drag, damping = 2.5e-3 * 0.1, 250.0, 1.4685e-4, 100.0
     release = critical * (1.0 + 2.0 * (ball * critical) ** 2 / (damping * drag))

@@ -27,7 +27,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for name, stiffness in SUPPORTS.items():
         machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", stiffness)
         run = ab.simulate(machine, save=(Samples(), Envelope(), LastRevolutions(20)))
-        save_picture(ab.plot_orbit(run), out / f"figure_4_3_{name}.png")
+        save_picture(ab.plot.orbit(run), out / f"figure_4_3_{name}.png")
         z = run["turn_x"].values + 1j * run["turn_y"].values
         forward = complex((z * np.exp(-1j * run["turn_rotor_angle"].values))[:-1].mean())
         angle = float(np.degrees(np.angle(forward)) % 360.0)

@@ -16,7 +16,7 @@ import numpy as np
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.stability.growth import plot_stability
-from autobalancer.stability.borders.windows import stable_windows
+from autobalancer.stability.maps.windows import stable_windows
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 

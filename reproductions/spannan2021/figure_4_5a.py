@@ -20,7 +20,7 @@ from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.averaged.border import averaged_border
-from autobalancer.stability.borders.stability_map import stability_map
+from autobalancer.stability.maps.stability_map import stability_map
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
@@ -36,7 +36,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     points = {"figure 4.2 in kind": (250.0 * (1.0 + 2.0 * share), drag)}
     found = stability_map(machine, axes, operating_points=points)
     save_picture(plot_map(found, speed_unit="rad/s"), out / "figure_4_5a.png")
-    exact = next(border.speed for border in ab.border_speeds(machine) if border.name == "exact border")
+    exact = next(border.speed for border in ab.stability.borders(machine) if border.name == "exact border")
     rows = [
         Found(
             "closed form",
@@ -67,7 +67,7 @@ def simulated_border(machine: Machine, near: float) -> float:
 
 def simulated_growth(machine: Machine, speed: float) -> float:
     """Growth rate of the ball speeds in the rotor after a push from the balanced state."""
-    states = ab.equilibria(machine, speed)
+    states = ab.stability.equilibria(machine, speed)
     angles = states["ball_angle_in_rotor"].values[0]
     for path, value in (
         ("drive", {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}),

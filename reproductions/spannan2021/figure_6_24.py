@@ -22,8 +22,8 @@ from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS
 from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
-from autobalancer.stability.borders.curve import border_curve
-from autobalancer.stability.borders.stability_map import stability_map
+from autobalancer.stability.maps.curve import border_curve
+from autobalancer.stability.maps.stability_map import stability_map
 from reproductions import Found, compared_all, said
 
 MASS, STIFFNESS, DAMPING = 12.27, 44654.0, 68.37  # table 6.4
@@ -39,7 +39,7 @@ RUBBER = "the rubber of the rig was probably softer under so large a motion; our
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Borders with 0.65 mm^2/s against the measured one, the factor 50, and the map."""
     averaged, released = (
-        next(border.speed for border in ab.border_speeds(rig(VISCOSITY)) if border.name == name)
+        next(border.speed for border in ab.stability.borders(rig(VISCOSITY)) if border.name == name)
         for name in ("averaged border", "release speed")
     )
     fifty = explicit_averaged_border(rig(VISCOSITY, damping=50.0 * DAMPING)).speed

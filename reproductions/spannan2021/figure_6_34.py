@@ -15,7 +15,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.stability.stability_map import plot_map
-from autobalancer.stability.borders.stability_map import stability_map
+from autobalancer.stability.maps.stability_map import stability_map
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "cfrp_planar.toml"
 DAMPING = {"with piston dampers": 12.8, "without piston dampers": 0.7}  # N s/m

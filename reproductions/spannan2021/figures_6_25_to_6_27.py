@@ -43,7 +43,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         race = "balancers[1].races[1].fluid"
         oil = with_parameter(with_parameter(machine, f"{race}.viscosity", viscosity * 1e-6), f"{race}.density", density)
         run = ab.simulate(oil)
-        save_picture(ab.plot_run_up(run), out / f"one_ball_{viscosity}_mm2_s.png")
+        save_picture(ab.plot.run_up(run), out / f"one_ball_{viscosity}_mm2_s.png")
         moment = 1e6 * float(run["ball_moment"][0])
         farthest = max(farthest, 180.0 - abs(float(np.degrees(ab.ball_angle_to_unbalance(run)[-1, 0]))))
         simulated, alone = turns_of(oil)

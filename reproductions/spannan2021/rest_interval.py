@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.laws.rest_interval import rest_interval
+from autobalancer.laws.resting import rest_interval
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from reproductions import Found, compared_all, said

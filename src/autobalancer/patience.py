@@ -10,6 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+Progress = Callable[[float, float], None]
 SOON = 1.0  # s; what takes less shows nothing
 
 

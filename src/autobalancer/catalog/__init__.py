@@ -3,3 +3,7 @@
 The tables are files in ``catalog/data``; they are read when first asked for and kept. All values handed out
 are SI.
 """
+
+from autobalancer.namespace import public as _public
+
+__getattr__, __dir__, __all__ = _public("catalog", globals())

@@ -11,7 +11,7 @@ from autobalancer.catalog.resolve import Ball, occupied_angle
 def race_capability(balls: list[Ball]) -> float:
     """Resultant of the balls of one race side by side, kg m; the best place for the gap in the row is taken.
 
-    Of equal balls it is :func:`autobalancer.laws.capability.capability`; balls of unknown size are points. It holds for
+    Of equal balls it is :func:`autobalancer.laws.ball_capability.capability`; balls of unknown size are points. It holds for
     balls that a model lets pass through each other as well.
     """
     best = 0.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from autobalancer.catalog.bearings import Bearing
-from autobalancer.catalog.bearings import bearing as find_bearing
-from autobalancer.catalog.fluids import fluid
-from autobalancer.catalog.materials import material
+from autobalancer.catalog.bearing_table import Bearing
+from autobalancer.catalog.bearing_table import bearing as find_bearing
+from autobalancer.catalog.fluid_table import fluid
+from autobalancer.catalog.material_table import material
 from autobalancer.catalog.resolve_drag import ball_drag
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.drag_curve import DragCurve

@@ -8,3 +8,7 @@ rotor; W = u_theta/r angular velocity of the fluid; G = r^2 W angular momentum, 
 rotation; psi stream function, u_r = -psi_z/r, u_z = psi_r/r; eta vorticity, q = r eta = -D2 psi;
 D2 = d2/dr2 - (1/r) d/dr + d2/dz2; nu kinematic viscosity.
 """
+
+from autobalancer.namespace import public as _public
+
+__getattr__, __dir__, __all__ = _public("flow", globals())

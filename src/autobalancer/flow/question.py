@@ -52,7 +52,7 @@ def annulus_flow(
     chamber
         An annulus, or a machine or the path of its file, of which ``balancer`` and ``race`` (from 1) are taken.
     speed
-        Profile of the rotor, one speed in rad/s, or :func:`~autobalancer.recorded_speed`; by default that of the
+        Profile of the rotor, one speed in rad/s, or :func:`~autobalancer.flow.recorded_speed`; by default that of the
         machine's drive.
     duration
         s; by default the ``run.duration`` of the machine.

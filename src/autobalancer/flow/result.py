@@ -9,7 +9,7 @@ import xarray as xr
 
 from autobalancer.flow.annulus import Annulus, Floats, Matrix
 from autobalancer.flow.choice import Expected
-from autobalancer.flow.spin_up import decay_time
+from autobalancer.flow.spinning_up import decay_time
 from autobalancer.results.provenance import provenance
 
 LABELS = {

@@ -133,7 +133,7 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
     return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
 
 
-@of_a_run(of_machine="ab.border_speeds(machine)")
+@of_a_run(of_machine="ab.stability.borders(machine)")
 def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
     """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -33,7 +33,7 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
-from autobalancer.patience import shows_progress
+from autobalancer.patience import Progress, shows_progress
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
@@ -51,14 +51,13 @@ from autobalancer.simulation.stiffness import slow_because
 from autobalancer.units import to_si
 
 Method = Literal["dormand_prince_8", "tsitouras"]
-Progress = Callable[[float, float], None]
 
 DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
 
 
 @shows_progress
-def simulate(
+def simulate_races(
     machine: Machine | str | Path,
     *,
     duration: float | str | None = None,

@@ -3,3 +3,7 @@
 One room for each question; from the bottom up: ``host``, ``states``, then ``friction``, ``averaged``, ``stall`` and
 ``continuation``, then ``periodic``, then ``borders``, ``basins`` and ``diagrams``, then ``summary``.
 """
+
+from autobalancer.namespace import public as _public
+
+__getattr__, __dir__, __all__ = _public("stability", globals())

@@ -120,7 +120,7 @@ def _plain(machine: Machine | ChamberMachine) -> Machine:
     if isinstance(machine, ChamberMachine):
         raise QuestionError(
             "basin: is for balls in races; here they move freely in chambers, and a seed draws their start. For 50 starts: "
-            "autobalancer study amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "
-            "your numbers; in Python chamber_amplitudes(..., seeds=range(50)). One of them: autobalancer run FILE --seed 7"
+            "autobalancer chamber amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "
+            "your numbers; in Python chamber_amplitudes(..., seeds=range(50)). One of them: autobalancer simulate FILE --seed 7"
         )
     return machine

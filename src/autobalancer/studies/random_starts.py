@@ -16,14 +16,14 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.resolved import is_resolved
 from autobalancer.assembly.system import start_angles
-from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.measures import peak_deflection
 from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
-from autobalancer.simulation.run import simulate
+from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope
 from autobalancer.stability.basins.basin import REVOLUTIONS, START_ANGLE, released, wilson_interval
 from autobalancer.stability.basins.residuals import QUANTILES
@@ -99,7 +99,7 @@ def random_starts(
     drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
     found["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
     if ramp:
-        held = simulate(steady, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
+        held = simulate_races(steady, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
         found["peak_without_balls"] = float(peak_deflection(held)["deflection"])
         found["peak_without_balls"].attrs = {**found["peak_deflection"].attrs}
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)

@@ -29,7 +29,7 @@ Row = dict[str, Any]  # what was seen at one speed: plain numbers and lists, so 
 
 @dataclass(frozen=True)
 class Plan:
-    """How long a speed is held and measured; see :func:`autobalancer.frequency_response`."""
+    """How long a speed is held and measured; see :func:`autobalancer.stepped_response`."""
 
     dwell: float
     window: float

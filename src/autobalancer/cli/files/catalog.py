@@ -15,7 +15,7 @@ from autobalancer.cli.terminal.quantities import quantity
 from autobalancer.cli.terminal.words import say
 
 if TYPE_CHECKING:
-    from autobalancer.catalog.bearings import SuitableBearing
+    from autobalancer.catalog.bearing_table import SuitableBearing
     from autobalancer.cli.terminal.sheet import Column
 
 _HELP = "Look up bearings, ball materials, friction, fluids and published rigs."
@@ -46,8 +46,8 @@ def bearings(
     Example: autobalancer catalog bearings --unbalance "594 g*mm" \\
       --max-outer "80 mm" --sort mass
     """
-    from autobalancer.catalog.bearings import RECONSTRUCTED, suitable_bearings
-    from autobalancer.catalog.materials import material as find_material
+    from autobalancer.catalog.bearing_table import RECONSTRUCTED, suitable_bearings
+    from autobalancer.catalog.material_table import material as find_material
     from autobalancer.cli.terminal.sheet import print_sheet
 
     one_form(as_json, as_csv)
@@ -110,9 +110,9 @@ def bearing(
 
     Example: autobalancer catalog bearing 16021
     """
-    from autobalancer.catalog.bearings import bearing as find_bearing
+    from autobalancer.catalog.bearing_table import bearing as find_bearing
     from autobalancer.cli.terminal.sheet import Column, print_facts
-    from autobalancer.laws.capability import largest_count, largest_useful_count
+    from autobalancer.laws.ball_capability import largest_count, largest_useful_count
 
     one_form(as_json, as_csv)
     b = find_bearing(name)
@@ -162,7 +162,7 @@ def materials(as_json: Json = False, as_csv: Csv = False) -> None:
 
     Example: autobalancer catalog materials
     """
-    from autobalancer.catalog.materials import materials as all_materials
+    from autobalancer.catalog.material_table import materials as all_materials
     from autobalancer.cli.terminal.sheet import Column, print_sheet
 
     one_form(as_json, as_csv)
@@ -188,7 +188,7 @@ def friction(as_json: Json = False, as_csv: Csv = False) -> None:
 
     Example: autobalancer catalog friction
     """
-    from autobalancer.catalog.friction import friction_coefficients
+    from autobalancer.catalog.friction_table import friction_coefficients
     from autobalancer.cli.terminal.sheet import Column
 
     one_form(as_json, as_csv)
@@ -261,7 +261,7 @@ def rig(
         typer.echo(rig_text(name), nl=False)
 
 
-@app.command()
+@app.command("drag-laws")
 def drag(
     reynolds: Annotated[list[float] | None, typer.Option(help="Reynolds number to show. May be repeated.")] = None,
     clear_width: Annotated[str, typer.Option(help='Of a race, such as "9.2 mm"; with ball and orbit.')] = "",
@@ -273,7 +273,7 @@ def drag(
 ) -> None:
     """List the drag laws with their coefficients at some Reynolds numbers.
 
-    Example: autobalancer catalog drag --reynolds 100 --reynolds 24000 --plot drag.png
+    Example: autobalancer catalog drag-laws --reynolds 100 --reynolds 24000 --plot drag.png
     """
     from autobalancer.cli.terminal.output import Files
     from autobalancer.cli.terminal.sheet import print_sheet
@@ -366,8 +366,8 @@ def capability(
 
     Example: autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
     """
-    from autobalancer.catalog.materials import material as find_material
-    from autobalancer.laws import capability as laws
+    from autobalancer.catalog.material_table import material as find_material
+    from autobalancer.laws import ball_capability as laws
 
     one_form(as_json, as_csv)
     radius, diameter = _si("--orbit-radius", orbit_radius, "m"), _si("--ball-diameter", ball_diameter, "m")
@@ -401,7 +401,7 @@ def _si(option: str, text: str, unit: str) -> float:
 
 
 def _fluid_density(name: str | None, temperature: str) -> float:
-    from autobalancer.catalog.fluids import fluid as find_fluid
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
 
     return 0.0 if name is None else find_fluid(name, _si("--temperature", temperature, "K")).density
 

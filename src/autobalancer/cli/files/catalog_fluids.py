@@ -13,7 +13,7 @@ from autobalancer.cli.terminal.quantities import quantity
 from autobalancer.cli.terminal.words import say
 
 if TYPE_CHECKING:
-    from autobalancer.catalog.fluids import FluidState
+    from autobalancer.catalog.fluid_table import FluidState
     from autobalancer.cli.terminal.sheet import Column
 
 Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
@@ -31,7 +31,7 @@ def fluids(
     Example: autobalancer catalog fluids \\
       --temperature "20 degC" --temperature "40 degC"
     """
-    from autobalancer.catalog.fluids import fluids as all_fluids
+    from autobalancer.catalog.fluid_table import fluids as all_fluids
     from autobalancer.cli.terminal.sheet import Column, print_sheet
 
     one_form(as_json, as_csv)
@@ -56,7 +56,7 @@ def fluids(
 
 
 def _state(entry: Any, kelvin: float) -> dict[str, Any]:
-    from autobalancer.catalog.fluids import fluid as find_fluid
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
     from autobalancer.errors import CatalogError
 
     try:
@@ -77,7 +77,7 @@ def fluid(
 
     Example: autobalancer catalog fluid "silicone oil 20" --temperature "40 degC"
     """
-    from autobalancer.catalog.fluids import fluid as find_fluid
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
 
     one_form(as_json, as_csv)
     state = find_fluid(name, float(quantity("--temperature", temperature, "K")))
@@ -103,7 +103,7 @@ def blend(
     Example: autobalancer catalog blend "silicone oil 1" "silicone oil 50" \\
       --viscosity "5 mm^2/s"
     """
-    from autobalancer.catalog.fluids import blend as mix
+    from autobalancer.catalog.fluid_table import blend as mix
 
     one_form(as_json, as_csv)
     wanted, kelvin = (

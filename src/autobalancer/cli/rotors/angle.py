@@ -1,4 +1,4 @@
-"""``autobalancer angle``: the equilibrium angle of one ball, and what measured angles say of drag and friction."""
+"""``autobalancer equilibrium-angle``: the equilibrium angle of one ball, and what measured angles say of drag and friction."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def angle(
 
     The machine has one ball on a horizontal axis.
 
-    Example: autobalancer angle equilibrium_angle.toml \\
+    Example: autobalancer equilibrium-angle equilibrium_angle.toml \\
       --measured equilibrium_angles.csv --plot drag.png
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json

@@ -1,4 +1,4 @@
-"""``autobalancer equivalent``: the planar oscillator that replaces a rotor at the plane of its balls."""
+"""``autobalancer equivalent-planar``: the planar oscillator that replaces a rotor at the plane of its balls."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def equivalent(
 ) -> None:
     """Find the planar oscillator that stands for a rotor at the plane of its balls, and say how far it holds.
 
-    Example: autobalancer equivalent rigid_rotor.toml \\
+    Example: autobalancer equivalent-planar rigid_rotor.toml \\
       --out planar.toml
     """
     from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json

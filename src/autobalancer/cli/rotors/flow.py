@@ -1,4 +1,4 @@
-"""``autobalancer flow``: how the fluid in a race follows the rotor."""
+"""``autobalancer annulus-flow``: how the fluid in a race follows the rotor."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def flow(
 ) -> None:
     """Solve the flow in the annulus of a race and say how far the fluid lags behind the rotor.
 
-    Example: autobalancer flow discoidal.toml \\
+    Example: autobalancer annulus-flow discoidal.toml \\
       --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s" \\
       --time "0.1 s" --plot flow.png
     """

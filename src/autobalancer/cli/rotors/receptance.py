@@ -107,8 +107,8 @@ def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) 
 
 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
-    from autobalancer import load_machine
     from autobalancer.cli.terminal.quantities import quantity
+    from autobalancer.files.machine_file import load_machine
     from autobalancer.stability.host.planar import largest_unbalance
 
     if text == "any" or (not text and (machine is None or balls.count > 2)):
@@ -213,7 +213,7 @@ def _digits(value: float, spread: float) -> int:
 
 
 def _ignored(machine: Path | None) -> str:
-    from autobalancer import load_machine
+    from autobalancer.files.machine_file import load_machine
     from autobalancer.stability.ignored import ignored_at_rest, without
 
     return without(ignored_at_rest(load_machine(machine))) if machine is not None else ""

@@ -45,13 +45,12 @@ def animate(
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
-    from autobalancer import animate as film_of_races
-    from autobalancer import animate_chamber
-    from autobalancer.cli.runs.pictures import is_chamber_run
     from autobalancer.cli.terminal.output import check_suffix, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
+    from autobalancer.either_kind import animate as make_film
     from autobalancer.errors import QuestionError
+    from autobalancer.results.chamber.shape import is_chamber_run
     from autobalancer.results.open_run import open_run
     from autobalancer.safe_file import ready_to_write
 
@@ -63,8 +62,7 @@ def animate(
     run = open_run(result)
     asked = {"frame": frame or None, "azimuth": azimuth, "elevation": elevation}
     given = {name: value for name, value in asked.items() if value is not None}
-    make_film = animate_chamber if is_chamber_run(run) else film_of_races
-    if make_film is film_of_races and given.keys() - {"frame"}:
+    if not is_chamber_run(run) and given.keys() - {"frame"}:
         raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
     columns = (
         TextColumn("{task.description}"),
@@ -85,7 +83,7 @@ def animate(
             speed_unit=speed_unit,
             width=width,
             progress=update,
-            **given,  # type: ignore[arg-type]
+            **given,
         )
     if as_json:
         print_json({"result": str(result), "film": str(made)})

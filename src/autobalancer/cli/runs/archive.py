@@ -1,4 +1,4 @@
-"""``autobalancer archive``: what is in a folder of runs, which of them, and one of them as a file."""
+"""``autobalancer chamber archive``: what is in a folder of runs, which of them, and one of them as a file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def archive(
 ) -> None:
     """List the runs of an archive, choose among them, draw their measures, or take one out.
 
-    Example: autobalancer archive runs --where "friction >= 0.5" \\
+    Example: autobalancer chamber archive runs --where "friction >= 0.5" \\
       --plot a.png --x balls --y vertical_amplitude --by friction
     """
     from autobalancer.cli.terminal.output import RESULT, Files, one_form, print_csv, print_json
@@ -50,12 +50,12 @@ def archive(
         raise QuestionError("--out: is the file of --export; name the run to write")
     files = Files(out, plot, RESULT)
     if not folder.is_dir():
-        raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer study with --archive")
+        raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer chamber with --archive")
     if (folder / "run.json").exists():
         raise QuestionError(f"{folder}: is one run; its archive is {folder.parent}, and autobalancer plot draws it")
     held = Archive(folder)
     if not held.names():
-        raise QuestionError(f"{folder}: holds no runs; archives are made by autobalancer study with --archive")
+        raise QuestionError(f"{folder}: holds no runs; archives are made by autobalancer chamber with --archive")
     if export:
         typer.echo(f"written: {held.export(export, out if out is not None else Path(f'{export}.nc'))}")
         return

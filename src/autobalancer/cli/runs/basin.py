@@ -45,14 +45,15 @@ def basin(
       --speed "1200 rpm" --random 50 --acceleration "10 rad/s^2" \\
       --plot basin.png --worst worst.toml
     """
-    from autobalancer import basin as ask
-    from autobalancer import plot_basin, worst_start
     from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.cli.terminal.sheet import Column, print_sheet
     from autobalancer.errors import QuestionError
+    from autobalancer.plots.stability.basins import plot_basin
     from autobalancer.results.verdict.rule import NO_VERDICT
+    from autobalancer.studies.basin import basin as ask
+    from autobalancer.studies.worst_start import worst_start
 
     one_form(as_json, as_csv)
     files, again = Files(out, plot), Files(worst, allowed=MACHINE)
@@ -102,7 +103,7 @@ def basin(
     again.say()
     if worst is not None:
         own = f" --seed {int(found['seed'][int(found.attrs['worst'])])}" if "seed" in found else ""
-        typer.echo(f"run it again: autobalancer run {worst}{own}")
+        typer.echo(f"run it again: autobalancer simulate {worst}{own}")
 
 
 def _counted(runs: int, overlapping: int, seed: int | None) -> str:

@@ -33,13 +33,10 @@ class Wishes:
     place: str
 
 
-def is_chamber_run(result: xr.Dataset) -> bool:
-    """Whether its balls moved freely in chambers."""
-    return "body_position" in result
-
-
 def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
     """Name of each picture and what draws it."""
+    from autobalancer.results.chamber.shape import is_chamber_run
+
     if is_chamber_run(result):
         return _of_chamber(result, wishes)
     if {"layers", "friction", "balls"} <= set(result.dims):
@@ -48,7 +45,9 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
 
 
 def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
-    from autobalancer import plot_orbit, plot_race, plot_run_up
+    from autobalancer.plots.run.orbit import plot_orbit
+    from autobalancer.plots.run.race import plot_race
+    from autobalancer.plots.run.run_up import plot_run_up
 
     both: dict[str, Any] = {
         "speed_unit": wishes.speed_unit,

@@ -1,4 +1,4 @@
-"""``autobalancer run``: one run-up, with a progress bar, kept even if interrupted."""
+"""``autobalancer simulate``: one run-up, with a progress bar, kept even if interrupted."""
 
 from __future__ import annotations
 
@@ -49,10 +49,9 @@ def run(
     The exit code is 0 for a run that finished or was ended by an event, 3 if the motion left all bounds, 4 if the step became too
     small, 5 if the steps were spent, 130 after Ctrl-C and 143 after SIGTERM; 2 for something you can mend.
 
-    Example: autobalancer run stall_and_release.toml \\
+    Example: autobalancer simulate stall_and_release.toml \\
       --out stall.nc
     """
-    from autobalancer import verdict
     from autobalancer.cli.runs.starts import say_seed
     from autobalancer.cli.runs.verdict_table import print_verdict
     from autobalancer.cli.terminal.console import Console
@@ -61,6 +60,7 @@ def run(
     from autobalancer.cli.terminal.patience import Patience
     from autobalancer.cli.terminal.progress import of_time, progress_bar
     from autobalancer.cli.terminal.quantities import optional
+    from autobalancer.either_kind import verdict
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
@@ -85,7 +85,7 @@ def run(
         wishes.append(Envelope(envelope))
     if last_revolutions:
         wishes.append(LastRevolutions(last_revolutions))
-    from autobalancer import simulate
+    from autobalancer.either_kind import simulate
 
     patience = Patience(console)
     with progress_bar(described.name) as update:
@@ -99,7 +99,7 @@ def run(
             duration=optional("--duration", duration, "s"),
             save=wishes,
             tolerance=tolerance,
-            method=method,  # type: ignore[arg-type]
+            method=method,
             seed=seed,
             mass_spread=mass_spread,
             keep_on_interrupt=True,
@@ -137,7 +137,7 @@ def run(
 
 def _measured(result: Any) -> Any:
     """The measures; none of a run that kept nothing, or ended at once."""
-    from autobalancer import measures
+    from autobalancer.either_kind import measures
     from autobalancer.errors import QuestionError
 
     try:

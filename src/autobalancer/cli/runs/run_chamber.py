@@ -1,4 +1,4 @@
-"""``autobalancer run`` for a machine whose balls move freely in chambers."""
+"""``autobalancer simulate`` for a machine whose balls move freely in chambers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCALE = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
 
 
 def run_chamber(context: typer.Context, described: ChamberMachine, files: Files) -> None:
-    """Run it with the options of ``autobalancer run`` and write a result file. Ctrl-C keeps what was computed."""
+    """Run it with the options of ``autobalancer simulate`` and write a result file. Ctrl-C keeps what was computed."""
     from autobalancer.cli.runs.verdict_table import print_verdict
     from autobalancer.cli.terminal.console import Console
     from autobalancer.cli.terminal.exit_codes import leave_with

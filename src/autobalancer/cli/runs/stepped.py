@@ -1,4 +1,4 @@
-"""``autobalancer stepped``: the response measured at one speed after the other, kept even if interrupted."""
+"""``autobalancer stepped-response``: the response measured at one speed after the other, kept even if interrupted."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def stepped(
 ) -> None:
     """Hold a speed, let transients die, measure, go to the next. Ctrl-C keeps what was measured; the same call goes on.
 
-    Example: autobalancer stepped discoidal.toml \\
+    Example: autobalancer stepped-response discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
     from autobalancer.cli.runs.starts import say_seed

@@ -1,4 +1,4 @@
-"""``autobalancer study``: questions to a deep chamber that take many runs, or one long one."""
+"""``autobalancer chamber``: questions to a deep chamber that take many runs, or one long one."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def amplitudes(
 
     Without --out the result is written here, under the machine's name with _amplitudes.nc.
 
-    Example: autobalancer study amplitudes deep_chamber.toml \\
+    Example: autobalancer chamber amplitudes deep_chamber.toml \\
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
@@ -113,7 +113,7 @@ def reactions(
 ) -> None:
     """One run into an archive, with pictures: history, energy, collisions, reactions, arrangement of the balls.
 
-    Example: autobalancer study reactions deep_chamber.toml \\
+    Example: autobalancer chamber reactions deep_chamber.toml \\
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
     from autobalancer.plots.chamber.arrangement import plot_arrangement
@@ -170,7 +170,7 @@ def step_size(
 ) -> None:
     """Energy error of a fixed step in a central collision, for contacts that begin anywhere in a step.
 
-    Example: autobalancer study step-size --stiffness-over-mass 3e9 --plot steps.png
+    Example: autobalancer chamber step-size --stiffness-over-mass 3e9 --plot steps.png
     """
     from autobalancer.cli.terminal.sheet import Column, print_sheet
     from autobalancer.plots.chamber.study import plot_step_sizes

@@ -53,9 +53,9 @@ def borders(
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability.border_curve import plot_border_curve
-    from autobalancer.stability.borders.speeds import border_speeds
     from autobalancer.stability.friction.held import held_by_friction
     from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+    from autobalancer.stability.maps.speeds import border_speeds
 
     one_form(as_json, as_csv)
     if (out or plot is not None) and not over:
@@ -94,7 +94,7 @@ def borders(
 
 def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[str, Any]:
     from autobalancer.errors import QuestionError
-    from autobalancer.stability.borders.windows import stable_windows
+    from autobalancer.stability.maps.windows import stable_windows
     from autobalancer.stability.summary.summary import summary
 
     highest = top if top is not None else summary(machine).highest_speed
@@ -106,7 +106,7 @@ def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[s
 
 def _names(only: str) -> tuple[str, ...]:
     """ "exact border, worst case" has a comma of its own."""
-    from autobalancer.stability.borders.speeds import NAMES
+    from autobalancer.stability.maps.speeds import NAMES
 
     left, found = only, []
     for name in sorted(NAMES, key=len, reverse=True):
@@ -120,7 +120,7 @@ def _minima(
     machine: Any, viscosity_at: str, drag_at: str, unbalance: float | None, names: tuple[str, ...]
 ) -> dict[str, Any]:
     from autobalancer.cli.terminal.quantities import quantity
-    from autobalancer.stability.borders.minimum import minimum_drag, minimum_viscosity
+    from autobalancer.stability.maps.minimum import minimum_drag, minimum_viscosity
 
     found: dict[str, Any] = {}
     for key, text, ask in (("viscosity", viscosity_at, minimum_viscosity), ("drag", drag_at, minimum_drag)):
@@ -134,7 +134,7 @@ def _minima(
 
 
 def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
-    from autobalancer.stability.borders.speeds import border_speeds
+    from autobalancer.stability.maps.speeds import border_speeds
 
     kinds = ("exact border", "exact border, worst case", "averaged border", "release speed", "capture speed")
     there = {border.name for border in border_speeds(machine, only=names) if not math.isnan(border.speed)}
@@ -144,7 +144,7 @@ def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
 def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> xr.Dataset:
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import named, parameter_values
-    from autobalancer.stability.borders.curve import border_curve
+    from autobalancer.stability.maps.curve import border_curve
 
     name, span = named("--over", over)
     values = parameter_values("--over", over, machine)[1] if span else _usual(name)

@@ -23,13 +23,13 @@ def check(
 
     Example: autobalancer check discoidal.toml
     """
-    from autobalancer import summary
     from autobalancer.cli.stability.friction import friction_rows, settled_rows
     from autobalancer.cli.stability.service import service_rows
     from autobalancer.cli.terminal.output import one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import Facts
     from autobalancer.files.machine_file import read_machine
     from autobalancer.machine.chamber import ChamberMachine
+    from autobalancer.stability.summary.summary import summary
 
     one_form(as_json, as_csv)
     described = read_machine(machine)

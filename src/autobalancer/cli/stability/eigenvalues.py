@@ -1,4 +1,4 @@
-"""``autobalancer stability``: eigenvalues of a steady state over the speed."""
+"""``autobalancer eigenvalues``: eigenvalues of a steady state over the speed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def stability(
 ) -> None:
     """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on anisotropic supports.
 
-    Example: autobalancer stability discoidal.toml \\
+    Example: autobalancer eigenvalues discoidal.toml \\
       --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json

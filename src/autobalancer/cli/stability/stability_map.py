@@ -41,7 +41,7 @@ def map_(
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability.stability_map import plot_map
     from autobalancer.results.export import result_csv
-    from autobalancer.stability.borders.stability_map import stability_map
+    from autobalancer.stability.maps.stability_map import stability_map
 
     one_form(as_json, as_csv)
     files = Files(out, plot)

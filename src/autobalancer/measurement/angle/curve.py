@@ -18,7 +18,7 @@ from autobalancer.laws.drag_coefficient import DragLaw, linear
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.statics import Floats, TurnedRace, equilibrium_angles
 from autobalancer.results.provenance import provenance
-from autobalancer.simulation.run import simulate
+from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.units import argument, texts_argument
 
@@ -188,6 +188,6 @@ def _simulated(given: AngleMachine, w: Floats, duration: float, first: float) ->
     ):
         machine = with_parameter(machine, path, value)
     times = (w - w[0]) / (w[-1] - w[0]) * duration
-    run = simulate(machine, duration=duration, save=SampleTimes(times.tolist()))
+    run = simulate_races(machine, duration=duration, save=SampleTimes(times.tolist()))
     angle = (run["rotor_angle"] + run["ball_angle_in_rotor"][:, 0]).values + 0.5 * math.pi
     return np.where(angle <= 0.5 * math.pi, angle, np.nan)

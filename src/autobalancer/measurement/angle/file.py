@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.catalog.fluid_families import ROOM
-from autobalancer.catalog.fluids import fluid
+from autobalancer.catalog.fluid_table import fluid
 from autobalancer.errors import CatalogError, ResultError
 from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.angle.statics import Floats, TurnedRace

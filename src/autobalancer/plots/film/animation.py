@@ -26,7 +26,7 @@ PATH_POINTS = 16  # points of the path of the rotor center for each frame
 
 
 @shows_progress
-def animate(
+def animate_races(
     run: xr.Dataset,
     path: str | Path,
     *,

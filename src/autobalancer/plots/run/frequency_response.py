@@ -41,7 +41,7 @@ def plot_frequency_response(
     Parameters
     ----------
     found
-        From :func:`autobalancer.frequency_response`.
+        From :func:`autobalancer.stepped_response`.
     quantity
         ``amplitude``, the mean over the stations of their greatest deflections, or ``greatest_mean_deflection``.
     speed_unit

@@ -49,7 +49,7 @@ def plot_border_curve(
     Parameters
     ----------
     found
-        From :func:`autobalancer.border_curve`.
+        From :func:`autobalancer.stability.border_curve`.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     highest

@@ -28,11 +28,11 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Dat
     Parameters
     ----------
     found
-        From :func:`autobalancer.eigenvalues`.
+        From :func:`autobalancer.stability.eigenvalues`.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for speeds and frequencies.
     ranges
-        From :func:`autobalancer.stability_ranges`: the shades then change at the speeds found there. Without it they change
+        From :func:`autobalancer.stability.ranges`: the shades then change at the speeds found there. Without it they change
         where the line of the growth rate is zero between two speeds.
 
     Raises

@@ -48,7 +48,7 @@ def plot_map(
     Parameters
     ----------
     found
-        From :func:`autobalancer.stability_map`.
+        From :func:`autobalancer.stability.map`.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     x

@@ -71,3 +71,8 @@ def _machine(run: xr.Dataset) -> dict[str, Any]:
 
 def _listed(entries: Any) -> list[dict[str, Any]]:
     return entries if isinstance(entries, list) else [entries]
+
+
+def is_chamber_run(result: xr.Dataset) -> bool:
+    """Whether its balls moved freely in chambers."""
+    return "body_position" in result

@@ -12,6 +12,7 @@ from autobalancer.assembly.chamber import contact_time
 from autobalancer.errors import QuestionError
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.patience import shows_progress
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.dataset import joined, labeled
 from autobalancer.simulation.chamber.march import begin, restore
@@ -26,6 +27,7 @@ Checkpoint = dict[str, Any]
 MOST = 100_000_000  # samples
 
 
+@shows_progress
 def simulate_chamber(
     machine: ChamberMachine,
     *,

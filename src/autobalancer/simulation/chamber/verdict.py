@@ -49,6 +49,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         )
     machine = parse_any(str(run.attrs["machine"]))
     assert isinstance(machine, ChamberMachine)
+    last = optional_argument("last", last, "s")
     steady = window(run, last)
     z, time = _across(run, "body_position"), run["time"].values
     static, vibration, _, velocity = moved(z[steady, None], np.gradient(z, time)[steady, None])

@@ -6,7 +6,7 @@ import math
 
 import xarray as xr
 
-from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.laws.held_by_friction import held_whirl
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import length_text

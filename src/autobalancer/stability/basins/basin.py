@@ -16,7 +16,7 @@ import xarray as xr
 
 from autobalancer.assembly.fluid_numbers import Lags
 from autobalancer.assembly.system import assemble, start_angles
-from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.profile import greatest_rise, highest_prescribed
-from autobalancer.catalog.friction import NONE_GIVEN
+from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
-from autobalancer.laws.rest_interval import rest_ends
+from autobalancer.laws.resting import rest_ends
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
 from autobalancer.random_numbers import generator
 from autobalancer.stability.friction.held_values import HeldByFriction, HeldPlane
@@ -54,7 +54,7 @@ def held_by_friction(
         rad/s or a string with a unit; by default the highest that the drive prescribes, else three times the lowest critical
         speed.
     unbalance
-        As in :func:`autobalancer.border_speeds`.
+        As in :func:`autobalancer.stability.borders`.
     starts, seed
         Number of random starts of the distribution, and their seed.
 

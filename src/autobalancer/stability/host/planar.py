@@ -22,7 +22,7 @@ Complexes = NDArray[np.complex128]
 
 STAND_IN = (
     "or use the equivalent planar machine near one critical speed: equivalent_planar(machine), or "
-    "'autobalancer equivalent FILE --out planar.toml'"
+    "'autobalancer equivalent-planar FILE --out planar.toml'"
 )
 
 

@@ -21,10 +21,10 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.shown import html_table, speed_cells, text_table
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
-from autobalancer.stability.borders.speeds import Border, border_speeds
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
 from autobalancer.stability.host.planar import largest_unbalance
+from autobalancer.stability.maps.speeds import Border, border_speeds
 from autobalancer.stability.summary.rotor import StationSummary, frame_of
 from autobalancer.stability.summary.service import Service, service_of
 

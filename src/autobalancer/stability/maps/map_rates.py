@@ -14,9 +14,9 @@ import numpy as np
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.stability.borders.balanced import balanced_states
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.states.described import Described, described
 
 MEMBERS = 6  # of a continuum of balanced states, at most

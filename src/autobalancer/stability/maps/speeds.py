@@ -20,19 +20,19 @@ from autobalancer.machine import Machine
 from autobalancer.stability.averaged.border import averaged_border
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.border import Border, Borders
-from autobalancer.stability.borders.balanced import (
+from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
+from autobalancer.stability.maps.balanced import (
     Balanced,
     EqualBalls,
     balanced_states,
     equal_balls,
     planar_balancer_of,
 )
-from autobalancer.stability.borders.balanced_stations import EqualAtOneStation, equal_at_one_station
-from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rates, worst_case_border
-from autobalancer.stability.borders.windows import windows_of
-from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
+from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, equal_at_one_station
+from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates, worst_case_border
+from autobalancer.stability.maps.windows import windows_of
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import (

@@ -16,8 +16,10 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.borders.map_rates import refuse_unbalance, with_values
-from autobalancer.stability.borders.speeds import (
+from autobalancer.stability.host.planar import Floats, plane
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+from autobalancer.stability.maps.map_rates import refuse_unbalance, with_values
+from autobalancer.stability.maps.speeds import (
     NAMES,
     Border,
     borders_of,
@@ -25,8 +27,6 @@ from autobalancer.stability.borders.speeds import (
     saying_what_is_ignored,
     speed_or_none,
 )
-from autobalancer.stability.host.planar import Floats, plane
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import described, lower_critical_speed
 

@@ -23,12 +23,12 @@ from autobalancer.files.machine_file import load_machine, machine_text
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.borders.balanced import balanced_states
-from autobalancer.stability.borders.map_friction import with_friction, with_held
-from autobalancer.stability.borders.map_marks import with_borders, with_fluids, with_operating_points, with_release
-from autobalancer.stability.borders.map_rates import rates_over, refuse_unbalance
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.map_friction import with_friction, with_held
+from autobalancer.stability.maps.map_marks import with_borders, with_fluids, with_operating_points, with_release
+from autobalancer.stability.maps.map_rates import rates_over, refuse_unbalance
 from autobalancer.stability.states.described import described
 from autobalancer.units import to_si
 

@@ -13,11 +13,11 @@ from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.borders import speeds as borders
-from autobalancer.stability.borders.balanced import balanced_states
-from autobalancer.stability.borders.curve import VARIABLES
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.maps import speeds as borders
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.curve import VARIABLES
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import Described, described, lower_critical_speed, plane_of

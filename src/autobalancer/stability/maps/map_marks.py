@@ -10,13 +10,13 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.quantities import dimension_of, si_value, value_of
-from autobalancer.catalog.fluids import fluid, fluids
+from autobalancer.catalog.fluid_table import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.borders.curve import VARIABLES, border_curve, unbalances_to_capability
-from autobalancer.stability.borders.map_rates import with_values
-from autobalancer.stability.borders.speeds import borders_of
 from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.maps.curve import VARIABLES, border_curve, unbalances_to_capability
+from autobalancer.stability.maps.map_rates import with_values
+from autobalancer.stability.maps.speeds import borders_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.units import to_si
 

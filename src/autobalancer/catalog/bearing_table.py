@@ -13,7 +13,7 @@ from functools import cache
 
 from autobalancer.catalog.tables import rows, unknown
 from autobalancer.errors import QuestionError
-from autobalancer.laws.capability import ball_mass, capability, largest_useful_count, needed_count
+from autobalancer.laws.ball_capability import ball_mass, capability, largest_useful_count, needed_count
 from autobalancer.shown import Table
 from autobalancer.units import argument, optional_argument
 

@@ -1,6 +1,6 @@
 """Growth rate of the balanced state over the speed, for any machine without gravity in its plane.
 
-Rotors that tilt or bend: :mod:`autobalancer.stability.borders.balanced_stations`. Planar ones have three routes, the fastest that
+Rotors that tilt or bend: :mod:`autobalancer.stability.maps.balanced_stations`. Planar ones have three routes, the fastest that
 is exact is taken: equal balls in races with one center by the polynomial of degree eight; other
 machines on isotropic supports by the eigenvalues of their linearized equations; orthotropic supports by the multipliers
 over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand
@@ -17,11 +17,11 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.borders.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
-from autobalancer.stability.borders.balanced_stations import members_of
-from autobalancer.stability.borders.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.maps.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
+from autobalancer.stability.maps.balanced_stations import members_of
+from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
 from autobalancer.stability.states.spread import spread_of_two, spread_range
 from autobalancer.stability.states.station_floquet import OnAnisotropicStations

@@ -14,9 +14,9 @@ from scipy.optimize import brentq, minimize_scalar
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.borders.balanced import POINTS, Balanced, balanced_states
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest, without
+from autobalancer.stability.maps.balanced import POINTS, Balanced, balanced_states
 from autobalancer.stability.states.described import Described, described, lower_critical_speed, why_no_state
 from autobalancer.units import argument, optional_argument, unbalance_argument
 

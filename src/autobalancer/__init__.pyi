@@ -1,0 +1,97 @@
+# written by tools/write_stubs.py from public_names.py
+
+from autobalancer import catalog as catalog
+from autobalancer import chamber as chamber
+from autobalancer import errors as errors
+from autobalancer import flow as flow
+from autobalancer import laws as laws
+from autobalancer import machine as machine
+from autobalancer import measure as measure
+from autobalancer import plot as plot
+from autobalancer import rotor as rotor
+from autobalancer import stability as stability
+from autobalancer import units as units
+from autobalancer.assembly.parameters import with_parameter as with_parameter
+from autobalancer.either_kind import animate as animate
+from autobalancer.either_kind import check as check
+from autobalancer.either_kind import measures as measures
+from autobalancer.either_kind import simulate as simulate
+from autobalancer.either_kind import verdict as verdict
+from autobalancer.files.examples import example as example
+from autobalancer.files.machine_file import machine_text as machine_text
+from autobalancer.files.machine_file import parse_machine as parse_machine
+from autobalancer.files.machine_file import read_machine as load_machine
+from autobalancer.files.machine_file import save_machine as save_machine
+from autobalancer.machine.schema import file_tables as keys
+from autobalancer.machine.schema import machine_schema as machine_schema
+from autobalancer.results.measures import ball_angle_to_unbalance as ball_angle_to_unbalance
+from autobalancer.results.measures import deflection_envelope as deflection_envelope
+from autobalancer.results.measures import peak_deflection as peak_deflection
+from autobalancer.results.measures import release_speed as release_speed
+from autobalancer.results.measures import residual_vibration as residual_vibration
+from autobalancer.results.measures import settling_time as settling_time
+from autobalancer.results.places import residual_unbalance as residual_unbalance
+from autobalancer.results.places import static_deflection as static_deflection
+from autobalancer.results.places import support_forces as support_forces
+from autobalancer.results.places import vibration as vibration
+from autobalancer.results.store import load_run as load_run
+from autobalancer.results.store import save_run as save_run
+from autobalancer.simulation.events import Event as Event
+from autobalancer.simulation.sampling import Envelope as Envelope
+from autobalancer.simulation.sampling import LastRevolutions as LastRevolutions
+from autobalancer.simulation.sampling import SampleTimes as SampleTimes
+from autobalancer.simulation.sampling import Samples as Samples
+from autobalancer.studies.basin import basin as basin
+from autobalancer.studies.frequency_response import frequency_response as stepped_response
+from autobalancer.studies.sweep import sweep as sweep
+from autobalancer.studies.worst_start import worst_start as worst_start
+
+__version__: str
+
+__all__ = [
+    "Envelope",
+    "Event",
+    "LastRevolutions",
+    "SampleTimes",
+    "Samples",
+    "animate",
+    "ball_angle_to_unbalance",
+    "basin",
+    "catalog",
+    "chamber",
+    "check",
+    "deflection_envelope",
+    "errors",
+    "example",
+    "flow",
+    "keys",
+    "laws",
+    "load_machine",
+    "load_run",
+    "machine",
+    "machine_schema",
+    "machine_text",
+    "measure",
+    "measures",
+    "parse_machine",
+    "peak_deflection",
+    "plot",
+    "release_speed",
+    "residual_unbalance",
+    "residual_vibration",
+    "rotor",
+    "save_machine",
+    "save_run",
+    "settling_time",
+    "simulate",
+    "stability",
+    "static_deflection",
+    "stepped_response",
+    "support_forces",
+    "sweep",
+    "units",
+    "verdict",
+    "vibration",
+    "with_parameter",
+    "worst_start",
+]

@@ -1,0 +1,35 @@
+# written by tools/write_stubs.py from public_names.py
+
+from autobalancer.catalog.bearing_table import bearing as bearing
+from autobalancer.catalog.bearing_table import bearings as bearings
+from autobalancer.catalog.bearing_table import suitable_bearings as suitable_bearings
+from autobalancer.catalog.fluid_table import blend as blend
+from autobalancer.catalog.fluid_table import fluid as fluid
+from autobalancer.catalog.fluid_table import fluids as fluids
+from autobalancer.catalog.friction_table import friction_coefficients as friction
+from autobalancer.catalog.material_table import materials as materials
+from autobalancer.files.examples import example_text as example_text
+from autobalancer.files.examples import examples as examples
+from autobalancer.files.rigs import rig as rig
+from autobalancer.files.rigs import rig_text as rig_text
+from autobalancer.files.rigs import rigs as rigs
+from autobalancer.files.samples import example_path as example_path
+from autobalancer.files.samples import write_example as write_example
+
+__all__ = [
+    "bearing",
+    "bearings",
+    "blend",
+    "example_path",
+    "example_text",
+    "examples",
+    "fluid",
+    "fluids",
+    "friction",
+    "materials",
+    "rig",
+    "rig_text",
+    "rigs",
+    "suitable_bearings",
+    "write_example",
+]

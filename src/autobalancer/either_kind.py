@@ -1,0 +1,206 @@
+"""Questions that are asked alike of balls in races and of deep chambers: one function, whichever machine or run it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import read_machine
+from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.patience import Progress
+from autobalancer.results.chamber.shape import is_chamber_run
+
+if TYPE_CHECKING:
+    from autobalancer.results.verdict.judged import Verdict
+    from autobalancer.simulation.chamber.summary import ChamberSummary
+    from autobalancer.stability.summary.summary import Summary
+
+AnyMachine = Machine | ChamberMachine | str | Path
+R = TypeVar("R")
+
+
+def simulate(
+    machine: AnyMachine,
+    *,
+    duration: float | str | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    keep_on_interrupt: bool = False,
+    **options: Any,
+) -> xr.Dataset:
+    """Run a machine in time.
+
+    Parameters
+    ----------
+    machine
+        A machine, with races or deep chambers, or the path of a machine file.
+    duration
+        Seconds, or a text such as ``"20 s"``; by default the ``run.duration`` of the machine.
+    seed
+        For the start positions of balls that have none in the machine, and for the filling of chambers.
+    progress
+        Called with (time, duration) a few times a second. ``None`` shows a bar where a person is looking, ``False`` none.
+    keep_on_interrupt
+        If true, Ctrl-C ends the run with the outcome ``interrupted`` and returns what was computed.
+    **options
+        Of balls in races: ``save``, ``events``, ``tolerance``, ``method``, ``frame``, ``hold_balls``, ``mass_spread``,
+        ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races`. Of deep chambers: ``step``, ``sample``, ``method``,
+        ``settle``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
+        :func:`autobalancer.simulation.chamber.run.simulate_chamber`.
+
+    Returns
+    -------
+    xarray.Dataset
+        See the pages on results and on the deep chamber; ``attrs["outcome"]`` says how the run ended.
+
+    Raises
+    ------
+    MachineError
+        If the machine cannot be run.
+    QuestionError
+        If an argument is not possible, or belongs to the other kind of machine.
+    """
+    described = _described(machine)
+    common = {"duration": duration, "seed": seed, "progress": progress, "keep_on_interrupt": keep_on_interrupt}
+    if isinstance(described, ChamberMachine):
+        from autobalancer.simulation.chamber.run import simulate_chamber
+
+        return _asked("simulate", simulate_chamber, "deep chambers", described, common | options)
+    from autobalancer.simulation.run import simulate_races
+
+    return _asked("simulate", simulate_races, "balls in races", described, common | options)
+
+
+def check(machine: AnyMachine) -> Summary | ChamberSummary:
+    """What is known of a machine before a run: masses, critical speeds, capability, drag, border speeds, and what looks wrong.
+
+    Of deep chambers: filling, contact time and step in place of drag and borders.
+
+    Returns
+    -------
+    Summary or ChamberSummary
+        Frozen, in SI; prints itself as a table, also in a notebook.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described.
+    """
+    described = _described(machine)
+    if isinstance(described, ChamberMachine):
+        from autobalancer.simulation.chamber.summary import chamber_summary
+
+        return chamber_summary(described)
+    from autobalancer.stability.summary.summary import summary
+
+    return summary(described)
+
+
+def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:
+    """Whether a run ends balanced, and what remains at each place, plane and support.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`.
+    held
+        Balls in races: the same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. For a
+        machine with external excitation also the vibration without balls, which otherwise every run has.
+    last
+        Deep chambers: seconds at the end that are the steady state; by default a tenth of the run.
+
+    Raises
+    ------
+    QuestionError
+        If an argument belongs to the other kind of run, or the run did not keep what is needed.
+    """
+    if is_chamber_run(run):
+        from autobalancer.simulation.chamber.verdict import chamber_verdict
+
+        if held is not None:
+            raise QuestionError(
+                "held: a run of deep chambers is compared with its steady state without balls; leave it out"
+            )
+        return chamber_verdict(run, last)
+    from autobalancer.results.verdict.judged import verdict as verdict_of_races
+
+    if last is not None:
+        raise QuestionError("last: is for deep chambers; a run of balls in races ends with its last revolutions")
+    return verdict_of_races(run, held)
+
+
+def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
+    """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`.
+    **options
+        Of deep chambers: ``unbalance``, ``couple``, ``chamber_places``, ``last``, ``tolerance``, see
+        :func:`autobalancer.results.chamber.measures.chamber_measures`.
+
+    Raises
+    ------
+    QuestionError
+        If the run did not keep what is needed, or an option belongs to the other kind of run.
+    """
+    if is_chamber_run(run):
+        from autobalancer.results.chamber.measures import chamber_measures
+
+        return _asked("measures", chamber_measures, "deep chambers", run, options)
+    from autobalancer.results.measures import measures as measures_of_races
+
+    return _asked("measures", measures_of_races, "balls in races", run, options)
+
+
+def animate(run: xr.Dataset, path: str | Path, **options: Any) -> Path:
+    """Make a film of a run, ``.mp4`` or ``.gif``.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`, with samples.
+    path
+        Of the film.
+    **options
+        ``start``, ``end``, ``duration``, ``fps``, ``frame``, ``deflection_scale``, ``speed_unit``, ``width``, ``progress``; of
+        deep chambers also ``azimuth`` and ``elevation``. See :func:`autobalancer.plots.film.animation.animate_races` and
+        :func:`autobalancer.plots.chamber.film.animate_chamber`.
+
+    Returns
+    -------
+    pathlib.Path
+        The film.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no samples, or an option is not possible.
+    """
+    if is_chamber_run(run):
+        from autobalancer.plots.chamber.film import animate_chamber
+
+        return _asked("animate", animate_chamber, "deep chambers", run, {"path": path, **options})
+    from autobalancer.plots.film.animation import animate_races
+
+    return _asked("animate", animate_races, "balls in races", run, {"path": path, **options})
+
+
+def _described(machine: AnyMachine) -> Machine | ChamberMachine:
+    return machine if isinstance(machine, Machine | ChamberMachine) else read_machine(machine)
+
+
+def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: dict[str, Any]) -> R:
+    known = signature(function).parameters
+    for option in options:
+        if option not in known:
+            allowed = ", ".join(list(known)[1:])
+            raise QuestionError(f"{name}: no argument {option!r} for {kind}; there are {allowed}")
+    return function(subject, **options)

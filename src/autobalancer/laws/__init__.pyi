@@ -1,0 +1,47 @@
+# written by tools/write_stubs.py from public_names.py
+
+from autobalancer.laws.balance_quality import balance_grade as balance_grade
+from autobalancer.laws.balance_quality import permissible_unbalance as permissible_unbalance
+from autobalancer.laws.ball_capability import capability as capability
+from autobalancer.laws.ball_capability import largest_count as largest_count
+from autobalancer.laws.ball_capability import largest_useful_count as largest_useful_count
+from autobalancer.laws.drag_coefficient import discoidal as discoidal
+from autobalancer.laws.drag_coefficient import drag_laws as drag_laws
+from autobalancer.laws.drag_coefficient import free_sphere as free_sphere
+from autobalancer.laws.drag_coefficient import race_geometry as race_geometry
+from autobalancer.laws.drag_coefficient import sphere_on_plane as sphere_on_plane
+from autobalancer.laws.drag_curve import DragCurve as DragCurve
+from autobalancer.laws.held_by_friction import held_whirl as held_whirl
+from autobalancer.laws.resting import rest_interval as rest_interval
+from autobalancer.laws.slipstream import slipstream_factor as slipstream_factor
+from autobalancer.laws.slipstream import slipstream_factors as slipstream_factors
+from autobalancer.laws.stall import StalledBall as StalledBall
+from autobalancer.laws.stall import holding_speed as holding_speed
+from autobalancer.laws.stall import planar_receptance as planar_receptance
+from autobalancer.laws.stall import run_down_capture as run_down_capture
+from autobalancer.laws.stall import stall_balance as stall_balance
+from autobalancer.laws.stall import stall_ranges as stall_ranges
+
+__all__ = [
+    "DragCurve",
+    "StalledBall",
+    "balance_grade",
+    "capability",
+    "discoidal",
+    "drag_laws",
+    "free_sphere",
+    "held_whirl",
+    "holding_speed",
+    "largest_count",
+    "largest_useful_count",
+    "permissible_unbalance",
+    "planar_receptance",
+    "race_geometry",
+    "rest_interval",
+    "run_down_capture",
+    "slipstream_factor",
+    "slipstream_factors",
+    "sphere_on_plane",
+    "stall_balance",
+    "stall_ranges",
+]

@@ -1,0 +1,41 @@
+# written by tools/write_stubs.py from public_names.py
+
+from autobalancer.measurement.angle.curve import angle_against_speed as equilibrium_angle
+from autobalancer.measurement.angle.evaluation import evaluate_angles as evaluate_angles
+from autobalancer.measurement.angle.file import load_angle_series as load_angle_series
+from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance as fit_rolling_resistance
+from autobalancer.measurement.angle.rolling_resistance import rolling_resistance_deviation as rolling_resistance_deviation
+from autobalancer.measurement.angle.statics import TurnedRace as TurnedRace
+from autobalancer.measurement.angle.statics import drag_coefficients as drag_coefficients
+from autobalancer.measurement.angle.statics import equilibrium_angles as equilibrium_angles
+from autobalancer.measurement.decay import decay_rate as decay_rate
+from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
+from autobalancer.measurement.loop.balls import balls_of as balls_of
+from autobalancer.measurement.loop.balls import equal_balls as equal_balls
+from autobalancer.measurement.loop.border import receptance_border as receptance_border
+from autobalancer.measurement.loop.curve import receptance_loop as receptance_loop
+from autobalancer.measurement.loop.growth import receptance_stability as receptance_stability
+from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
+from autobalancer.measurement.receptance.rational_fit import fit_receptance as receptance
+from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
+
+__all__ = [
+    "RaceBalls",
+    "TurnedRace",
+    "balls_of",
+    "decay_rate",
+    "drag_coefficients",
+    "equal_balls",
+    "equilibrium_angle",
+    "equilibrium_angles",
+    "evaluate_angles",
+    "fit_rolling_resistance",
+    "load_angle_series",
+    "load_receptance",
+    "modes_of",
+    "receptance",
+    "receptance_border",
+    "receptance_loop",
+    "receptance_stability",
+    "rolling_resistance_deviation",
+]

@@ -1,0 +1,39 @@
+# written by tools/write_stubs.py from public_names.py
+
+from autobalancer.assembly.rotors import lateral_model as lateral_model
+from autobalancer.rotordynamics.campbell import campbell as campbell
+from autobalancer.rotordynamics.critical import critical_speeds as critical_speeds
+from autobalancer.rotordynamics.equivalent_planar import equivalent_planar as equivalent_planar
+from autobalancer.rotordynamics.from_ross import from_ross as from_ross
+from autobalancer.rotordynamics.identification.free import FreeParameter as FreeParameter
+from autobalancer.rotordynamics.identification.identify import identify as identify
+from autobalancer.rotordynamics.identification.measurement_file import load_measurements as load_measurements
+from autobalancer.rotordynamics.identification.measurements import KnownValue as KnownValue
+from autobalancer.rotordynamics.identification.measurements import MeasuredCriticalSpeed as MeasuredCriticalSpeed
+from autobalancer.rotordynamics.identification.measurements import MeasuredMode as MeasuredMode
+from autobalancer.rotordynamics.identification.measurements import MeasuredResponse as MeasuredResponse
+from autobalancer.rotordynamics.identification.measurements import MeasuredStiffness as MeasuredStiffness
+from autobalancer.rotordynamics.modes import eigenfrequencies as modes
+from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
+from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
+from autobalancer.rotordynamics.response import unbalance_response as response
+
+__all__ = [
+    "FreeParameter",
+    "KnownValue",
+    "MeasuredCriticalSpeed",
+    "MeasuredMode",
+    "MeasuredResponse",
+    "MeasuredStiffness",
+    "campbell",
+    "critical_speeds",
+    "equivalent_planar",
+    "from_ross",
+    "identify",
+    "lateral_model",
+    "load_measurements",
+    "modes",
+    "response",
+    "response_peaks",
+    "whirl_orbits",
+]
