@@ -14,11 +14,12 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
-from autobalancer.cli.stability.service import service_rows
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.verdict.rule import verdict_word
+from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import largest_unbalance
+from autobalancer.stability.summary.rows import service_rows
 from autobalancer.stability.summary.service import service_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -179,7 +180,7 @@ def test_check_and_verdict_name_the_same_unbalances_alike() -> None:
     assert before.unbalance == pytest.approx(end.unbalance, rel=1e-6)
     # a couple of 10 kg mm² at 60 degrees, and 100 g mm at 20 mm, which is 5 mm below the middle between the planes
     assert end.couple_unbalance == pytest.approx(abs(1e-5 * np.exp(1j * np.pi / 3.0) - 1e-4 * 5e-3), rel=1e-6)
-    assert "of 123 g mm, the needs of the planes added up" in service_rows(before)[0][1]
+    assert "of 123 g mm, the needs of the planes added up" in service_rows(before, rpm_and_si)[0][1]
     assert "of 123 g mm" in str(end)
     assert "of 100 g mm, couple about their middle" in str(end)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import TypeVar
 
@@ -32,6 +33,45 @@ def speed_cells(speed: float) -> tuple[str, str]:
     if not math.isfinite(speed):
         return ("never", "never") if speed > 0.0 else ("-", "-")
     return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"
+
+
+def rpm_and_si(speed: float) -> str:
+    """``297.8 rpm (31.18 rad/s)``; *none* for nan and *never* for infinity, as border speeds mean them."""
+    if not math.isfinite(speed):
+        return "none" if math.isnan(speed) else "never"
+    return f"{speed * 30.0 / math.pi:.5g} rpm ({speed:.5g} rad/s)"
+
+
+def facts_text(rows: Sequence[tuple[str, str]], width: int = 100) -> str:
+    """Names and texts; long texts are broken between words."""
+    edge = max(len(name) for name, _ in rows) + 2
+    lines = []
+    for name, text in rows:
+        broken = [piece for line in text.splitlines() for piece in textwrap.wrap(line, width - edge) or [""]]
+        lines += [
+            f"{head:<{edge}}{piece}".rstrip() for head, piece in zip([name, *[""] * len(broken)], broken, strict=False)
+        ]
+    return "\n".join(lines)
+
+
+class Described:
+    """What is known of one thing: shows itself as its name, its rows and its warnings."""
+
+    name: str
+    warnings: tuple[str, ...]
+
+    def rows(self, said: Callable[[float], str]) -> list[tuple[str, str]]:
+        """A name and a text each, with speeds as ``said`` writes them."""
+        raise NotImplementedError
+
+    def _noted(self) -> list[tuple[str, str]]:
+        return self.rows(rpm_and_si) + [("note", text) for text in self.warnings]
+
+    def __repr__(self) -> str:
+        return f"{self.name}\n{facts_text(self._noted())}"
+
+    def _repr_html_(self) -> str:
+        return html_table(("", ""), self._noted(), self.name)
 
 
 class Table(tuple[T, ...]):

@@ -46,7 +46,6 @@ def borders(
     Example: autobalancer borders discoidal.toml \\
       --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
-    from autobalancer.cli.stability.friction import friction_rows
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.cli.terminal.sheet import print_sheet
@@ -56,6 +55,7 @@ def borders(
     from autobalancer.stability.friction.held import held_by_friction
     from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
     from autobalancer.stability.maps.speeds import border_speeds
+    from autobalancer.stability.summary.rows import friction_rows
 
     one_form(as_json, as_csv)
     if (out or plot is not None) and not over:
@@ -85,7 +85,7 @@ def borders(
         print_csv(table)
         return
     _print(described.name, answer)
-    for name, text in friction_rows(held):
+    for name, text in friction_rows(held, speed_text):
         say(f"{name}: {text}", indent="  ")
     if curve is not None:
         print_sheet(table, f"over {curve[str(next(iter(curve.dims)))].attrs['long_name']}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,12 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
+from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.packing import filling_sites
 from autobalancer.simulation.chamber.run import default_step
+from autobalancer.simulation.chamber.summary_rows import chamber_rows
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,8 @@ class ChamberFilling:
     capability: float
 
 
-@dataclass(frozen=True)
-class ChamberSummary:
+@dataclass(frozen=True, repr=False)
+class ChamberSummary(Described):
     """Masses, critical speeds, unbalance, capability, filling, contact time and step, and what looks wrong. SI."""
 
     name: str
@@ -54,6 +57,10 @@ class ChamberSummary:
     duration: float | None
     highest_speed: float
     warnings: tuple[str, ...]
+
+    def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
+        """A name and a text each, with speeds as ``said`` writes them."""
+        return chamber_rows(self, said)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""

@@ -18,7 +18,7 @@ from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.shown import html_table, speed_cells, text_table
+from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
@@ -26,6 +26,7 @@ from autobalancer.stability.friction.held_values import HeldByFriction
 from autobalancer.stability.host.planar import largest_unbalance
 from autobalancer.stability.maps.speeds import Border, border_speeds
 from autobalancer.stability.summary.rotor import StationSummary, frame_of
+from autobalancer.stability.summary.rows import SpeedText, summary_rows
 from autobalancer.stability.summary.service import Service, service_of
 
 ABOVE = 1.05  # of the highest border speed: where balls that settle are held least
@@ -46,7 +47,7 @@ class RaceSummary:
 
 
 @dataclass(frozen=True, repr=False)
-class Summary:
+class Summary(Described):
     """Masses, critical speeds, capability, drag, S, border speeds, and what looks wrong. SI."""
 
     name: str
@@ -70,22 +71,12 @@ class Summary:
     service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
     friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
+    several_unbalances: bool = False
     off_center: OffCenter | None = None  # what races off the axis leave; None without balls
 
-    def __repr__(self) -> str:
-        return f"Summary of {self.name}\n{text_table(('', ''), self._rows()).strip()}"
-
-    def _repr_html_(self) -> str:
-        return html_table(("", ""), self._rows(), f"Summary of {self.name}")
-
-    def _rows(self) -> list[tuple[str, str]]:
-        speeds = [("critical speed", speed) for speed in self.critical_speeds]
-        speeds += [(border.name, border.speed) for border in self.borders]
-        masses = f"rotor {self.rotor_mass:.4g} kg, balls {self.ball_mass:.4g} kg"
-        rows = [("rotor", f"{self.rotor}, {self.axis} axis"), ("masses", masses)]
-        rows += [(name, "{} rad/s, {} rpm".format(*speed_cells(speed))) for name, speed in speeds]
-        rows += [("unbalance", f"{1e6 * self.unbalance:.4g} g mm"), ("capability", f"{1e6 * self.capability:.4g} g mm")]
-        return rows + [("warning", text) for text in self.warnings]
+    def rows(self, said: SpeedText = rpm_and_si) -> list[tuple[str, str]]:
+        """A name and a text each, with speeds as ``said`` writes them."""
+        return summary_rows(self, said)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
@@ -132,6 +123,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         critical_speeds=critical,
         damping_ratios=frame.damping_ratios,
         unbalance=unbalance,
+        several_unbalances=len(machine.unbalances) > 1 or any(part.is_couple for part in machine.unbalances),
         unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
         races=races,
         capability=capability,

@@ -1,0 +1,122 @@
+"""What is known of a machine, as rows of a table: a name and a text each, with speeds as ``said`` writes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from autobalancer.laws.balance_quality import grade_name
+from autobalancer.results.number_text import force_text, length_text, moment_text, velocity_text
+from autobalancer.stability.friction.held_values import HeldByFriction
+from autobalancer.stability.summary.service import Service
+
+if TYPE_CHECKING:
+    from autobalancer.stability.summary.summary import RaceSummary, Summary
+
+LISTED = 4  # critical speeds that are shown
+Row = tuple[str, str]
+SpeedText = Callable[[float], str]
+
+
+def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
+    """Everything that ``check`` shows of a machine with races."""
+    return [
+        ("axis", found.axis),
+        ("mass", f"{found.total_mass:.6g} kg with balls, {found.rotor_mass:.6g} kg without"),
+        *_critical_speeds(found, said),
+        *_unbalance(found, said),
+        *(_race(race, found) for race in found.races),
+        *_planes(found, said),
+        *(friction_rows(found.friction, said) if found.friction is not None else ()),
+        *(_settled(found.friction_settled, said) if found.friction_settled is not None else ()),
+        *([("race eccentricity", found.off_center.sentence)] if found.off_center and found.off_center.sentence else ()),
+        *_borders(found, said),
+        *([("highest speed", said(found.highest_speed))] if found.highest_speed is not None else ()),
+    ]
+
+
+def friction_rows(held: HeldByFriction, said: SpeedText) -> list[Row]:
+    """What friction holds: a row for each plane with balls, or that there is none."""
+    if not held.planes:
+        return [("friction", held.note)]
+    several = len(held.planes) > 1
+    at = f"at {said(held.speed)} "
+    rows = [(f"friction, {plane.name}" if several else "friction", at + plane.sentence) for plane in held.planes]
+    return [*rows, ("friction", held.note)] if held.note else rows
+
+
+def service_rows(service: Service, said: SpeedText) -> list[Row]:
+    """What the rotor does without balancing: grade, vibration and forces."""
+    grade = f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)})"
+    of = f", of {moment_text(service.unbalance)}, the needs of the planes added up" if service.added_up else ""
+    rows = [("without balancing", f"{grade} at {said(service.speed)}{of}")]
+    for names, text, values in (("vibration", length_text, service.vibration), ("force", force_text, service.force)):
+        known = [(name, value) for name, value in values if math.isfinite(value)]
+        if known:
+            shown = ", ".join(f"{name}: {text(value)}" if len(values) > 1 else text(value) for name, value in known)
+            rows.append(("", f"{names} {shown}"))
+    return rows
+
+
+def _critical_speeds(found: Summary, said: SpeedText) -> Iterator[Row]:
+    names: tuple[str, ...] = ("along x and y, ",) if len(found.critical_speeds) == 1 else ("along x, ", "along y, ")
+    if found.rotor != "planar":
+        names = tuple("" for _ in found.critical_speeds)
+    rows = list(zip(names, found.critical_speeds, found.damping_ratios, strict=True))
+    for name, speed, ratio in rows[:LISTED]:
+        yield "critical speed", f"{said(speed)}, {name}damping ratio {100 * ratio:.3g} %"
+    if len(rows) > LISTED:
+        yield "", f"and {len(rows) - LISTED} more from {said(rows[LISTED][1])} on; see autobalancer modes"
+
+
+def _most(found: Summary) -> str:
+    return " (greatest over time)" if found.unbalance_varies else ""
+
+
+def _unbalance(found: Summary, said: SpeedText) -> Iterator[Row]:
+    what = ", vector sum of the point unbalances" * found.several_unbalances
+    yield "unbalance", f"{found.unbalance * 1e6:.5g} g mm{what}{_most(found)}"
+    if found.service is not None:
+        yield from service_rows(found.service, said)
+
+
+def _race(race: RaceSummary, found: Summary) -> Row:
+    share = race.capability / found.unbalance if found.unbalance else math.inf
+    enough = f", {share:.3g} times the unbalance" if found.unbalance and not found.stations else ""
+    return (
+        f"balancer {race.balancer}, race {race.race}",
+        f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, "
+        f"{race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
+        f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
+        f"capability {race.capability * 1e6:.5g} g mm{enough}\n"
+        f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",
+    )
+
+
+def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
+    for plane in found.stations:
+        enough = f", {plane.capability / plane.required:.3g} times as much" if plane.required > 0.0 else ""
+        yield (
+            f"plane {plane.name}",
+            f"needs {plane.required * 1e6:.5g} g mm{_most(found)} for rest at {said(plane.speed)}, "
+            f"capability {plane.capability * 1e6:.5g} g mm{enough}",
+        )
+
+
+def _settled(held: HeldByFriction, said: SpeedText) -> list[Row]:
+    """The same of balls that settle at a lower speed."""
+    several = len(held.planes) > 1
+    at = f"at {said(held.speed)} "
+    return [(f"  settled, {p.name}" if several else "  settled", at + p.settled_sentence) for p in held.planes]
+
+
+def _borders(found: Summary, said: SpeedText) -> Iterator[Row]:
+    if not found.borders:
+        yield "border speeds", f"none: {found.no_borders_because}"
+        return
+    if not math.isnan(found.sommerfeld_number):
+        yield "S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
+    for border in found.borders:
+        shown = said(border.speed) + (f"   ({border.note})" if border.note else "")
+        yield border.name, shown if border.known else f"not known: {border.note}"
