@@ -31,26 +31,26 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     asked = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--duration", "0.1 s", "--archive", "runs")
-    assert "written: small_amplitudes.nc" in told("study", "amplitudes", str(machine), *asked, "--plot", "a.png")
+    assert "written: small_amplitudes.nc" in told("chamber", "amplitudes", str(machine), *asked, "--plot", "a.png")
     assert size_of("a.png") == (585, 540)
     drawn = told("plot", "small_amplitudes.nc", "--out", "d", "--kind", "carried")
     assert drawn == "written: d/small_amplitudes_carried.png new folder: d"
     assert "no number of balls from 8 to 50 for 'deep'" in told(
         "plot", "small_amplitudes.nc", "--kind", "means", code=2
     )
-    assert "2 runs" in told("archive", "runs")
-    rows = json.loads(told("archive", "runs", "--where", "balls == 3", "--json"))
+    assert "2 runs" in told("chamber", "archive", "runs")
+    rows = json.loads(told("chamber", "archive", "runs", "--where", "balls == 3", "--json"))
     assert [row["run"] for row in rows] == ["deep-n3-mu0.5-s0"]
     assert rows[0]["state"] == "finished"
     assert rows[0]["vertical_amplitude"] > 0.0
-    assert "written: deep-n3-mu0.5-s0.nc" in told("archive", "runs", "--export", "deep-n3-mu0.5-s0")
-    assert "written: b.png" in told("archive", "runs", "--plot", "b.png", "--by", "friction")
-    assert "given 'color'" in told("archive", "runs", "--show", "color", code=2)
-    assert "given 'speed'" in told("archive", "runs", "--where", "speed > 1", code=2)
+    assert "written: deep-n3-mu0.5-s0.nc" in told("chamber", "archive", "runs", "--export", "deep-n3-mu0.5-s0")
+    assert "written: b.png" in told("chamber", "archive", "runs", "--plot", "b.png", "--by", "friction")
+    assert "given 'color'" in told("chamber", "archive", "runs", "--show", "color", code=2)
+    assert "given 'speed'" in told("chamber", "archive", "runs", "--where", "speed > 1", code=2)
 
 
 def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(machine: Path) -> None:
-    ran = told("run", str(machine), "--duration", "0.1 s", "--out", "x.nc")
+    ran = told("simulate", str(machine), "--duration", "0.1 s", "--out", "x.nc")
     assert "finished: reached 0.1 s" in ran
     assert "share of the balls that go around with the rotor" in ran
     archived_run(Archive("runs"), "small", small_machine(), duration=0.05)
@@ -67,22 +67,22 @@ def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(ma
 
 
 def test_what_has_no_meaning_for_a_chamber_is_refused_and_the_way_is_told(machine: Path) -> None:
-    told("run", str(machine), "--duration", "0.01 s", "--sample", "0.5 ms", "--out", "x.nc")
+    told("simulate", str(machine), "--duration", "0.01 s", "--sample", "0.5 ms", "--out", "x.nc")
     assert "of x.nc there are history, energy" in told("plot", "x.nc", "--kind", "orbit", code=2)
     assert "--log: has no meaning for the pictures of a deep chamber" in told("plot", "x.nc", "--log", code=2)
     assert "the run goes from 0 s to 0.01 s" in told("plot", "x.nc", "--start", "2 s", code=2)
-    assert "a deep chamber takes --step and --sample" in told("run", str(machine), "--samples", "9", code=2)
+    assert "a deep chamber takes --step and --sample" in told("simulate", str(machine), "--samples", "9", code=2)
     wrong = ("--method", "tsitouras", "--duration", "1 s")
-    assert "method: given 'tsitouras'; must be 'verlet'" in told("run", str(machine), *wrong, code=2)
+    assert "method: given 'tsitouras'; must be 'verlet'" in told("simulate", str(machine), *wrong, code=2)
     assert "folder without a run in it" in told("plot", ".", code=2)
     archived_run(Archive("runs"), "small", small_machine(), duration=0.01)
-    assert "its archive is runs" in told("archive", "runs/small", code=2)
+    assert "its archive is runs" in told("chamber", "archive", "runs/small", code=2)
     assert "choose one of its runs: runs/small" in told("animate", "runs", code=2)
 
 
 def test_one_run_gives_all_pictures(machine: Path) -> None:
     asked = ("--duration", "0.1 s", "--archive", "runs", "--height", "0.2 m", "--out", "p")
-    output = told("study", "reactions", str(machine), *asked)
+    output = told("chamber", "reactions", str(machine), *asked)
     assert "run small: reached 0.1 s" in output
     names = {path.name for path in Path("p").iterdir()}
     kinds = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
@@ -90,18 +90,18 @@ def test_one_run_gives_all_pictures(machine: Path) -> None:
 
 
 def test_the_step_size_study_prints_its_table(machine: Path) -> None:
-    output = told("study", "step-size", "--phases", "10", "--speeds", "4 m/s", "--steps", "1e-5,1e-6 s")
+    output = told("chamber", "step-size", "--phases", "10", "--speeds", "4 m/s", "--steps", "1e-5,1e-6 s")
     assert "1e-05" in output
     assert "square" in output
-    assert "--speeds: given 'fast'" in told("study", "step-size", "--speeds", "fast", code=2)
+    assert "--speeds: given 'fast'" in told("chamber", "step-size", "--speeds", "fast", code=2)
 
 
 def test_wrong_words_are_answered(machine: Path) -> None:
-    assert "no such folder" in told("archive", "nowhere", code=2)
+    assert "no such folder" in told("chamber", "archive", "nowhere", code=2)
     asked = ("--friction", "0.5", "--duration", "1 s")
-    assert "must be whole numbers" in told("study", "amplitudes", str(machine), "--balls", "2.5", *asked, code=2)
+    assert "must be whole numbers" in told("chamber", "amplitudes", str(machine), "--balls", "2.5", *asked, code=2)
     Path("planar.toml").write_text((Path(__file__).parents[1] / "examples/machines/discoidal.toml").read_text())
-    assert "has no 'chambers'" in told("study", "amplitudes", "planar.toml", "--balls", "2", *asked, code=2)
+    assert "has no 'chambers'" in told("chamber", "amplitudes", "planar.toml", "--balls", "2", *asked, code=2)
 
 
 @pytest.mark.parametrize(
@@ -126,13 +126,13 @@ def test_what_cannot_be_is_refused_with_its_place_and_leaves_nothing(
     text = machine.read_text()
     assert text.count(old) == 1
     machine.write_text(text.replace(old, new))
-    assert message in told("run", str(machine), "--duration", "0.01 s", code=2)
+    assert message in told("simulate", str(machine), "--duration", "0.01 s", code=2)
     assert not Path("small.nc").exists()
 
 
 def test_a_study_lists_the_points_that_have_no_result_and_fails_where_none_has(machine: Path) -> None:
     asked = (
-        "study",
+        "chamber",
         "amplitudes",
         str(machine),
         "--single",

@@ -145,12 +145,12 @@ def test_the_order_of_the_masses_follows_from_the_seed() -> None:
 def test_commands_say_that_balls_lie_in_one_place_where_they_cannot_stay(tmp_path: Any) -> None:
     ab.save_machine(in_line(), tmp_path / "line.toml")
     said = CliRunner().invoke(
-        app, ["run", str(tmp_path / "line.toml"), "--out", str(tmp_path / "r.nc"), "--mass-spread", "0"]
+        app, ["simulate", str(tmp_path / "line.toml"), "--out", str(tmp_path / "r.nc"), "--mass-spread", "0"]
     )
     assert said.exit_code == 0
     assert "balls 1 and 2 lie in one place" in " ".join(said.output.split())
     ask = [
-        "stepped",
+        "stepped-response",
         str(tmp_path / "line.toml"),
         "--speeds",
         f"{SPEED:g} rad/s",

@@ -59,13 +59,13 @@ COMMANDS = dict(commands())
     [
         ("basin", DISCOIDAL, "--speed", "1200", "--random", "2"),
         ("response", RIGID, "--speeds", "600:1200:10"),
-        ("stability", DISCOIDAL, "--speeds", "60:120:10"),
+        ("eigenvalues", DISCOIDAL, "--speeds", "60:120:10"),
         ("catalog", "bearings", "--max-outer", "60"),
         ("catalog", "bearings", "--unbalance", "600"),
         ("map", DISCOIDAL, "--x", "speed=50:130:4", "--y", "viscosity=1:9 mm^2/s:4"),
         ("borders", DISCOIDAL, "--over", "rotor.damping=50:90:3"),
         ("branches", DISCOIDAL, "--over", "speed=50:90"),
-        ("run", DISCOIDAL, "--duration", "20"),
+        ("simulate", DISCOIDAL, "--duration", "20"),
         ("basin", DISCOIDAL, "--speed", "1200 rpm", "--x", "ball_angle[1]=-180:180:5"),
         ("catalog", "fluids", "--temperature", "0"),
     ],
@@ -146,30 +146,30 @@ WIDE = (
     "check discoidal.toml",
     "check two_plane_rotor.toml",
     "check deep_chamber.toml",
-    'run stall_and_release.toml --duration "0.2 s"',
-    'run deep_chamber.toml --duration "0.05 s"',
+    'simulate stall_and_release.toml --duration "0.2 s"',
+    'simulate deep_chamber.toml --duration "0.05 s"',
     "example",
     "keys",
     "keys balancers.races",
     "plot stall.nc --kind race --out pictures",
     'animate stall.nc --out stall.gif --seconds "0.2 s" --fps 10',
     'borders discoidal.toml --over "unbalance=0:600 g*mm:3" --windows --up-to "1200 rpm"',
-    'stability discoidal.toml --speeds "500:1500 rpm:20"',
+    'eigenvalues discoidal.toml --speeds "500:1500 rpm:20"',
     'map discoidal.toml --x "speed=500:1500 rpm:5" --y "viscosity=1:100 mm^2/s:5:log"',
     'basin discoidal.toml --speed "1200 rpm" --random 2',
     'basin discoidal.toml --speed "1200 rpm" --x "ball_angle[1]=-180:180 deg:2"',
     'modes rigid_rotor.toml --speed "1200 rpm"',
     'modes rigid_rotor.toml --speeds "0:6000 rpm:21"',
     'response rigid_rotor.toml --speeds "1200 rpm"',
-    'stepped discoidal.toml --speeds "400:500 rpm:2" --dwell "0.2 s" --window "0.1 s"',
-    "equivalent rigid_rotor.toml",
-    'flow discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "0.04 s" --points 12x14',
-    'angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
+    'stepped-response discoidal.toml --speeds "400:500 rpm:2" --dwell "0.2 s" --window "0.1 s"',
+    "equivalent-planar rigid_rotor.toml",
+    'annulus-flow discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "0.04 s" --points 12x14',
+    'equilibrium-angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
-    "archive runs",
+    "chamber archive runs",
     'catalog bearings --unbalance "594 g*mm"',
     "catalog bearing 16021",
-    "catalog drag",
+    "catalog drag-laws",
     "catalog fluids",
     'catalog fluid "silicone oil 20"',
     'catalog blend "silicone oil 1" "silicone oil 50" --viscosity "5 mm^2/s"',
@@ -182,9 +182,9 @@ WIDE = (
 WIDE_AND_SLOW = (
     'branches discoidal.toml --over "speed=60:70 rad/s"',
     "identify rodrigues_rig.toml --measurements rodrigues_critical_speeds.toml",
-    'study amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',
-    'study reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
-    "study step-size --stiffness-over-mass 1e10",
+    'chamber amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',
+    'chamber reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
+    "chamber step-size --stiffness-over-mass 1e10",
 )
 
 
@@ -238,7 +238,7 @@ def test_json_is_json_where_numbers_are_not_known(tmp_path: Path) -> None:
         "a": [None, "Infinity", 3],
         "b": "x",
     }
-    ran = ("run", str(ROOT / "examples/machines/stall_and_release.toml"), "--duration", "0.02 s")
+    ran = ("simulate", str(ROOT / "examples/machines/stall_and_release.toml"), "--duration", "0.02 s")
     text = say(*ran, "--out", str(tmp_path / "r.nc"), "--json")
     found = json.loads(text, parse_constant=pytest.fail)
     assert None in np.atleast_1d(found["measures"]["settling_time"]), "nothing has settled within 0.02 s"
@@ -276,7 +276,7 @@ def test_a_table_of_two_parameters_has_a_row_for_each_pair(tmp_path: Path) -> No
 
 
 def test_csv_prints_the_units_that_were_asked_for() -> None:
-    stability = ("stability", DISCOIDAL, "--speeds", "60:70 rad/s:5", "--csv")
+    stability = ("eigenvalues", DISCOIDAL, "--speeds", "60:70 rad/s:5", "--csv")
     rows = list(csv.DictReader(io.StringIO(say(*stability, "--speed-unit", "rad/s"))))
     assert float(rows[0]["from [rad/s]"]) == 60.0
     hertz = list(csv.DictReader(io.StringIO(say(*stability, "--speed-unit", "hz"))))
@@ -302,7 +302,7 @@ def test_only_undamped_speeds_are_called_critical() -> None:
 
 def test_the_planar_stand_in_is_the_one_that_holds() -> None:
     assert ab.rotor.equivalent_planar(RIGID).data.attrs["chosen"] == "modal"
-    assert "does not hold anywhere" in say("equivalent", RIGID, "--method", "static")
+    assert "does not hold anywhere" in say("equivalent-planar", RIGID, "--method", "static")
 
 
 def test_a_result_given_for_a_machine_is_recognized(tmp_path: Path) -> None:
@@ -317,12 +317,14 @@ def test_a_result_given_for_a_machine_is_recognized(tmp_path: Path) -> None:
 def test_a_run_with_random_starts_says_its_seed(tmp_path: Path) -> None:
     text = (ROOT / "examples/machines/stall_and_release.toml").read_text()
     (tmp_path / "m.toml").write_text(re.sub(r"start_angles = \[[^]]*\],? ?", "", text).replace(", }", " }"))
-    told = say("run", str(tmp_path / "m.toml"), "--duration", "0.02 s", "--seed", "7", "--out", str(tmp_path / "r.nc"))
+    told = say(
+        "simulate", str(tmp_path / "m.toml"), "--duration", "0.02 s", "--seed", "7", "--out", str(tmp_path / "r.nc")
+    )
     assert "seed 7" in told
 
 
 def test_a_pipe_gets_no_stray_lines_and_the_version_is_known(tmp_path: Path) -> None:
-    words = ("stability", DISCOIDAL, "--speeds", "60:70 rad/s:5")
+    words = ("eigenvalues", DISCOIDAL, "--speeds", "60:70 rad/s:5")
     ran = subprocess.run([sys.executable, "-m", "autobalancer", *words], capture_output=True, text=True, check=True)
     assert ran.stderr == ""
     assert re.fullmatch(r"autobalancer \d+\.\d+.*\n", say("--version"))

@@ -25,7 +25,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
     machine = str(MACHINES / "discoidal.toml")
-    answer = run("run", machine, "--duration", "30 s", "--out", "run.nc", "--json", cwd=tmp_path)
+    answer = run("simulate", machine, "--duration", "30 s", "--out", "run.nc", "--json", cwd=tmp_path)
     assert answer.returncode == 0, answer.stderr
     found = json.loads(answer.stdout)
     assert found["outcome"] == "finished"
@@ -45,7 +45,7 @@ def test_check_says_the_same_as_the_python_interface(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
-    arguments = ["run", str(MACHINES / "stall_and_release.toml"), "--duration", "1000000 s", "--out", "long.nc"]
+    arguments = ["simulate", str(MACHINES / "stall_and_release.toml"), "--duration", "1000000 s", "--out", "long.nc"]
     subprocess.run(
         [*COMMAND, *arguments[:2], "--duration", "1 s", "--out", "short.nc"], cwd=tmp_path, check=True
     )  # compiled
@@ -68,10 +68,10 @@ def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "none.toml"], "none.toml: no such file"),
-        (["run", "MACHINE", "--duration", "5 kg"], "a quantity in s is wanted"),
+        (["simulate", "none.toml"], "none.toml: no such file"),
+        (["simulate", "MACHINE", "--duration", "5 kg"], "a quantity in s is wanted"),
         (["plot", "none.nc"], "none.nc: no such file"),
-        (["stability", "MACHINE", "--speeds", "fast"], "fast"),
+        (["eigenvalues", "MACHINE", "--speeds", "fast"], "fast"),
         (["basin", "MACHINE", "--speed", "1200 rpm"], "one or two axes"),
     ],
 )
@@ -89,7 +89,9 @@ def test_every_command_has_an_example_in_its_help(tmp_path: Path) -> None:
     from autobalancer.cli import app
 
     names = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
-    assert {"check", "run", "plot", "animate", "stability", "borders", "map", "basin", "receptance"} <= set(names)
+    assert {"check", "simulate", "plot", "animate", "eigenvalues", "borders", "map", "basin", "receptance"} <= set(
+        names
+    )
     for command in app.registered_commands:
         assert command.callback is not None
         assert "Example: autobalancer" in (command.callback.__doc__ or ""), command.callback.__name__

@@ -20,26 +20,26 @@ RUNNER = CliRunner(env={"COLUMNS": "180"})
 
 def test_the_catalog_prints_what_the_laws_return(tmp_path: Path) -> None:
     picture = tmp_path / "drag.png"
-    arguments = ["drag", "--reynolds", "24000", "--reynolds", "3", "--json", "--plot", str(picture)]
+    arguments = ["drag-laws", "--reynolds", "24000", "--reynolds", "3", "--json", "--plot", str(picture)]
     rows = json.loads(RUNNER.invoke(app, arguments, catch_exceptions=False).output)
     assert [row["coefficient"] for row in rows] == [
         law.coefficient([24000.0, 3.0]).tolist() for law in laws.drag_laws()
     ]
     assert size_of(picture) == (1080, 960)
-    text = RUNNER.invoke(app, ["drag"], catch_exceptions=False).output
+    text = RUNNER.invoke(app, ["drag-laws"], catch_exceptions=False).output
     assert "sphere_on_plane" in text
     assert "38.7" in text
 
 
 def test_the_catalog_takes_the_geometry_of_a_race() -> None:
     size = ["--ball-diameter", "12.3 mm", "--orbit-radius", "76.95 mm"]
-    rows = json.loads(RUNNER.invoke(app, ["drag", "--json", "--clear-width", "9.225 mm", *size]).output)
+    rows = json.loads(RUNNER.invoke(app, ["drag-laws", "--json", "--clear-width", "9.225 mm", *size]).output)
     assert rows[-1]["name"] == "race_geometry"
     assert rows[-1]["cd_re"] == pytest.approx(386.949, abs=0.01)
     with pytest.raises(QuestionError, match="together"):
-        RUNNER.invoke(app, ["drag", *size], catch_exceptions=False)
+        RUNNER.invoke(app, ["drag-laws", *size], catch_exceptions=False)
     with pytest.raises(QuestionError, match="greater than zero"):
-        RUNNER.invoke(app, ["drag", "--reynolds", "0"], catch_exceptions=False)
+        RUNNER.invoke(app, ["drag-laws", "--reynolds", "0"], catch_exceptions=False)
 
 
 def test_the_picture_shows_each_law_twice_and_dots_what_lies_beyond_its_range() -> None:

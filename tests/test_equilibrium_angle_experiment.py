@@ -185,7 +185,7 @@ def test_questions_that_make_no_sense_are_refused() -> None:
 
 def test_the_command_line_evaluates_a_table_and_keeps_result_and_picture(tmp_path: Path) -> None:
     out, plot = tmp_path / "angle.nc", tmp_path / "angle.svg"
-    arguments = ["angle", str(MACHINE), "--measured", str(TABLE), "--resamples", "3"]
+    arguments = ["equilibrium-angle", str(MACHINE), "--measured", str(TABLE), "--resamples", "3"]
     told = CliRunner().invoke(app, [*arguments, "--out", str(out), "--plot", str(plot), "--json"])
     assert told.exit_code == 0, told.output
     numbers = json.loads(told.output)
@@ -199,7 +199,16 @@ def test_the_command_line_evaluates_a_table_and_keeps_result_and_picture(tmp_pat
 
 def test_the_command_line_shows_the_angle_over_the_speed(tmp_path: Path) -> None:
     out, plot = tmp_path / "angle.nc", tmp_path / "angle.png"
-    arguments = ["angle", str(MACHINE), "--speeds", "5 rpm:60 rpm:12", "--out", str(out), "--plot", str(plot)]
+    arguments = [
+        "equilibrium-angle",
+        str(MACHINE),
+        "--speeds",
+        "5 rpm:60 rpm:12",
+        "--out",
+        str(out),
+        "--plot",
+        str(plot),
+    ]
     told = CliRunner().invoke(app, arguments)
     assert told.exit_code == 0, told.output
     assert "statics" in told.output

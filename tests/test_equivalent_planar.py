@@ -209,7 +209,16 @@ def test_impossible_questions_are_refused(machine: Machine, options: dict, says:
 
 def test_the_command_says_what_the_function_returns_and_writes_a_machine_that_runs(tmp_path: Path) -> None:
     given, planar = "examples/machines/rigid_rotor.toml", tmp_path / "planar.toml"
-    arguments = ["equivalent", given, "--method", "modal", "--out", str(planar), "--plot", str(tmp_path / "p.png")]
+    arguments = [
+        "equivalent-planar",
+        given,
+        "--method",
+        "modal",
+        "--out",
+        str(planar),
+        "--plot",
+        str(tmp_path / "p.png"),
+    ]
     said = CliRunner().invoke(app, [*arguments, "--json"])
     assert said.exit_code == 0, said.output
     found = equivalent_planar(load_machine(given), method="modal")

@@ -49,7 +49,7 @@ def test_the_exit_code_says_how_a_run_ended(
     damping: str, more: tuple[str, ...], outcome: str, code: int, tmp_path: Path
 ) -> None:
     out = str(tmp_path / "r.nc")
-    words = ["run", damped(tmp_path, damping), "--duration", "0.5 s", "--out", out, "--json", *more]
+    words = ["simulate", damped(tmp_path, damping), "--duration", "0.5 s", "--out", out, "--json", *more]
     answer = CliRunner().invoke(app, words)
     assert answer.exit_code == code, answer.output
     assert json.loads(answer.stdout)["outcome"] == outcome  # NaN would be no JSON for others, but Python takes it
@@ -83,7 +83,7 @@ def test_sigterm_keeps_what_was_computed(tmp_path: Path, monkeypatch: pytest.Mon
         "autobalancer.cli.terminal.patience.Patience.look", lambda self, now, end: os.kill(os.getpid(), signal.SIGTERM)
     )
     words = [
-        "run",
+        "simulate",
         str(MACHINES / "stall_and_release.toml"),
         "--duration",
         "1000000 s",
@@ -98,9 +98,9 @@ def test_sigterm_keeps_what_was_computed(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize("seed", ["-1", "99999999999999999999"])
-@pytest.mark.parametrize("command", ["run", "basin"])
+@pytest.mark.parametrize("command", ["simulate", "basin"])
 def test_a_seed_that_is_none_is_refused_before_the_work(seed: str, command: str, tmp_path: Path) -> None:
-    more = {"run": ["--duration", "0.1 s"], "basin": ["--speed", "1200 rpm", "--random", "3"]}[command]
+    more = {"simulate": ["--duration", "0.1 s"], "basin": ["--speed", "1200 rpm", "--random", "3"]}[command]
     out = tmp_path / "r.nc"
     answer = CliRunner().invoke(
         app, [command, str(MACHINES / "discoidal.toml"), *more, "--seed", seed, "--out", str(out)]

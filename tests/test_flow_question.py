@@ -208,7 +208,7 @@ def test_pictures_show_every_kind_of_result() -> None:
 
 def test_the_command_prints_a_table_or_numbers_and_writes_files(tmp_path: Path) -> None:
     run = CliRunner()
-    command = ["flow", str(MACHINES / "discoidal.toml"), "--speed", "30 rpm", "--initial-speed", "0 rpm"]
+    command = ["annulus-flow", str(MACHINES / "discoidal.toml"), "--speed", "30 rpm", "--initial-speed", "0 rpm"]
     command += ["--duration", "0.5 s", "--time", "0.1 s", "--points", "12x14", "--model", "chebyshev"]
     out = run.invoke(app, [*command, "--plot", str(tmp_path / "flow.png"), "--out", str(tmp_path / "flow.nc")])
     assert out.exit_code == 0, out.output

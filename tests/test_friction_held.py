@@ -310,7 +310,7 @@ def test_a_map_hatches_where_the_whirl_of_the_unbalance_is_below_what_friction_h
 def test_every_range_of_the_stability_command_says_that_it_ignores_friction(tmp_path: Path) -> None:
     rough = tmp_path / "rough.toml"
     ab.save_machine(machine(1e-3), rough)
-    arguments = ["stability", str(rough), "--speeds", "500 rpm:1300 rpm:5"]
+    arguments = ["eigenvalues", str(rough), "--speeds", "500 rpm:1300 rpm:5"]
     first = CliRunner().invoke(app, arguments, catch_exceptions=False).output.strip().splitlines()[0]
     assert "ignores friction" in first, "the title of the table, which holds for every range in it"
 

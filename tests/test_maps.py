@@ -397,7 +397,7 @@ def run(*arguments: str, code: int = 0) -> str:
 
 def test_the_commands_print_what_the_functions_return(tmp_path: Path) -> None:
     file = str(DISCOIDAL)
-    text = run("stability", file, "--speeds", "500 rpm:1500 rpm:50", "--plot", str(tmp_path / "s.png"))
+    text = run("eigenvalues", file, "--speeds", "500 rpm:1500 rpm:50", "--plot", str(tmp_path / "s.png"))
     assert re.search(r"621\.47 +1500 +stable", text), "the border is located between the speeds"
     text = run(
         *("map", file, "--x", "speed=50:130 rad/s:20", "--y", "viscosity=0.2:100 mm^2/s:20:log"),
@@ -427,9 +427,9 @@ def test_the_commands_print_what_the_functions_return(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("stability", "--speeds", "5:1 rpm:2"), "must ascend"),
-        (("stability", "--speeds", "5:1"), "without a unit"),
-        (("stability", "--speeds", "5 rpm", "--state", "lost"), "must be balanced"),
+        (("eigenvalues", "--speeds", "5:1 rpm:2"), "must ascend"),
+        (("eigenvalues", "--speeds", "5:1"), "without a unit"),
+        (("eigenvalues", "--speeds", "5 rpm", "--state", "lost"), "must be balanced"),
         (("map", "--x", "speed=1:2 rpm:3", "--y", "speed=1:2 rpm:3"), "two different parameters"),
         (("map", "--x", "speed=1:2 rpm", "--y", "drag=1:2 N*m*s:3"), "from:to:count"),
         (("map", "--x", "speed=0:2 rpm:3:log", "--y", "drag=1:2 N*m*s:3"), "ends above zero"),

@@ -34,7 +34,7 @@ def test_brackets_and_emoji_codes_of_a_name_are_shown_as_they_are(tmp_path: Path
     assert NAME in checked.stdout
     ran = CliRunner().invoke(
         app,
-        ["run", str(tmp_path / "m.toml"), "--duration", "0.05 s", "--out", str(tmp_path / "r.nc")],
+        ["simulate", str(tmp_path / "m.toml"), "--duration", "0.05 s", "--out", str(tmp_path / "r.nc")],
         env={"COLUMNS": "200"},
     )
     assert ran.exit_code == 0, ran.output

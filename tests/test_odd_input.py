@@ -70,7 +70,7 @@ def test_no_sample_machine_has_a_number_that_is_odd() -> None:
 def test_check_and_run_say_it_once_each(tmp_path: Path) -> None:
     text = DISCOIDAL.read_text(encoding="utf-8").replace('stiffness = "44.654 kN/m"', "critical_speed = 600")
     (tmp_path / "slip.toml").write_text(text, encoding="utf-8")
-    for command in (["check"], ["run", "--duration", "10 ms", "--out", str(tmp_path / "a.nc")]):
+    for command in (["check"], ["simulate", "--duration", "10 ms", "--out", str(tmp_path / "a.nc")]):
         said = CliRunner().invoke(app, [command[0], str(tmp_path / "slip.toml"), *command[1:]])
         assert said.exit_code == 0
         assert " ".join((said.stdout + said.stderr).split()).count("600 was read in rad/s, which is 5729.6 rpm") == 1

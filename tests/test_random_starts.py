@@ -172,7 +172,7 @@ def test_maps_over_starts_and_questions_without_a_verdict_are_refused_with_what_
 
 def test_for_a_deep_chamber_the_command_with_seeds_is_named() -> None:
     for chamber in (MACHINES / "deep_chamber.toml", ab.load_machine(MACHINES / "deep_chamber.toml")):
-        with pytest.raises(QuestionError, match=r"study amplitudes FILE .* --seeds 50"):
+        with pytest.raises(QuestionError, match=r"chamber amplitudes FILE .* --seeds 50"):
             ab.basin(chamber, SPEED, random=2)  # type: ignore[arg-type]
 
 

@@ -118,7 +118,7 @@ def test_a_link_is_followed_and_stays_a_link(tmp_path: Path) -> None:
     assert (tmp_path / "file.txt").read_text() == "text"
 
 
-@pytest.mark.parametrize("command", ["run", "map"])
+@pytest.mark.parametrize("command", ["simulate", "map"])
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

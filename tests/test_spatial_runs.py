@@ -87,7 +87,7 @@ def test_the_command_line_runs_draws_and_films_a_rotor_that_tilts(tmp_path: Path
     runner = CliRunner()
     result = str(tmp_path / "run.nc")
     for command in (
-        ["run", "examples/machines/rigid_rotor.toml", "--duration", "1 s", "--out", result],
+        ["simulate", "examples/machines/rigid_rotor.toml", "--duration", "1 s", "--out", result],
         ["plot", result, "--out", str(tmp_path)],
         ["animate", result, "--out", str(tmp_path / "run.gif"), "--seconds", "0.4 s", "--fps", "5"],
     ):

@@ -219,7 +219,7 @@ def test_the_command_prints_the_verdict_first_within_eighty_columns(tmp_path: Pa
 
 def test_a_passage_that_balls_make_worse_is_said_in_the_first_line_and_speeds_follow_their_unit(tmp_path: Path) -> None:
     machine = MACHINES / "two_plane_rotor.toml"
-    command = ["run", str(machine), "--out", str(tmp_path / "r.nc"), "--speed-unit", "rad/s"]
+    command = ["simulate", str(machine), "--out", str(tmp_path / "r.nc"), "--speed-unit", "rad/s"]
     shown = CliRunner(env={"COLUMNS": "80"}).invoke(app, command).stdout
     assert "rpm" not in shown
     assert max(map(len, shown.splitlines()[:-1])) <= 80

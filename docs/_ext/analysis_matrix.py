@@ -20,11 +20,11 @@ Answer = Callable[[Machine], Any]
 Changes = dict[str, Any]
 BORDERS = ("averaged border", "exact border", "release speed", "capture speed")
 ANALYSES: dict[str, Answer] = {
-    "run": lambda machine: ab.simulate(machine, duration=SHORT)["ball_angle_in_rotor"],
-    "stepped": lambda machine: ab.stepped_response(machine, [SPEED], dwell=SHORT, window=SHORT),
+    "simulate": lambda machine: ab.simulate(machine, duration=SHORT)["ball_angle_in_rotor"],
+    "stepped-response": lambda machine: ab.stepped_response(machine, [SPEED], dwell=SHORT, window=SHORT),
     "basin": lambda machine: ab.basin(machine, SPEED, random=2, hold=SHORT),
     **{name: lambda machine, name=name: _border(machine, name) for name in BORDERS},
-    "stability": lambda machine: ab.stability.eigenvalues(machine, [SPEED, 1.1 * SPEED]),
+    "eigenvalues": lambda machine: ab.stability.eigenvalues(machine, [SPEED, 1.1 * SPEED]),
     "map": lambda machine: ab.stability.map(
         machine, {"speed": [SPEED, 1.1 * SPEED], "ball_mass": [4e-3, 5e-3]}, borders=2
     ),

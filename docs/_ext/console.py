@@ -22,12 +22,12 @@ COMMANDS = {
     "check_annotated": "check annotated.toml",
     "check_chamber": "check chamber.toml",
     "check_design": "check design.toml",
-    "run_design": "run design.toml --out design.nc",
+    "run_design": "simulate design.toml --out design.nc",
     "check_wrong": "check wrong.toml",
     "check_misfit": "check misfit.toml",
     "check_thin_oil": "check thin_oil.toml",
     "catalog_friction": "catalog friction",
-    "run_discoidal": "run discoidal.toml --out run.nc",
+    "run_discoidal": "simulate discoidal.toml --out run.nc",
 }
 
 

@@ -12,6 +12,6 @@ is imported when it is first used, so that ``import autobalancer`` is light and 
 
 from autobalancer.namespace import public as _public
 
-__version__ = "0.2.0.dev0"
+__version__ = "0.2.0"
 __getattr__, __dir__, __all__ = _public("", globals())
 del _public

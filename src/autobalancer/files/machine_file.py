@@ -109,8 +109,7 @@ def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
     if isinstance(found, ChamberMachine):
         raise MachineFileError(
             f"{source}: its balls move freely in chambers, and this function is for balls in races. For chambers use "
-            "'autobalancer check', 'run', 'plot', 'animate', 'study' and 'archive'; in Python load_chamber_machine, "
-            "chamber_summary, simulate_chamber and chamber_amplitudes"
+            "'autobalancer check', 'simulate', 'plot', 'animate' and 'chamber'; in Python ab.check, ab.simulate and ab.chamber"
         )
     return found
 
