@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.references.stalled_pair import hanging_speed
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
@@ -102,9 +103,9 @@ def test_a_jump_of_the_speed_is_the_limit_of_an_ever_faster_ramp(machine: Machin
         ramp = frequency_response(machine, [200.0, 230.0], acceleration=rate, **question)
         keys = ("least_ball_angle_in_rotor", "amplitude", "mean_ball_speed_in_rotor")
         misses.append([float(np.abs(ramp[k] - jump[k]).max() / np.abs(jump[k]).max()) for k in keys])
-    assert max(misses[1]) < 3e-4
+    assert max(misses[1]) < 1e-4
     # the miss shrinks with the duration of the ramp
-    np.testing.assert_allclose(np.array(misses[1]) / np.array(misses[0]), 0.1, rtol=0.1)
+    np.testing.assert_allclose(np.array(misses[1]) / np.array(misses[0]), 0.1, rtol=3e-3)
 
 
 def test_balls_stall_upwards_until_they_break_away_and_stay_with_the_rotor_downwards() -> None:
@@ -117,11 +118,16 @@ def test_balls_stall_upwards_until_they_break_away_and_stay_with_the_rotor_downw
     # the balls hang from above w_c = 250 rad/s until near w_c (1 + 2 S) = 383 rad/s
     assert stalled_up.min() == 260.0
     assert stalled_up.max() in (370.0, 380.0)
-    lag = up["mean_ball_speed_in_rotor"].sel(speed=320.0).values + 320.0
-    assert 244.0 < lag.min() <= lag.max() < 250.0
-    stalled_down = speeds[down["motion"].values == 2]
-    assert stalled_down.size < stalled_up.size
-    assert stalled_down.size == 0 or stalled_down.max() < 300.0
+    hanging = up["mean_ball_speed_in_rotor"].sel(speed=slice(320.0, 370.0))
+    assert hanging.sizes["speed"] == 6
+    for at in hanging:
+        speed = float(at["speed"])
+        # the beat with the unbalance, cut off by the window, moves the mean by 0.02 rad/s
+        np.testing.assert_allclose(at + speed, hanging_speed(speed), atol=0.03)
+    # downwards they stall where the balanced state is unstable, from 273.6 rad/s on
+    (border,) = (b.speed for b in ab.stability.borders(STALLING) if b.name == "exact border")
+    assert speeds[down["motion"].values == 2].tolist() == [260.0, 270.0]
+    assert 270.0 < border < 280.0
     ratio = up["amplitude"].sel(speed=350.0) / down["amplitude"].sel(speed=350.0)
     assert float(ratio) > 1000.0
     assert set(np.unique(up["motion"].sel(speed=slice(400.0, 440.0)))) == {0}
@@ -173,8 +179,10 @@ def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:
     base = plain_rig()
     late = with_parameter(base, "unbalances[1].schedule", {"time": [0.0, 3.0], "factor": [0.0, 2.0]})
     twice = with_parameter(base, "unbalances[1].moment", 2.0 * base.unbalances[0].size)
-    one, two = (frequency_response(machine, [200.0], dwell=1.0, window=0.2) for machine in (late, twice))
-    assert float(one["amplitude"][0]) == pytest.approx(float(two["amplitude"][0]), rel=1e-7)
+    one, two = (
+        frequency_response(machine, [200.0], dwell=1.0, window=0.2, tolerance=1e-12) for machine in (late, twice)
+    )
+    assert float(one["amplitude"][0]) == pytest.approx(float(two["amplitude"][0]), rel=1e-12)
 
 
 def test_the_picture_shows_both_ways_and_every_motion() -> None:

@@ -35,7 +35,7 @@ def _of_sizes(sizes: list[float], angles: list[float], speeds: list[float], **ra
 
 
 @pytest.mark.parametrize("sizes", [[0.01, 0.01], [0.01, 0.02], [0.02, 0.01]])
-@pytest.mark.parametrize("harmonics", [[], [{"order": 2, "amplitude": 1e-9}]])
+@pytest.mark.parametrize("harmonics", [[], [{"order": 2, "amplitude": 1e-12}]])
 @pytest.mark.parametrize("speeds", [[4.0, -2.0], [0.0, -3.0], [2.0, 0.0]])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
 def test_two_balls_rebound_with_the_ratio_of_restitution(
@@ -44,15 +44,13 @@ def test_two_balls_rebound_with_the_ratio_of_restitution(
     machine = _of_sizes(sizes, [0.0, 0.5], speeds, contact={"restitution": restitution}, harmonics=harmonics)
     found = states_of(machine, np.array([0.0, 0.6]), tolerance=1e-11)[-1]
     before, after = speeds[1] - speeds[0], found[9] - found[8]
-    assert after == pytest.approx(
-        -restitution * before, rel=0.01, abs=0.011 * abs(before) if restitution == 0.0 else 0.0
-    )
+    # below 0.01 the ratio counts as 0.01; steps across corners of the force cost a millionth
+    assert after == pytest.approx(-max(restitution, 0.01) * before, abs=3e-6 * abs(before))
     one, other = (ball.inertia for ball in assemble(machine).balls)
     share = one / (one + other)
     mean = share * speeds[0] + (1.0 - share) * speeds[1]
-    assert share * found[8] + (1.0 - share) * found[9] == pytest.approx(
-        mean, rel=1e-7, abs=1e-7
-    )  # momentum along the race
+    # momentum along the race, whose waves of 1e-11 of the radius change it by as much
+    assert share * found[8] + (1.0 - share) * found[9] == pytest.approx(mean, abs=1e-9)
 
 
 @pytest.mark.parametrize("stiffness", [None, 1e6])
@@ -64,8 +62,8 @@ def test_balls_of_any_size_rebound_from_partitions_and_beside_them_from_each_oth
             sizes, [0.6, 1.1, 3.6], [3.0, 1.0, -3.0], contact=contact, partitions={"count": 2, "angle": BOTTOM}
         )
         found = states_of(machine, np.array([0.0, 0.45]), tolerance=1e-11)[-1]
-        assert found[10] - found[9] == pytest.approx(0.6 * 2.0, rel=0.01)
-        assert found[11] == pytest.approx(0.6 * 3.0, rel=0.01)
+        assert found[10] - found[9] == pytest.approx(0.6 * 2.0, rel=3e-6)
+        assert found[11] == pytest.approx(0.6 * 3.0, rel=3e-6)
 
 
 def test_the_same_contact_seen_from_either_ball_is_the_mirror_image() -> None:
@@ -95,15 +93,17 @@ def test_the_damping_of_a_contact_gives_its_restitution_and_back() -> None:
 def test_balls_keep_their_order_however_often_they_meet() -> None:
     random = np.random.default_rng(4)
     angles = np.sort(random.uniform(-3.0, 3.0, 5)) + 0.02 * np.arange(5)
+    speeds = random.uniform(-30.0, 30.0, 5)
     machine = standing(
         axis="vertical",
         angles=angles.tolist(),
-        speeds=random.uniform(-30.0, 30.0, 5).tolist(),
+        speeds=speeds.tolist(),
         contact={"restitution": 0.95},
     )
     found = states_of(machine, np.linspace(0.0, 5.0, 5001), tolerance=1e-9)
     gaps = np.diff(np.column_stack([found[:, 6:11], found[:, 6] + 2.0 * math.pi]), axis=1)
-    assert gaps.min() > 0.8 * TOUCH  # contacts are soft, not open
+    # contacts are soft: at most overlap, the closing speed over the frequency of the contact, ten times the machine's
+    assert TOUCH - np.ptp(speeds) / (10.0 * math.sqrt(1e13 / 1e8)) < gaps.min() < TOUCH
     assert np.ptp(found[:, 6]) > 0.5
 
 
@@ -164,7 +164,8 @@ def test_partitions_hold_their_balls() -> None:
     # each rebound takes the share of restitution
     speeds = np.unique(np.round(np.abs(found[:, 8]), 6))
     steady = [s for s in speeds if np.sum(np.abs(np.abs(found[:, 8]) - s) < 1e-6) > 20]
-    np.testing.assert_allclose(np.array(steady[:-1]) / np.array(steady[1:]), 0.9, rtol=0.01)
+    assert len(steady) > 4
+    np.testing.assert_allclose(np.array(steady[:-1]) / np.array(steady[1:]), 0.9, rtol=1e-4)
 
 
 # the shape of a race -----------------------------------------------------------------------------------------------------
