@@ -180,7 +180,7 @@ def test_maps_of_unequal_balls_and_orthotropic_supports_are_those_of_eigenvalues
         (with_parameter(machine, "balancers[1].races[1].balls", balls), "eigenvalues"),
         (with_parameter(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
     ):
-        assert balanced_states(changed, plane(changed))[0].route == route
+        assert balanced_states(plane(changed))[0].route == route
         found = ab.stability.map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)
         assert route in found.attrs["theory"]
         expected = ab.stability.eigenvalues(with_quantity(changed, "viscosity", 2e-5), [66.0, 90.0])[
@@ -224,9 +224,8 @@ def test_a_map_scales_with_time(factor: float) -> None:
         damping=(factor * p.damping[0],) * 2,
         drag=factor * p.drag,
     )
-    machine = ab.load_machine(DISCOIDAL)  # only its name counts here
     speeds = math.sqrt(p.stiffness[0] / p.mass) * np.linspace(0.5, 4.0, 30)
-    one, other = (balanced_states(machine, q)[0].rates(w) for q, w in ((p, speeds), (faster, factor * speeds)))
+    one, other = (balanced_states(q)[0].rates(w) for q, w in ((p, speeds), (faster, factor * speeds)))
     assert other == pytest.approx(factor * one, rel=1e-9)
 
 

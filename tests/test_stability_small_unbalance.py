@@ -49,7 +49,7 @@ def test_growth_rates_on_anisotropic_supports_go_with_the_balls_down_to_the_smal
     ratios = []
     for share in (1e-6, 1e-8):
         machine = two_planes(share)
-        (state,) = balanced_states(machine, described(machine, None, 600.0))
+        (state,) = balanced_states(described(machine, None, 600.0))
         ratios.append(state.rates(speeds) / share)
     assert np.isfinite(ratios).all()
     np.testing.assert_allclose(ratios[0], ratios[1], rtol=5e-3)

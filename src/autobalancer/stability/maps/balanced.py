@@ -1,10 +1,10 @@
 """Growth rate of the balanced state over the speed, for any machine without gravity in its plane.
 
-Rotors that tilt or bend: :mod:`autobalancer.stability.maps.balanced_stations`. Planar ones have three routes, the fastest that
-is exact is taken: equal balls in races with one center by the polynomial of degree eight; other
-machines on isotropic supports by the eigenvalues of their linearized equations; orthotropic supports by the multipliers
-over a revolution. More than two balls in races that run true have a continuum of balanced states; some members stand
-for it, from the least to the greatest |S2| where that decides.
+There are three routes, the fastest that is exact is taken: equal balls of a planar rotor in races with one center by the
+polynomial of degree eight; other machines on isotropic supports by the eigenvalues of their linearized equations
+(:mod:`autobalancer.stability.maps.balanced_stations`); anisotropic supports by the multipliers over a turn. More than two
+balls in races that run true have a continuum of balanced states; some members stand for it, from the least to the greatest
+|S2| where that decides.
 """
 
 from __future__ import annotations
@@ -16,10 +16,8 @@ from typing import Protocol
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.maps.balanced_any import AnyBalls, OnOrthotropicSupports, sampled, target
+from autobalancer.stability.host.stations import Stations, of_plane
 from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
@@ -27,13 +25,7 @@ from autobalancer.stability.states.spread import spread_of_two, spread_range
 from autobalancer.stability.states.station_floquet import OnAnisotropicStations
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
-POINTS = {
-    "polynomial": 1500,
-    "eigenvalues": 240,
-    "multipliers": 100,
-    "stations": 420,
-    "turns": 60,
-}  # speeds at which a border is looked for
+POINTS = {"polynomial": 1500, "eigenvalues": 420, "multipliers": 60}  # speeds at which a border is looked for
 
 
 class Balanced(Protocol):
@@ -41,7 +33,7 @@ class Balanced(Protocol):
 
     @property
     def route(self) -> str:
-        """polynomial, eigenvalues, multipliers; stations or turns where the rotor tilts or bends."""
+        """polynomial, eigenvalues, or multipliers over a turn."""
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
@@ -65,7 +57,8 @@ class EqualBalls:
         p, center = self.plane, complex(self.plane.offset[0])
         if center == 0.0:
             return np.full(speeds.size, abs(p.fixed_load) / p.moment[0])
-        sizes = np.array([abs(target(p, float(w), center)) for w in speeds])
+        held = np.array([p.dynamic_stiffness(float(w)) for w in speeds]) / speeds**2
+        sizes = np.abs(center * held + p.fixed_load)
         return np.asarray(sizes / p.moment[0], np.float64)
 
     def spreads(self, speeds: Floats) -> Floats:
@@ -96,20 +89,15 @@ class EqualBalls:
         return grid, low + self.place * (high - low)
 
 
-def balanced_states(machine: Machine, p: Described) -> list[Balanced]:
+def balanced_states(p: Described) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
     if isinstance(p, Stations):
         return list(members_of(p)) if p.isotropic else [OnAnisotropicStations(p)]
-    if not p.isotropic:
-        return [OnOrthotropicSupports(machine, p)]
-    count, one_center = p.moment.size, bool(np.all(p.offset == p.offset[0]))
     if equal_balls(p):
-        return [EqualBalls(p, place) for place in (MEMBERS if count > 2 else (0.0,))]
-    if count > 2 and one_center:
-        return [AnyBalls(p), *sampled(p)]
-    return [AnyBalls(p)]
+        return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
+    return balanced_states(of_plane(p))
 
 
 def equal_balls(p: Plane) -> bool:

@@ -1,4 +1,4 @@
-"""Growth rate of the balanced state over the speed where the rotor tilts or bends: any balls at any stations.
+"""Growth rate of the balanced state over the speed by eigenvalues: any balls at any stations of any isotropic rotor.
 
 At a station with more than two balls they have a continuum of ways to balance; members drawn evenly stand for it. For
 equal balls at one station only |S2| counts, and two heavier balls with the same N s^2 and |S2| stand for all of them.
@@ -35,7 +35,7 @@ class StationBalls:
 
     stations: Stations
     leading: tuple[tuple[float, ...], ...] | None = None  # None: the states in which races run true
-    route: str = "stations"
+    route: str = "eigenvalues"
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; of several states the most stable one; nan where there is none."""
@@ -53,10 +53,11 @@ class StationBalls:
         st = self.stations
         if self.leading is None:
             return without_exchanges(st, balanced_of(st, speed))
-        closed = list(self._closed(required(st, speed)))
+        centers = _centers(st)
+        assert centers is not None
+        closed = list(self._closed(required(st, speed, centers)))
         freedom = sum(len(part) for part in self.leading)
-        still = np.zeros(len(st.names), np.complex128)
-        return [StationState("balanced", angles, still, freedom, 0) for angles in closed]
+        return [StationState("balanced", angles, -centers, freedom, 0) for angles in closed]
 
     def _closed(self, needed: Complexes) -> Iterator[Floats]:
         st = self.stations
@@ -85,7 +86,7 @@ class EqualAtOneStation:
     stations: Stations
     place: float = 0.0  # 0 the least, 1 the greatest |S2|
     spread: float | None = None
-    route: str = "stations"
+    route: str = "eigenvalues"
 
     @property
     def count(self) -> int:
@@ -155,9 +156,20 @@ def members_of(st: Stations) -> list[StationBalls | EqualAtOneStation]:
     if equal_at_one_station(st):
         return [EqualAtOneStation(st, place) for place in (PLACES if st.moment.size > 2 else (0.0,))]
     counts = np.bincount(st.station, minlength=len(st.names))
-    if counts.max() <= 2 or np.any(st.offset):
+    if counts.max() <= 2 or _centers(st) is None:
         return [StationBalls(st)]
     return [StationBalls(st), *_sampled(st, [int(count) for count in counts])]
+
+
+def _centers(st: Stations) -> Complexes | None:
+    """The race center of each station, (P,) m; ``None`` where a station has several."""
+    found = np.zeros(len(st.names), np.complex128)
+    for place in range(len(st.names)):
+        here = st.offset[st.station == place]
+        if np.any(here != here[:1]):
+            return None
+        found[place] = here[0] if here.size else 0.0
+    return found
 
 
 def _sampled(st: Stations, counts: list[int]) -> list[StationBalls]:

@@ -64,7 +64,7 @@ def with_size(p: Plane, size: float) -> Plane:
 
 
 def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Floats:
-    members = balanced_states(machine, p)[:MEMBERS]
+    members = balanced_states(p)[:MEMBERS]
     found = np.array([member.rates(speeds) for member in members])
     return np.asarray((np.fmax if worst else np.fmin).reduce(found))
 

@@ -145,7 +145,7 @@ def _question(
         p = of(m)
         if not isinstance(p, Stations) and p.isotropic and speed <= max(p.critical_speeds):
             return False
-        verdicts = (borders.border_of(state, p)[0] <= speed for state in balanced_states(m, p))
+        verdicts = (borders.border_of(state, p)[0] <= speed for state in balanced_states(p))
         return all(verdicts) if worst else any(verdicts)
 
     return exact

@@ -166,7 +166,7 @@ def averaged(p: Plane) -> Border:
 
 def exact(machine: Machine, p: Described) -> list[Border]:
     """*exact border*, and *exact border, best case* where the positions of the balls are a continuum."""
-    members = balanced_states(machine, p)
+    members = balanced_states(p)
     found = [border_of(member, p) for member in members]
     if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
         found = [one for one in found if not math.isnan(one[0])]

@@ -149,7 +149,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
         found = found.assign_coords({dim: (dim, numbers, {"long_name": text, "units": unit})})
     found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
     p = described(machine, None)
-    route = balanced_states(machine, p)[0].route
+    route = balanced_states(p)[0].route
     found.attrs = {
         "title": f"Stability map of {machine.name}",
         **provenance(),

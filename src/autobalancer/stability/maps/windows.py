@@ -80,7 +80,7 @@ def stable_windows(
             f"stable windows: given speeds from {low:.6g} to {highest:.6g} rad/s; "
             "they must ascend, be greater than zero, and finite"
         )
-    members = balanced_states(machine, p)
+    members = balanced_states(p)
     found = [windows_of(member, low, float(highest), p) for member in members]
     common = found[0][0]
     for windows, _ in found[1:]:

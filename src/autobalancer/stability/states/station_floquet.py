@@ -29,7 +29,7 @@ class OnAnisotropicStations:
     """Balanced states on anisotropic supports; of several the most stable one, of a continuum one member."""
 
     stations: Stations
-    route: str = "turns"
+    route: str = "multipliers"
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""

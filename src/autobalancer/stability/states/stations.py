@@ -69,14 +69,16 @@ def balanced_of(st: Stations, speed: float) -> list[StationState]:
     return _states(st, speed, tuple(range(len(st.names))))
 
 
-def required(st: Stations, speed: float) -> Complexes:
-    """What the balls of each station have to add up to so that all stations are at rest, (P,) kg m; races on the axis.
+def required(st: Stations, speed: float, centers: Complexes | None = None) -> Complexes:
+    """What the balls of each station have to add up to so that all stations are at rest, (P,) kg m.
 
-    Of more stations than the rotor has coordinates, the distribution that takes the least share of the capabilities.
+    Or, with a race center (m) for each station, so that these races run true. Of more stations than the rotor has coordinates,
+    the distribution that takes the least share of the capabilities.
     """
     compliance = st.compliance(speed)
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
-    return _least(st, host, -free, range(len(st.names)))
+    wanted = -free if centers is None else -free - centers / speed**2
+    return _least(st, host, wanted, range(len(st.names)))
 
 
 def _check(speed: float) -> None:
