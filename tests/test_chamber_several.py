@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.distance import pdist
 from tests.references.chamber_machines import SUPPORT, free_machine, small_machine
 
-from autobalancer.assembly.chamber import wall_stiffness
+from autobalancer.assembly.chamber.contact import wall_stiffness
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.machine.chamber import ChamberMachine

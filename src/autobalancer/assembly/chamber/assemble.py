@@ -1,0 +1,100 @@
+"""From a machine with deep chambers to what its kernels take."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.chamber.contact import ball_groups, contact_row, pair_stiffness, wall_stiffness
+from autobalancer.assembly.chamber.machine import body_row, machine_row, profile_rows
+from autobalancer.kernels.chamber import records as of
+from autobalancer.kernels.chamber.chamber import Chamber, Pairs, Scratch, Search
+from autobalancer.kernels.fields import Rows
+from autobalancer.machine.chamber import ChamberMachine
+
+Array = Any
+MARGIN = 0.3  # of the least ball radius: how far beyond contact pairs are listed
+NEIGHBORS = 24  # pairs kept for each ball
+
+
+def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> Chamber:
+    """Numbers of a machine at rest whose balls are at ``positions`` (n, 3) from the middles of their chambers."""
+    groups = ball_groups(machine)
+    radii = [balls.radius for _, balls in groups]
+    n = sum(balls.count for _, balls in groups)
+    room = NEIGHBORS * n + 64
+    return Chamber(
+        run=of.RUN.row(step=step, margin=MARGIN * min(radii)),
+        contact=contact_row(machine.contact),
+        machine=machine_row(machine),
+        rooms=_rooms(machine),
+        pair_stiffness=np.array([[pair_stiffness(machine.contact, a, b) for b in radii] for a in radii]),
+        profile=profile_rows(machine),
+        balls=_balls(machine, positions),
+        wall_stretch=np.zeros((n, of.WALLS, 3)),
+        pairs=Pairs(np.zeros(room, np.int32), np.zeros(room, np.int32), np.zeros(room, np.int8), np.zeros((room, 3))),
+        body=body_row(machine),
+        power=of.POWER.row(),
+        before=of.POWER.row(),
+        account=of.ACCOUNT.row(),
+        since=of.SINCE.row(),
+        progress=of.PROGRESS.row(),
+        scratch=_scratch(n, room),
+    )
+
+
+def _scratch(n: int, room: int) -> Scratch:
+    return Scratch(
+        search=Search(
+            old_row=np.zeros(n + 1, np.int32),
+            old_second=np.zeros(room, np.int32),
+            old_stretch=np.zeros((room, 3)),
+            cells=np.zeros(max(8 * n, 64) + 2, np.int64),
+            order=np.zeros(n, np.int32),
+            places=np.zeros(n, np.int32),
+        ),
+        # places that are not in use are computed too
+        contacts=of.CONTACTS.row(line=1.0, stiffness=1.0, lightness=1.0, roll_radius=1.0),
+        equations=np.zeros((7, 8)),
+        reduced=np.zeros((7, 8)),
+        begun=of.MOTION.rows(n),
+        gone=of.MOTION.rows(n),
+        body_begun=of.BODY_MOTION.row(),
+        body_gone=of.BODY_MOTION.row(),
+    )
+
+
+def _balls(machine: ChamberMachine, positions: Array) -> Rows:
+    groups = ball_groups(machine)
+    rows = of.BALL.rows(sum(balls.count for _, balls in groups))
+    i = 0
+    for kind, (number, group) in enumerate(groups):
+        chamber = machine.chambers[number]
+        own = rows[i : i + group.count]
+        own.position = positions[i : i + group.count]
+        own.position[:, 0] += chamber.position
+        own.radius, own.mass = group.radius, group.ball_mass
+        own.inertia = 0.4 * group.ball_mass * group.radius**2
+        own.inverse_mass, own.inverse_inertia = 1.0 / own.mass, 1.0 / own.inertia
+        own.kind, own.chamber = kind, number
+        own.race_stiffness = wall_stiffness(machine.contact, group.radius, float(chamber.radius))
+        own.flat_stiffness = wall_stiffness(machine.contact, group.radius)
+        if chamber.inner_radius > 0.0:
+            own.inner_stiffness = wall_stiffness(machine.contact, group.radius, -float(chamber.inner_radius))
+        if group.velocities is not None:
+            own.velocity = group.velocities
+        if group.spins is not None:
+            own.spin = group.spins
+        i += group.count
+    return rows
+
+
+def _rooms(machine: ChamberMachine) -> Rows:
+    rows = of.ROOM.rows(len(machine.chambers))
+    for room, chamber in zip(rows, machine.chambers, strict=True):
+        room.center, room.wall_radius, room.half_depth = chamber.position, chamber.radius, 0.5 * chamber.inner_depth
+        room.drag, room.square_drag = chamber.drag, chamber.square_drag
+        room.inner_radius = chamber.inner_radius or -math.inf
+    return rows

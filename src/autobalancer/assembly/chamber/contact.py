@@ -1,0 +1,67 @@
+"""Contacts of a machine with deep chambers: stiffness by Hertz, durations, constants of the law."""
+
+from __future__ import annotations
+
+import math
+
+from autobalancer.kernels.chamber.records import CONTACT
+from autobalancer.kernels.fields import Row
+from autobalancer.laws import hertz
+from autobalancer.laws.rebound import hertz_damping_ratio
+from autobalancer.machine.chamber import ChamberMachine, FreeBalls, HistoryContact
+from autobalancer.machine.chamber.contact import ChamberContact
+
+
+def ball_groups(machine: ChamberMachine) -> list[tuple[int, FreeBalls]]:
+    """(chamber, balls) of all groups."""
+    return [(number, balls) for number, chamber in enumerate(machine.chambers) for balls in chamber.balls]
+
+
+def pair_stiffness(contact: ChamberContact, first: float, second: float) -> float:
+    """k of two balls with these radii, N/m^1.5."""
+    if contact.stiffness is not None:
+        return float(contact.stiffness)
+    return hertz.pair_stiffness(_modulus(contact), first, second)
+
+
+def wall_stiffness(contact: ChamberContact, radius: float, wall: float = math.inf) -> float:
+    """k of a ball on the race (radius ``wall``) or on a flat wall, N/m^1.5."""
+    if contact.stiffness is not None:
+        return float(contact.stiffness)
+    return hertz.hertz_stiffness(_modulus(contact), radius, wall)
+
+
+def _modulus(contact: ChamberContact) -> float:
+    return hertz.reduced_modulus(float(contact.youngs_modulus or 0.0), float(contact.poisson_ratio))
+
+
+def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
+    """Least duration of an elastic collision at the relative ``speed``, s."""
+    least = math.inf
+    groups = ball_groups(machine)
+    contact = machine.contact
+    for number, one in groups:
+        walls = float(machine.chambers[number].radius), math.inf  # the inner wall is softer than a flat one
+        pairs = [(wall_stiffness(contact, one.radius, wall), one.ball_mass) for wall in walls]
+        for other_number, two in groups:
+            if other_number == number:
+                mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
+                pairs.append((pair_stiffness(contact, one.radius, two.radius), mass))
+        least = min(least, *(hertz.collision_time(k, mass, speed) for k, mass in pairs))
+    return least
+
+
+def contact_row(contact: ChamberContact) -> Row:
+    """Constants of the law."""
+    row = CONTACT.row(
+        friction=contact.friction,
+        restitution_squared=contact.restitution**2,
+        rolling_arm=contact.rolling_arm,
+        slow=contact.slow,
+    )
+    if isinstance(contact, HistoryContact):
+        row.has_memory = 1
+        row.damping_ratio = hertz_damping_ratio(contact.restitution)
+        nu, ratio = contact.poisson_ratio, contact.shear_ratio
+        row.shear_ratio = ratio if ratio is not None else 2.0 * (1.0 - nu) / (2.0 - nu)
+    return row
