@@ -57,7 +57,7 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
 
 
 def read_machine(path: str | Path) -> Machine | ChamberMachine:
-    """Read a machine file of either kind; raises as :func:`load_machine`."""
+    """The machine of the file at ``path``, of either kind; raises as :func:`load_machine`."""
     path = Path(path)
     _refuse_result(path)
     return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
@@ -77,7 +77,7 @@ def _refuse_result(path: Path) -> None:
 
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:
-    """Like :func:`load_machine`, from a string; ``source`` is named in errors, ``folder`` holds measured profiles."""
+    """Like :func:`load_machine`, from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
     return _plain_machine(parse_any(text, source, folder=folder), source)
 
 

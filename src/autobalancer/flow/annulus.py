@@ -111,7 +111,7 @@ class Walls:
 
 
 def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
-    """The annulus of a race, both counted from 1.
+    """The annulus of the ``race`` of a ``balancer`` of ``machine``, both counted from 1.
 
     ``width`` of a race is the radial distance of its walls, ``height`` that along the axis (Spannan 2021, table 6.2).
     The balls touch the outer wall, so b = orbit radius + ball radius and a = b - width; the gap between ball and inner

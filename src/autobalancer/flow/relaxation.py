@@ -64,7 +64,7 @@ def all_modes(annulus: Annulus) -> RelaxationModes:
 
 
 def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
-    """The fewest modes that give the lag after a long ramp within the share ``error``.
+    """The fewest modes of an ``annulus`` that give the lag after a long ramp within the share ``error``.
 
     A jump of the speed is followed with the same error only after a time: about ln(1/error) over the rate of the fastest mode
     that is kept.

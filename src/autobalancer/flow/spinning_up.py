@@ -35,7 +35,7 @@ class SpinUp:
 
 
 def spin_up(flow: xr.Dataset) -> SpinUp:
-    """The table of a result of :func:`annulus_flow`."""
+    """The table of ``flow``, a result of :func:`annulus_flow`."""
     return SpinUp(flow["time"].values.copy(), flow["fluid_speed"].values.copy())
 
 

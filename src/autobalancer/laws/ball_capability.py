@@ -69,7 +69,7 @@ def potential_ratio(count: npt.ArrayLike, alpha: npt.ArrayLike) -> Any:
 
 
 def largest_count(orbit_radius: float | str, ball_diameter: float | str) -> int:
-    """Number of balls that fill the whole orbit (arguments and errors: see :func:`half_sector`)."""
+    """Number of balls of ``ball_diameter`` (m) that fill an orbit of ``orbit_radius`` (m); errors as :func:`half_sector`."""
     orbit_radius = argument("orbit_radius", orbit_radius, "m")
     ball_diameter = argument("ball_diameter", ball_diameter, "m")
     return math.floor(math.pi / half_sector(orbit_radius, ball_diameter) + _ROUNDING)
@@ -80,7 +80,7 @@ def largest_useful_count(orbit_radius: float | str, ball_diameter: float | str) 
 
     It is the integer nearest to pi / (2 a), the smaller one of two equals. The rule of Spannan (2021), below
     eq. (2.2), takes the next lower integer, which is one ball short whenever the fraction exceeds one half.
-    Arguments and errors: see :func:`half_sector`.
+    ``orbit_radius`` and ``ball_diameter`` are in m; errors as :func:`half_sector`.
     """
     orbit_radius = argument("orbit_radius", orbit_radius, "m")
     ball_diameter = argument("ball_diameter", ball_diameter, "m")

@@ -193,8 +193,8 @@ def discoidal(plateau: float = 0.60) -> CubicLaw:
 
 
 def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
-    """c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured, joined to the
-    plateau of a sphere on a plane (5.21)."""
+    """``cd_re`` = c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured,
+    joined to the ``plateau`` of a sphere on a plane (5.21)."""
     source = f"Spannan (2021), (5.22), beyond Re = 10 assumed: joined to the plateau {plateau:g}"
     return joined(cd_re, plateau, "race_geometry", source)
 

@@ -106,7 +106,10 @@ def planar_receptance(mass: float | str, stiffness: ArrayLike, damping: ArrayLik
 
 
 def stall_balance(ball: StalledBall, receptance: Receptance, whirl: ArrayLike) -> StallBalance:
-    """Torques on a stalled ball and the rotor speed that keeps it stalled, for whirl speeds of shape (n,)."""
+    """Torques on a stalled ``ball`` and the rotor speed that keeps it stalled, for ``whirl`` speeds (rad/s) of shape (n,).
+
+    ``receptance`` (m/N, complex, over rad/s) is that of the rotor at the plane of the balls.
+    """
     whirl = texts_argument("whirl", whirl, "rad/s")
     v = np.atleast_1d(np.asarray(whirl, dtype=float))
     response = ball.total * v**2 * receptance(v)
@@ -121,6 +124,8 @@ def stall_ranges(
     ball: StalledBall, receptance: Receptance, resonances: Sequence[float | str]
 ) -> tuple[StallRange, ...]:
     """The folds at all resonances at which balls can stall, in the order of the release speeds; none if they never do.
+
+    ``ball`` is one of all in line, ``receptance`` (m/N, complex, over rad/s) that of the rotor at their plane.
 
     ``resonances`` are the undamped critical speeds, near which folds are sought, rad/s. ``release`` is infinite if no drag
     is enough, ``capture`` nan if the curve does not turn again below ten times the highest resonance.
@@ -182,6 +187,7 @@ def holding_speed(
 
     Balls at rest feel a force m W^2 z across the race and are pressed to it by m eps W^2; so they stay where the
     deflection is below ``arm`` = mu_adh eps (m), whatever their mass and whatever the fluid. nan if they always stay.
+    z is the unbalance times W^2 times ``receptance`` (m/N, over rad/s), whose undamped critical speeds ``resonances`` are.
     """
     unbalance = argument("unbalance", unbalance, "kg*m")
     resonances = list_argument("resonances", resonances, "rad/s")

@@ -152,7 +152,7 @@ def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) ->
 
 @of_a_run()
 def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
-    """Angle (rad, within -pi to pi) of each ball from the direction of the unbalance, over time and ball.
+    """Angle (rad, within -pi to pi) of each ball from the direction of the unbalance, over time and ball of ``run``.
 
     Balls on the light side are near pi, balls on the heavy side near 0.
     """

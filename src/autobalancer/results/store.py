@@ -78,7 +78,7 @@ def _rescued(run: xr.Dataset, name: str) -> str:
 
 
 def load_run(path: str | Path) -> xr.Dataset:
-    """Read a result file into memory.
+    """Read the result file at ``path`` into memory.
 
     Raises
     ------

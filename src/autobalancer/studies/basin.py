@@ -63,6 +63,8 @@ def basin(
         Time at the final speed, s. Planar: the longest; by default 400 revolutions or 25 decay times of the slowest mode
         of any stable state, and after a run-up of fluid that lags, whichever is longer. Where ends are verdicts: that of
         every run; by default 400 revolutions or 10 such decay times, without gravity. At most 20000 revolutions.
+    tolerance
+        As for :func:`autobalancer.simulate`.
     workers
         Threads; the result does not depend on it.
     progress

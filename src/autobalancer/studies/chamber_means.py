@@ -13,7 +13,7 @@ OPTIMAL = {"deep": (8, 50), "single": (3, 10)}  # ranges of figure 12 of Pakuła
 
 
 def over_seeds(study: xr.Dataset) -> xr.Dataset:
-    """Every measure as its mean over the seeds, ``<measure>_spread`` as the standard deviation of one run, and ``runs``.
+    """Every measure of ``study`` as its mean over the seeds, ``<measure>_spread`` as their standard deviation, and ``runs``.
 
     A run that failed, or has no such measure, is left out; with fewer than two the spread is nan.
     """
@@ -31,6 +31,8 @@ def over_seeds(study: xr.Dataset) -> xr.Dataset:
 
 def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
     """Means of the amplitudes over the numbers of balls in a range for each of ``layers`` (Pakuła 2021, figure 12).
+
+    ``ranges`` has the least and the greatest number of each of the ``layers`` of ``study``; by default those of the source.
 
     Returns
     -------

@@ -46,6 +46,8 @@ def step_size_study(
         Ratio of the speeds after and before.
     phases
         Number of collisions, with the beginning of the contact anywhere in a step.
+    seed
+        Of these beginnings.
     scheme
         ``"runge_kutta"``, the classical one of the source, or ``"velocity_verlet"``.
     progress

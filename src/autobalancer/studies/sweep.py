@@ -75,6 +75,8 @@ def sweep(
         ``variations`` may be empty.
     workers
         Threads; by default one for each core. The result does not depend on it.
+    max_steps
+        Of one run, which ends with the outcome "budget spent" then.
     progress
         Called with (runs done, runs in all).
 

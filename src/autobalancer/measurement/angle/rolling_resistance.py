@@ -66,6 +66,8 @@ def fit_rolling_resistance(series: Series) -> float:
 def rolling_resistance_deviation(series: Series, *, resamples: int = 100, seed: int = 0) -> float:
     """Standard deviation of the fitted coefficient from the scatter of the points: a bootstrap over the points of each series.
 
+    ``seed`` is that of the ``resamples``.
+
     Raises
     ------
     QuestionError

@@ -73,7 +73,9 @@ class TurnedRace:
 
 
 def equilibrium_angles(race: TurnedRace, law: DragLaw, speeds: ArrayLike, rolling: float = 0.0) -> Floats:
-    """Angles from the lowest point, rad, of the shape of ``speeds`` (rad/s, positive).
+    """Angles from the lowest point, rad, of the shape of ``speeds`` (rad/s, positive), of a ball in ``race``.
+
+    Its drag follows ``law``, its rolling resistance is ``rolling`` (arm over ball radius).
 
     nan where none up to 90 degrees holds the ball: from there on it is carried around, or leaves the wall.
     """
@@ -97,7 +99,10 @@ def drag_coefficients(
     angles: ArrayLike,
     rolling: float = 0.0,
 ) -> Floats:
-    """c_d from measured angles (rad, up to pi/2), (6.6); with the force P if ``race.pressure`` is not zero."""
+    """c_d from measured ``angles`` (rad, up to pi/2) at ``speeds`` (rad/s) of the same shape, (6.6).
+
+    ``rolling`` is the rolling resistance (arm over ball radius); with the force P if ``race.pressure`` is not zero.
+    """
     speeds = texts_argument("speeds", speeds, "rad/s")
     angles = texts_argument("angles", angles, "rad")
     w, s = np.asarray(speeds, dtype=float), np.asarray(angles, dtype=float)

@@ -48,7 +48,10 @@ class RaceBalls:
 def equal_balls(
     count: int, mass: float | str, orbit_radius: float | str, drag: float | str, *, spin_ratio: float
 ) -> RaceBalls:
-    """``count`` equal balls without buoyancy: kg, m, N m s; ``spin_ratio`` is 2/5 for rolling balls, 0 for points."""
+    """``count`` equal balls without buoyancy: ``mass`` (kg), ``orbit_radius`` (m), ``drag`` beta of each (N m s).
+
+    ``spin_ratio`` is 2/5 for rolling balls, 0 for points.
+    """
     mass = argument("mass", mass, "kg")
     orbit_radius = argument("orbit_radius", orbit_radius, "m")
     drag = argument("drag", drag, "N*m*s")

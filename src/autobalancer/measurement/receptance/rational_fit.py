@@ -105,7 +105,7 @@ def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
 
 
 def modes_of(fit: xr.Dataset) -> list[tuple[float, float]]:
-    """Frequency (rad/s, undamped) and damping ratio of each pair of poles, ascending."""
+    """Frequency (rad/s, undamped) and damping ratio of each pair of poles of ``fit``, ascending."""
     pairs = zip(fit["mode_frequency"].values, fit["mode_damping_ratio"].values, strict=True)
     return [(float(frequency), float(ratio)) for frequency, ratio in pairs]
 

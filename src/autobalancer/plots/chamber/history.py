@@ -31,7 +31,10 @@ POINTS = 4000  # of a curve, more cannot be told apart in print
 def plot_chamber_run(
     run: xr.Dataset, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
 ) -> Figure:
-    """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time.
+    """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time of a ``run``.
+
+    ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``, ``deflection_unit`` a length such as ``"mm"``, by default one that
+    fits; ``title`` stands above the picture.
 
     Raises
     ------
@@ -60,7 +63,7 @@ def plot_chamber_run(
 def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
     """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
 
-    The stack reaches the line of the motor's work where the balance closes.
+    The stack reaches the line of the motor's work where the balance of the ``run`` closes; ``title`` stands above it.
     """
     time = run["time"].values
     with look():
@@ -87,7 +90,7 @@ def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
 
 
 def plot_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
-    """Rates of the contacts that begin, and the hardest of them, over time."""
+    """Rates (1/s) of the contacts of a ``run`` that begin, and the hardest of them (N), over time, below a ``title``."""
     found = collision_statistics(run)
     with look():
         figure = picture(7.2, 4.4)

@@ -64,7 +64,10 @@ def plot_reactions(
 
 
 def plot_bearing_forces(run: xr.Dataset, *, title: str | None = None) -> Figure:
-    """Radial forces of the bearings over time, and the axial one of the bearing that guides."""
+    """Radial forces (N) of the bearings of a ``run`` over time, and the axial one of the bearing that guides.
+
+    ``title`` stands above the picture.
+    """
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
     with look():

@@ -23,7 +23,7 @@ NAMES = {"deep": "deep chamber", "single": "single layer"}
 def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
-    With several seeds the mean is drawn, with bars from the least to the greatest value.
+    With several seeds the mean is drawn, with bars from the least to the greatest value. ``title`` stands above the panels.
 
     Raises
     ------
@@ -53,10 +53,10 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
 
 
 def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
-    """Share of the balls that go around with the rotor over friction, a curve for each number of balls.
+    """Share of the balls of a ``study`` that go around with the rotor over friction, a curve for each number of balls.
 
     A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
-    the top belongs to the least number of balls.
+    the top belongs to the least number of balls. ``title`` stands above the picture.
     """
     layers = [str(layer) for layer in study["layers"].values]
     with look():
@@ -100,6 +100,7 @@ def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label
 def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
     """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
 
+    ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.
     Bars show the spread over the seeds, where there are several.
     """
     if measure not in means:

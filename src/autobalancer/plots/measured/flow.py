@@ -56,7 +56,10 @@ def plot_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: 
 
 
 def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
-    """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison."""
+    """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison.
+
+    ``flow`` is a result of :func:`annulus_flow`; ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    """
     with look():
         figure = picture(7.4, 5.4)
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -69,7 +72,8 @@ def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
 def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
-    ``moments`` (s) are a choice of those of the result. The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
+    ``moments`` (s) are a choice of those of ``flow``, a result of :func:`annulus_flow`.
+    The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
     rotor speeds up the fluid lags behind in the middle of the gap (5.6b).
     """
     moments = None if moments is None else list_argument("moments", moments, "s")
@@ -83,7 +87,11 @@ def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] |
 
 
 def plot_secondary_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
-    """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor."""
+    """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor.
+
+    ``time`` (s) is one of ``flow``, a result of :func:`annulus_flow`; by default that of the strongest stream.
+    ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    """
     time = optional_argument("time", time, "s")
     with look():
         figure = picture(6.4, 5.4)

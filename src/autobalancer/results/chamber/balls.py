@@ -129,7 +129,9 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
 def residual_of_balls(
     run: xr.Dataset, unbalance: complex, couple: complex = 0.0, chamber_places: Floats | None = None
 ) -> xr.Dataset:
-    """Size of what is left of an unbalance (kg m, complex in the rotor) and a couple (kg m²) with the balls, over time.
+    """Size of what the balls of ``run`` leave of ``unbalance`` (kg m, complex in the rotor) and ``couple`` (kg m²), over time.
+
+    ``chamber_places`` (chambers,) are the middles of the chambers along the axis, m; by default those of the run.
 
     Zero ``static`` is static balance, zero of both is dynamic balance.
     """

@@ -101,7 +101,7 @@ KINDS = (("greatest", "greatest", _greatest), ("rms", "root mean square", _rms),
 
 @of_a_run(runs="simulate_chamber")
 def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
-    """Contacts between balls and with the chamber: totals, rates over time in ``bins`` parts, and the hardest one.
+    """Contacts of a ``run`` between balls and with the chamber: totals, rates over time in ``bins`` parts, the hardest.
 
     Rates (1/s) count contacts that began in a part; ``greatest_force`` (N) is the greatest force of a contact in it.
     """

@@ -49,7 +49,7 @@ def chambers_of(run: xr.Dataset) -> list[ChamberShape]:
 def unbalance_of(run: xr.Dataset) -> tuple[complex, complex] | None:
     """Static unbalance (kg m) and couple unbalance (kg m²) of the rotor, complex in the rotor; None if it is not described.
 
-    The couple counts from the plane x = 0.
+    Of the machine that ``run`` keeps; the couple counts from the plane x = 0.
     """
     machine = _machine(run)
     if "chambers" not in machine:

@@ -40,7 +40,7 @@ def damping_share(machine: Given, unbalance: complex | float | None = None) -> f
 
 
 def explicit_averaged_border(machine: Given) -> Border:
-    """Averaged border in closed form, worst case over the unbalance: (4.74) and (A.7) for any balls on the axis.
+    """Averaged border in closed form, worst case over the unbalance of ``machine``: (4.74), (A.7) for any balls on the axis.
 
     Raises
     ------

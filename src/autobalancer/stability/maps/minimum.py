@@ -74,7 +74,8 @@ def minimum_drag(
 ) -> float:
     """The least drag beta of every ball, N m s, for which the balanced state is stable at ``speed`` and above it.
 
-    As :func:`minimum_viscosity`; the effective mass of the balls does not change.
+    The border ``which`` of ``machine`` and the ``unbalance`` (kg m) are as in :func:`minimum_viscosity`; the effective mass
+    of the balls does not change.
     """
     unbalance = unbalance_argument(unbalance)
     return _minimum(machine, "drag", speed, which, unbalance)

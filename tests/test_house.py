@@ -1,0 +1,175 @@
+"""The house: sizes of files, functions and folders, one tree of errors, documented names. Read from the source alone.
+
+Each list of exceptions is exact: what no longer needs its place there has to leave it, so a list can only shrink.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from autobalancer.public_names import NAMES
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCE = ROOT / "src" / "autobalancer"
+FILES = sorted(SOURCE.rglob("*.py"))
+LINES, ARGUMENTS, MODULES = 300, 12, 20
+
+LONG = {
+    "assembly/system.py": "fills the columns of all equations; shrinks as these become records",
+    "cli/files/catalog.py": "one command group: ten lists with their options",
+    "stability/maps/speeds.py": "the four borders and their notes",
+}
+MANY = {
+    "plots/chamber/film.py animate_chamber": "everything one may wish of a film",
+    "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
+    "simulation/run.py simulate_races": "everything one may ask of a run",
+    "studies/frequency_response.py frequency_response": "everything one may ask of a stepped measurement",
+}
+FULL = {"kernels": "equations and laws of all bodies; a room for each follows their records"}
+INNER = {
+    "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
+    "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
+}
+TALKERS = {"__main__.py", "patience.py", "kernels/announce.py"}  # progress and faults, on standard error
+
+
+def tree(path: Path) -> ast.Module:
+    return _tree(path.relative_to(SOURCE).as_posix())
+
+
+@cache
+def _tree(name: str) -> ast.Module:
+    return ast.parse((SOURCE / name).read_text(encoding="utf-8"))
+
+
+def names(paths: list[Path]) -> set[str]:
+    return {path.relative_to(SOURCE).as_posix() for path in paths}
+
+
+def everything(kind: type[ast.AST] | tuple[type[ast.AST], ...]) -> Iterator[tuple[str, ast.AST]]:
+    """All nodes of a kind in the source, with the file they are in."""
+    for path in FILES:
+        for node in ast.walk(tree(path)):
+            if isinstance(node, kind):
+                yield path.relative_to(SOURCE).as_posix(), node
+
+
+def arguments(function: ast.FunctionDef) -> list[str]:
+    given = function.args
+    return [a.arg for a in (*given.posonlyargs, *given.args, *given.kwonlyargs) if a.arg not in ("self", "cls")]
+
+
+def words(node: ast.AST) -> str:
+    return ast.get_docstring(node) or ""  # type: ignore[arg-type]
+
+
+# sizes -------------------------------------------------------------------------------------------------------------------
+
+
+def test_no_file_of_the_package_has_more_than_300_lines_but_those_listed() -> None:
+    assert names([path for path in FILES if len(path.read_text(encoding="utf-8").splitlines()) > LINES]) == set(LONG)
+
+
+def test_no_function_has_more_than_12_arguments_but_commands_whose_options_they_are_and_those_listed() -> None:
+    found = {
+        f"{file} {node.name}"
+        for file, node in everything(ast.FunctionDef)
+        if isinstance(node, ast.FunctionDef) and len(arguments(node)) > ARGUMENTS and not file.startswith("cli/")
+    }
+    assert found == set(MANY)
+
+
+def test_no_folder_has_more_than_20_modules_but_those_listed() -> None:
+    folders = {path.parent for path in FILES}
+    assert names([folder for folder in folders if len([*folder.glob("[!_]*.py")]) > MODULES]) == set(FULL)
+
+
+# errors and warnings -----------------------------------------------------------------------------------------------------
+
+
+def classes_of_errors() -> dict[str, ast.ClassDef]:
+    return {node.name: node for node in tree(SOURCE / "errors.py").body if isinstance(node, ast.ClassDef)}
+
+
+def test_errors_and_warnings_have_one_home_and_what_is_raised_within_is_listed() -> None:
+    bases = {"Exception", "BaseException", "Warning", "UserWarning", "ValueError", "LookupError", *classes_of_errors()}
+    found = {
+        f"{file} {node.name}"
+        for file, node in everything(ast.ClassDef)
+        if isinstance(node, ast.ClassDef) and any(isinstance(b, ast.Name) and b.id in bases for b in node.bases)
+    }
+    assert {name for name in found if not name.startswith("errors.py")} == set(INNER)
+
+
+def test_every_error_and_warning_is_used_and_stands_in_the_reference_with_its_meaning() -> None:
+    page = (ROOT / "docs" / "reference" / "index.md").read_text(encoding="utf-8")
+    used = {node.id for file, node in everything(ast.Name) if isinstance(node, ast.Name) and file != "errors.py"}
+    for name, node in classes_of_errors().items():
+        assert name in used or any(
+            isinstance(base, ast.Name) and base.id == name for one in classes_of_errors().values() for base in one.bases
+        )
+        assert f"| `{name}` | {words(node).splitlines()[0]} |" in page
+
+
+def test_every_warning_has_a_class_of_the_package_by_which_it_can_be_silenced() -> None:
+    for file, node in everything(ast.Call):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("warnings.warn", "warn"):
+            category = ast.unparse(node.args[1]) if len(node.args) > 1 else ""
+            assert category.endswith("Warning"), file
+            assert category in classes_of_errors(), file
+
+
+def test_only_commands_print() -> None:
+    found = {
+        file
+        for file, node in everything(ast.Call)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "print" and not file.startswith("cli/")
+    }
+    assert found == TALKERS
+
+
+# public names ------------------------------------------------------------------------------------------------------------
+
+
+def defined(home: str, name: str) -> ast.AST:
+    """The node that defines a public name, followed through the imports of packages."""
+    module, _, other = home.partition(":")
+    inner, file = other or name, SOURCE / f"{module.replace('.', '/')}.py"
+    for node in tree(file if file.exists() else file.with_suffix("") / "__init__.py").body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.name == inner:
+            return node
+        if isinstance(node, ast.ImportFrom) and inner in {a.asname or a.name for a in node.names}:
+            (real,) = (a.name for a in node.names if inner == (a.asname or a.name))
+            return defined(f"{str(node.module).removeprefix('autobalancer.')}:{real}", real)
+    raise AssertionError(f"{home} has no function or class {inner}")
+
+
+PUBLIC = {
+    f"{space}.{name}".lstrip("."): defined(home, name) for space, all_ in NAMES.items() for name, home in all_.items()
+}
+
+
+def test_every_public_name_has_a_docstring_and_a_title_that_ends() -> None:
+    for name, node in PUBLIC.items():
+        assert len(words(node)) > 20, name
+        assert re.search(r"[.:]$|[.;]\s", words(node).split("\n\n")[0]), name
+
+
+def silent(node: ast.AST) -> list[str]:
+    """Arguments of a function that its docstring does not name."""
+    given = arguments(node) if isinstance(node, ast.FunctionDef) else []
+    return [name for name in given if not re.search(rf"\b{name}\b", words(node))]
+
+
+def test_public_functions_name_their_arguments_in_their_docstrings() -> None:
+    assert {name: given for name, node in PUBLIC.items() if (given := silent(node))} == {}
+
+
+def test_the_reference_lists_the_table_of_public_names() -> None:
+    page = ast.parse((ROOT / "docs" / "conf.py").read_text(encoding="utf-8"))
+    (lister,) = (n for n in page.body if isinstance(n, ast.FunctionDef) and n.name == "public_names")
+    assert any(isinstance(n, ast.For) and ast.unparse(n.iter) == "NAMES.items()" for n in ast.walk(lister))
