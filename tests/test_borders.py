@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.references.planar_linear import matrices
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
@@ -19,7 +20,7 @@ from autobalancer.stability.host.planar import plane
 from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.maps.speeds import borders_of
-from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.spread import spread_range
 

@@ -24,8 +24,8 @@ from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.maps.speeds import border_speeds
+from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.station_linear import station_matrices
 from autobalancer.stability.states.stations import balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

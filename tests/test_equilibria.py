@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.references.planar_linear import matrices
+from tests.references.shooting import derivative, periodic_state
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
@@ -26,10 +28,11 @@ from autobalancer.machine import (
     Unbalance,
 )
 from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.stability.basins.turn import Turn
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.maps.characteristic import PlanarBalancer, planar_eigenvalues
-from autobalancer.stability.states.floquet import Turn, periodic_state
-from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
+from autobalancer.stability.states.linear import eigensystem, motion_name
 from autobalancer.stability.states.planar import close_polygon, equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -183,7 +186,7 @@ def test_a_small_disturbance_grows_or_decays_as_the_leading_eigenvalue_says(
         rest = np.concatenate([np.zeros(4), state.angles, np.zeros(2)])
     else:
         found = periodic_state(described, p, speed, state)
-        multipliers, vectors = np.linalg.eig(Turn(described, p, speed).derivative(found.start))
+        multipliers, vectors = np.linalg.eig(derivative(Turn(described, p, speed), found.start))
         first = np.argmax(np.abs(multipliers))
         leading, direction, rest = found.exponents[0], vectors[:, first], found.start
     start = rest + 1e-5 * np.real(direction) / np.abs(direction[4:6]).max()
@@ -213,7 +216,7 @@ def test_modes_are_named_after_what_moves() -> None:
     """Far above the critical speed the free whirl is the rotor's, at the critical speed; the slow modes are the balls'."""
     p, speed = plane(CASES["two equal"]), 1500.0
     values, vectors = eigensystem(*matrices(p, speed, equilibria_of(p, speed)[0]))
-    names = [motion_name(vectors[:, i], p, values[i], speed) for i in range(values.size)]
+    names = [motion_name(vectors[:, i], of_plane(p), values[i], speed) for i in range(values.size)]
     critical = math.sqrt(p.stiffness[0] / p.mass)
     for name, value in zip(names, values, strict=True):
         if abs(abs(value.imag) - (speed - critical)) < 0.01 * speed:

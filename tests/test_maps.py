@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.references.planar_linear import matrices
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -33,7 +34,7 @@ from autobalancer.stability.maps.characteristic import (
     planar_eigenvalues,
     scaled_growth_rates,
 )
-from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

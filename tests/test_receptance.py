@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import typer
 from tests.references.pictures import size_of
+from tests.references.planar_linear import matrices
 from tests.references.receptances import Host, chain, measured, planar_model, tilting, universal_text
 from typer.testing import CliRunner
 
@@ -29,7 +30,7 @@ from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium
 
 FREQUENCY = 2.0 * math.pi * np.linspace(2.0, 40.0, 381)

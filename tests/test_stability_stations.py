@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
+from tests.references.planar_linear import matrices
 from tests.references.tilting import Tilting
 from typer.testing import CliRunner
 
@@ -36,11 +37,11 @@ from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.harmonic_balance import swing_of
-from autobalancer.stability.states.linear import eigensystem, matrices
+from autobalancer.stability.states.linear import eigensystem
+from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.planar import equilibria_of
-from autobalancer.stability.states.station_floquet import exponents_of
-from autobalancer.stability.states.station_linear import station_matrices
 from autobalancer.stability.states.stations import StationState, balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

@@ -28,7 +28,7 @@ from autobalancer.machine import (
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.states.linear import eigensystem
-from autobalancer.stability.states.station_linear import station_matrices
+from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.stations import balanced_of
 
 PLACES = (0.15, 0.45)

@@ -26,8 +26,8 @@ from autobalancer.catalog.resolve import occupied_angle
 from autobalancer.kernels.settle import FAILED, RESTING
 from autobalancer.kernels.system import BALLS, THETA, VX, VY, Floats, Matrix, X, Y
 from autobalancer.machine import Machine
+from autobalancer.stability.basins.turn import Turn
 from autobalancer.stability.host.planar import Plane
-from autobalancer.stability.states.floquet import Turn
 
 STATES = (
     "balanced",

@@ -21,8 +21,8 @@ from autobalancer.stability.host.stations import Stations, of_plane
 from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
+from autobalancer.stability.states.floquet import OnAnisotropicStations
 from autobalancer.stability.states.spread import spread_of_two, spread_range
-from autobalancer.stability.states.station_floquet import OnAnisotropicStations
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
 POINTS = {"polynomial": 1500, "eigenvalues": 420, "multipliers": 60}  # speeds at which a border is looked for

@@ -10,7 +10,7 @@ import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
@@ -19,10 +19,9 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.linear import eigensystem, kept
+from autobalancer.stability.states.linear import eigensystem, kept, matrices
 from autobalancer.stability.states.planar import close_polygon
 from autobalancer.stability.states.spread import spread_of_two, spread_range
-from autobalancer.stability.states.station_linear import station_matrices
 from autobalancer.stability.states.stations import StationState, balanced_of, required
 
 SAMPLES = 24  # of a continuum
@@ -52,12 +51,20 @@ class StationBalls:
         """The balanced states at a speed; mirror images of equal balls count once."""
         st = self.stations
         if self.leading is None:
-            return without_exchanges(st, balanced_of(st, speed))
+            return self._in_plane or without_exchanges(st, balanced_of(st, speed))
         centers = _centers(st)
         assert centers is not None
         closed = list(self._closed(required(st, speed, centers)))
         freedom = sum(len(part) for part in self.leading)
         return [StationState("balanced", angles, -centers, freedom, 0) for angles in closed]
+
+    @cached_property
+    def _in_plane(self) -> list[StationState]:
+        """Of one station whose races are on the axis of a planar rotor they are the same at all speeds; else empty."""
+        st = self.stations
+        if st.model.pairs > 1 or len(st.names) > 1 or np.any(st.offset):
+            return []
+        return without_exchanges(st, balanced_of(st, math.pi * st.scale_speed))
 
     def _closed(self, needed: Complexes) -> Iterator[Floats]:
         st = self.stations
@@ -140,7 +147,7 @@ def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:
 
 def growth_of(st: Stations, speed: float, state: StationState) -> float:
     """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    values, _ = eigensystem(*station_matrices(st, speed, state))
+    values, _ = eigensystem(*matrices(st, speed, state))
     return float(kept(values, state.freedom).real.max())
 
 

@@ -1,8 +1,8 @@
-"""Periodic steady states and their Floquet multipliers: orthotropic supports, gravity, whatever turns with the rotor.
+"""Floquet multipliers of balls on any rotor: its equations linearized about a periodic state and taken around a turn.
 
-At constant speed the machine is periodic with one revolution. The state of rest in the rotor becomes a state that returns
-after a revolution; it is found by shooting, with the compiled equations integrated over one turn. The multipliers are the
-eigenvalues of the derivative of that map; growth rate = ln|multiplier| over the time of a turn.
+The variational equations are linear with coefficients that repeat, mirrored, after half a turn. They are integrated by
+the Gauss method of four stages (order eight) in equal steps, all steps at once; multipliers of the whole turn are the
+squares of those of the mirrored half.
 """
 
 from __future__ import annotations
@@ -12,116 +12,118 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.guided_balls import planar
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import memory
-from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.kernels.system import BALLS, LINEAR, PRESCRIBED, SEGMENT_COLUMNS, THETA, UNBALANCE, VX, VY, X, Y
-from autobalancer.machine import Machine
-from autobalancer.simulation.record import record_for
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
-from autobalancer.stability.states.planar import Equilibrium
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.harmonic_balance import Swing, swing_of
+from autobalancer.stability.states.linear import kept
+from autobalancer.stability.states.stations import StationState, balanced_of
 
-TOLERANCE = 1e-13
-NEWTON_STEPS = 30
+STEPS = 24  # in half a turn, at least
+PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor
 
 
 @dataclass(frozen=True)
-class PeriodicState:
-    """A steady state that repeats with every revolution."""
+class OnAnisotropicStations:
+    """Balanced states on anisotropic supports; of several the most stable one, of a continuum one member."""
 
-    start: Floats  # (4 + 2 n,) X, Y, VX, VY, ball angles, ball speeds in the rotor, at rotor angle 0, axes in space
-    multipliers: Complexes  # (4 + 2 n,) largest amount first
-    speed: float
-    error: float  # scaled mismatch after a turn
+    stations: Stations
+    route: str = "multipliers"
 
-    @property
-    def exponents(self) -> Complexes:
-        """ln(multiplier) / time of a turn, 1/s."""
-        return np.asarray(np.log(self.multipliers) * self.speed / (2.0 * math.pi), np.complex128)
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s; nan where there is no such state."""
+        return np.array([self._rate(float(speed)) for speed in speeds])
 
-
-class Turn:
-    """The map over one revolution of a machine at constant speed, in axes at rest."""
-
-    def __init__(self, machine: Machine, p: Plane, speed: float) -> None:
-        self.assembly: Assembly = assemble(machine, rotating=False, contact=False, real=False)
-        segments = np.zeros((1, SEGMENT_COLUMNS))
-        segments[0, 1], segments[0, 2] = LINEAR, speed
-        segments[0, UNBALANCE : UNBALANCE + 2] = p.unbalance.real, p.unbalance.imag
-        self.system = self.assembly.system._replace(drive=PRESCRIBED, segments=segments)
-        self.speed, self.count = speed, p.moment.size
-        self.period = 2.0 * math.pi / speed
-        self.pair = tableaus.dormand_prince_8()
-        scale = self.assembly.scale
-        self.scale = np.concatenate([scale[[X, Y, VX, VY]], scale[BALLS:]])
-        self.record = record_for((), (), self.assembly, self.period)
-
-    def __call__(self, state: Floats, turns: int = 1) -> Floats:
-        """The state after so many revolutions."""
-        full = np.zeros(BALLS + 2 * self.count)
-        full[[X, Y, VX, VY]], full[BALLS:] = state[:4], state[4:]
-        run = memory(
-            full,
-            turns * self.period,
-            TOLERANCE * self.assembly.scale,
-            TOLERANCE * self.assembly.growing,
-            total=self.pair.total,
-            degree=self.pair.degree,
-            longest=self.period,
-        )
-        run.state[THETA] = 0.0
-        self.system.now[0] = 0
-        if advance(planar, self.system, self.pair, self.record, run, 10_000_000) != FINISHED:
-            raise QuestionError(
-                "steady state: the motion grows without limit within one revolution; the start is too far off"
-            )
-        return np.concatenate([run.state[[X, Y, VX, VY]], run.state[BALLS:]])
-
-    def derivative(self, state: Floats) -> Matrix:
-        """Derivative of the map by differences of fourth order, accurate to about 1e-10 in scaled components."""
-        n = state.size
-        result = np.empty((n, n))
-        for i in range(n):
-            step = 3e-3 * self.scale[i] if i >= 4 else 1e-2 * self.scale[i]
-            offset = np.zeros(n)
-            offset[i] = step
-            near = self(state + offset) - self(state - offset)
-            far = self(state + 2.0 * offset) - self(state - 2.0 * offset)
-            result[:, i] = (8.0 * near - far) / (12.0 * step)
-        return result
+    def _rate(self, speed: float) -> float:
+        found = []
+        try:
+            states = without_exchanges(self.stations, balanced_of(self.stations, speed))
+        except QuestionError:  # exactly a critical speed of an undamped rotor
+            return math.nan
+        for state in states:
+            try:
+                values = exponents_of(self.stations, speed, state)
+            except QuestionError:  # no periodic state there
+                continue
+            found.append(float(kept(values, state.freedom).real.max()))
+        return min(found, default=math.nan)
 
 
-def periodic_state(machine: Machine, p: Plane, speed: float, guess: Equilibrium) -> PeriodicState:
-    """Refine a state of the averaged torque to the periodic state of the full equations.
+def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
+    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first; (2 N + 2 n,).
 
     Raises
     ------
     QuestionError
-        If shooting does not converge: then there is no such state near the guess.
+        If there is no periodic state near the guess.
     """
-    turn = Turn(machine, p, speed)
-    backward = p.backward(speed, guess.whirl)
-    z = guess.whirl + backward
-    v = 1j * speed * (guess.whirl - backward)
-    state = np.concatenate([[z.real, z.imag, v.real, v.imag], guess.angles, np.zeros(turn.count)])
-    miss = turn(state) - state
-    for _ in range(NEWTON_STEPS):
-        error = float(np.abs(miss / turn.scale).max())
-        if error < 1e-9:
-            break
-        slope = turn.derivative(state) - np.eye(state.size)
-        # least squares: along a continuum of states the derivative is singular and any point of it will do
-        scaled = slope * turn.scale / turn.scale[:, None]
-        step = np.linalg.lstsq(scaled, -miss / turn.scale, rcond=1e-9)[0] * turn.scale
-        damping = min(1.0, 0.5 / max(float(np.abs(step[4:]).max(initial=0.0)), 1e-300))
-        state = state + damping * step
-        miss = turn(state) - state
-    error = float(np.abs(miss / turn.scale).max())
-    if not error < 1e-7:
-        raise QuestionError(f"steady state: shooting did not converge at {speed:.6g} rad/s (mismatch {error:.2g})")
-    multipliers = np.linalg.eigvals(turn.derivative(state))
-    order = np.argsort(-np.abs(multipliers))
-    return PeriodicState(state, multipliers[order].astype(np.complex128), speed, error)
+    half = half_turn(st, swing_of(st, speed, guess))
+    multipliers = np.linalg.eigvals(half) ** 2
+    values = np.log(multipliers) * speed / (2.0 * math.pi)
+    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def half_turn(st: Stations, swing: Swing) -> Matrix:
+    """Small motions (q, phi, q', phi') half a turn later, seen from axes turned by half a turn."""
+    model, n = st.model, st.moment.size
+    fastest = math.sqrt(
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness_at(swing.speed)))).max())
+    )
+    steps = max(STEPS, math.ceil(PER_PERIOD * fastest / (2.0 * swing.speed)))
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    inner = _integrals(nodes)
+    width = math.pi / steps
+    turn = width * (np.arange(steps)[:, None] + nodes)
+    rates = _rates(st, swing, turn.ravel()).reshape(steps, 4, 2 * (model.size + n), -1)
+    size, h = rates.shape[-1], width / swing.speed
+    left = np.eye(4 * size) - h * np.einsum("ij,sikl->sikjl", inner, rates).reshape(steps, 4 * size, 4 * size)
+    stages = np.linalg.solve(left, rates.reshape(steps, 4 * size, size)).reshape(steps, 4, size, size)
+    maps = np.eye(size) + h * np.einsum("i,sikl->skl", weights, stages)
+    whole = np.eye(size)
+    for one in maps:
+        whole = one @ whole
+    mirror = np.tile(np.concatenate([np.full(model.size, -1.0), np.ones(n)]), 2)
+    return np.asarray(mirror[:, None] * whole)
+
+
+def _integrals(nodes: Floats) -> Matrix:
+    """Integrals of the Lagrange polynomials from 0 to each node."""
+    powers = np.vander(nodes, increasing=True)
+    order = np.arange(1, nodes.size + 1)
+    return np.asarray((nodes[:, None] ** order / order) @ np.linalg.inv(powers))
+
+
+def _rates(st: Stations, swing: Swing, turn: Floats) -> Matrix:
+    """y' = rates y at rotor angles, y = (q, phi, q', phi'); (k, 2 (N + n), 2 (N + n))."""
+    model, n, w = st.model, st.moment.size, swing.speed
+    size, both = model.size, model.both(st.rows)
+    places, count = len(st.names), turn.size
+    angle, rate, change, acceleration = swing.at(turn)
+    ahead = st.moment[:, None] * np.exp(1j * (turn + angle))  # (n, k)
+    row_x, row_y = both[st.station], both[places + st.station]  # (n, N)
+
+    def along(vector: Complexes) -> Matrix:
+        """Forces of the balls on the coordinates, (k, N, n)."""
+        return np.asarray(np.einsum("nk,na->kan", vector.real, row_x) + np.einsum("nk,na->kan", vector.imag, row_y))
+
+    mass = np.zeros((count, size + n, size + n))
+    mass[:, :size, :size] = model.mass
+    mass[:, :size, size:] = along(1j * ahead)
+    mass[:, size:, :size] = mass[:, :size, size:].transpose(0, 2, 1)
+    mass[:, range(size, size + n), range(size, size + n)] = st.inertia
+    right = np.zeros((count, size + n, 2 * (size + n)))
+    right[:, :size, :size] = -model.stiffness_at(w)
+    right[:, :size, size : size + n] = along((1j * (w + rate) ** 2 + change) * ahead)
+    right[:, :size, size + n : 2 * size + n] = -(model.damping_at(w) + w * model.gyroscopic)
+    right[:, :size, 2 * size + n :] = along(2.0 * (w + rate) * ahead)
+    ball = np.arange(n)
+    seen = (ahead.conj() * acceleration[st.station]).real
+    center = st.moment[:, None] * w * w * (np.exp(-1j * angle) * st.offset[:, None]).real
+    right[:, size + ball, size + ball] = (seen - center).T
+    right[:, size + ball, 2 * size + n + ball] = -st.drag
+    whole = np.zeros((count, 2 * (size + n), 2 * (size + n)))
+    whole[:, : size + n, size + n :] = np.eye(size + n)
+    whole[:, size + n :] = np.linalg.solve(mass, right)
+    return whole

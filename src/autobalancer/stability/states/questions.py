@@ -18,10 +18,8 @@ from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.described import why_no_state
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.linear import eigensystem
-from autobalancer.stability.states.station_floquet import exponents_of
-from autobalancer.stability.states.station_linear import station_matrices as matrices
-from autobalancer.stability.states.station_linear import station_motion as motion_name
+from autobalancer.stability.states.floquet import exponents_of
+from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
 from autobalancer.stability.states.stations import StationState, balanced_of, required, states_of
 from autobalancer.stability.states.verdicts import growth, verdict
 from autobalancer.units import argument, list_argument, unbalance_argument

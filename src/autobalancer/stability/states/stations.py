@@ -101,7 +101,7 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
     rest = tuple(p for p in range(len(st.names)) if p not in true)
     centers = [_centers(st, p) for p in true]
-    rank = int(np.linalg.matrix_rank(host[np.ix_(true, true)], tol=1e-11 * np.abs(host).max())) if true else 0
+    rank = _rank(host, true)
     found = []
     for chosen in product(*centers):
         for angles, fixed in _others(st, true, chosen):
@@ -126,6 +126,14 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                     balls = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
                     found.append(_named(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
     return found
+
+
+def _rank(host: Complexes, true: tuple[int, ...]) -> int:
+    """How many of these stations the rotor can hold at rest by itself."""
+    least = 1e-11 * np.abs(host).max()
+    if len(true) < 2:
+        return sum(abs(host[p, p]) > least for p in true)
+    return int(np.linalg.matrix_rank(host[np.ix_(true, true)], tol=least))
 
 
 def _centers(st: Stations, place: int) -> list[complex]:
