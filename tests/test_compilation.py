@@ -20,7 +20,9 @@ from numba.core.registry import cpu_target
 from autobalancer.kernels import cache
 from autobalancer.kernels.announce import KINDS, TEXT, Announcement
 
-SECOND = """
+ROOT = Path(__file__).parents[1]
+
+RACES = """
 import autobalancer as ab
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
@@ -30,7 +32,7 @@ drive = {"kind": "torque", "torque": 3.0}
 machine = Machine(name="second", axis="vertical", rotor=rotor, unbalances=[{"moment": 4e-4}], drive=drive)
 run = ab.simulate(machine, duration=1.0, save=[Samples(30), Envelope(5), LastRevolutions(1, 8)],
                   events=[Event("speed", 20.0)])
-print("values", [float(v).hex() for v in run.x.values[-3:]], run.attrs["steps"])
+print("races:", *[float(v).hex() for v in run.x.values[-3:]], float(run.attrs["steps"]).hex())
 """
 
 CHAMBER = """
@@ -43,48 +45,57 @@ machine = small_machine(chambers=[{"radius": 0.1, "depth": 0.2, "balls": [ball |
                         contact={"law": "history", "restitution": 0.5, "friction": 0.3, "stiffness": 1e8})
 run = simulate_chamber(machine, duration=1e-3, step=2e-5)
 values = [run.ball_velocity, run.ball_spin, run.body_position, run.bearing_force, run.speed, run.loss_friction]
-print("values", [float(v).hex() for v in np.concatenate([v.values[-1].ravel() for v in values])])
+print("chamber:", *[float(v).hex() for v in np.concatenate([v.values[-1].ravel() for v in values])])
+"""
+
+OTHERS = """
+ab.simulate("examples/machines/rigid_rotor.toml", duration=0.05)
+ab.simulate("docs/machines/real_race.toml", duration=0.05)
+ab.basin("examples/machines/discoidal.toml", 100.0, random=2, hold=0.1)
+ab.stability.map("examples/machines/discoidal.toml", {"speed": [60.0, 64.0], "viscosity": [1e-6, 2e-5]})
 """
 
 
-def fresh_process(script: str = SECOND, **environment: str) -> str:
+def fresh_process(script: str, **environment: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-c", script], env=os.environ | environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", script],
+        env=os.environ | environment,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return done.stdout
 
 
-def test_a_second_process_compiles_nothing() -> None:
-    fresh_process()
-    said = fresh_process(NUMBA_DEBUG_CACHE="1")
-    assert "data loaded from" in said
-    assert "data saved to" not in said
-    assert "index saved to" not in said
-    loaded = [line for line in said.splitlines() if "data loaded from" in line]
-    assert any("planar" in line for line in loaded)
+@pytest.fixture(scope="module")
+def second() -> str:
+    """What a process says of its kernels and results after another one has done the same."""
+    script = RACES + CHAMBER + OTHERS
+    fresh_process(script)
+    return fresh_process(script, NUMBA_DEBUG_CACHE="1")
+
+
+def values(said: str, kind: str) -> np.ndarray:
+    (line,) = (line for line in said.splitlines() if line.startswith(f"{kind}:"))
+    return np.array([float.fromhex(word) for word in line.split()[1:]])
+
+
+def test_a_second_process_compiles_nothing(second: str) -> None:
+    assert "data saved to" not in second
+    assert "index saved to" not in second
+    loaded = [line for line in second.splitlines() if "data loaded from" in line]
+    for kernel in (
+        "guided_balls.planar",
+        "stations.spatial",
+        "guided_race.real_race",
+        "settle",
+        "verlet",
+        "characteristic",
+    ):
+        assert any(kernel in line for line in loaded), kernel
     assert any("advance" in line for line in loaded)
     assert not [path.name for path in cache._indexes() if cache._damaged(path)]
-
-
-@pytest.mark.parametrize(
-    "asked",
-    [
-        "simulate('examples/machines/rigid_rotor.toml', duration=0.05)",
-        "simulate('docs/machines/real_race.toml', duration=0.05)",
-        "basin('examples/machines/discoidal.toml', 100.0, random=2, hold=0.1)",
-    ],
-)
-def test_a_second_process_compiles_nothing_for_other_rotors_races_and_questions(asked: str) -> None:
-    process = [sys.executable, "-c", f"import autobalancer as ab; print(ab.{asked})"]
-
-    def said(**environment: str) -> str:
-        here = {"env": os.environ | environment, "cwd": Path(__file__).parents[1]}
-        return subprocess.run(process, **here, capture_output=True, text=True, check=True).stdout  # type: ignore[call-overload]
-
-    said()
-    again = said(NUMBA_DEBUG_CACHE="1")
-    assert "data loaded from" in again
-    assert "data saved to" not in again
 
 
 def written(path: Path, *values: object) -> Path:
@@ -159,21 +170,13 @@ def test_a_package_that_cannot_be_written_and_no_home_still_run(
     assert str(cache.cache_place()) == numba.config.CACHE_DIR  # type: ignore[attr-defined]
 
 
-def test_interpreted_kernels_do_the_same_as_compiled_ones() -> None:
-    compiled, interpreted = fresh_process(), fresh_process(NUMBA_DISABLE_JIT="1")
-    values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:4]] for said in (compiled, interpreted)]
-    np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-16)
-    assert compiled.split()[-1] == interpreted.split()[-1]
-
-
-def test_chambers_are_compiled_once_and_do_the_same_as_when_interpreted() -> None:
-    compiled, interpreted = fresh_process(CHAMBER), fresh_process(CHAMBER, NUMBA_DISABLE_JIT="1")
-    values = [[float.fromhex(word.strip("[',]")) for word in said.split()[1:]] for said in (compiled, interpreted)]
-    assert max(abs(value) for value in values[0]) > 10.0
-    np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-12)
-    again = fresh_process(CHAMBER, NUMBA_DEBUG_CACHE="1")
-    assert "data loaded from" in again
-    assert "data saved to" not in again
+def test_interpreted_kernels_do_the_same_as_compiled_ones(second: str) -> None:
+    interpreted = fresh_process(RACES + CHAMBER, NUMBA_DISABLE_JIT="1")
+    *states, steps = values(second, "races")
+    np.testing.assert_allclose(values(interpreted, "races")[:-1], states, rtol=1e-9, atol=1e-16)
+    assert values(interpreted, "races")[-1] == steps
+    assert np.abs(values(second, "chamber")).max() > 10.0
+    np.testing.assert_allclose(values(interpreted, "chamber"), values(second, "chamber"), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.slow

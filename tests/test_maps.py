@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -103,19 +101,6 @@ def test_degenerate_points_have_a_growth_rate_too() -> None:
     for (w, g, d, h, q), rate in zip(points, rates, strict=True):
         expected = growth_rate(PlanarBalancer(1.0, 1.0, g, 2, math.sqrt(h), 1.0, d), w, 2.0 * q)
         assert rate == pytest.approx(expected, abs=3e-7 * max(1.0, w))  # double roots know half of the digits
-
-
-def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
-    code = (
-        "from autobalancer.kernels.characteristic import growth_rates as f;"
-        "print(sum(f.stats.cache_misses.values()), sum(f.stats.cache_hits.values()))"
-    )
-    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
-    said = [
-        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True).stdout
-        for _ in range(2)
-    ]
-    assert said == ["1 0\n", "0 1\n"]
 
 
 def test_a_map_has_the_growth_rates_of_its_machines() -> None:
