@@ -37,8 +37,8 @@ def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 3
 
 
-def test_check_says_the_same_as_the_python_interface(tmp_path: Path) -> None:
-    answer = run("check", str(MACHINES / "discoidal.toml"), "--json", cwd=tmp_path)
+def test_check_says_the_same_as_the_python_interface() -> None:
+    answer = CliRunner().invoke(app, ["check", str(MACHINES / "discoidal.toml"), "--json"])
     found, expected = json.loads(answer.stdout), ab.check(MACHINES / "discoidal.toml")
     assert found["critical_speeds"] == list(expected.critical_speeds)
     assert [border["speed"] for border in found["borders"]] == [border.speed for border in expected.borders]
@@ -68,20 +68,24 @@ def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["simulate", "none.toml"], "none.toml: no such file"),
         (["simulate", "MACHINE", "--duration", "5 kg"], "a quantity in s is wanted"),
         (["plot", "none.nc"], "none.nc: no such file"),
         (["eigenvalues", "MACHINE", "--speeds", "fast"], "fast"),
         (["basin", "MACHINE", "--speed", "1200 rpm"], "one or two axes"),
     ],
 )
-def test_what_a_user_can_mend_ends_with_code_2_and_a_message(
-    arguments: list[str], message: str, tmp_path: Path
-) -> None:
+def test_what_a_user_can_mend_ends_with_code_2_and_a_message(arguments: list[str], message: str) -> None:
     machine = str(MACHINES / "discoidal.toml")
-    answer = run(*[machine if word == "MACHINE" else word for word in arguments], cwd=tmp_path)
-    assert answer.returncode == 2
+    answer = CliRunner().invoke(app, [machine if word == "MACHINE" else word for word in arguments])
+    assert answer.exit_code == 2
     assert message in answer.stderr
+    assert "Traceback" not in answer.output
+
+
+def test_a_file_that_is_missing_ends_a_process_with_code_2_and_a_message(tmp_path: Path) -> None:
+    answer = run("simulate", "none.toml", cwd=tmp_path)
+    assert answer.returncode == 2
+    assert "none.toml: no such file" in answer.stderr
     assert "Traceback" not in answer.stderr
 
 
