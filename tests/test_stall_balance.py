@@ -17,7 +17,6 @@ from autobalancer.laws.stall import (
     holding_speed,
     planar_receptance,
     release_speed,
-    run_down_capture,
     stall_balance,
     stall_ranges,
 )
@@ -185,9 +184,3 @@ def test_friction_holds_balls_while_the_whirl_is_smaller_than_its_arm() -> None:
     assert unbalance * speed**2 * abs(RIG(np.array([speed]))[0]) == pytest.approx(arm, rel=1e-9)
     assert math.isnan(holding_speed(0.5 * arm * DAMPING / CRITICAL, RIG, [CRITICAL], arm))
     assert math.isinf(holding_speed(1.1 * MASS * arm, RIG, [CRITICAL], arm))
-
-
-def test_in_a_run_down_balls_are_caught_where_they_leave_but_not_above_the_release_speed() -> None:
-    assert run_down_capture(63.0, 72.0) == 63.0
-    assert run_down_capture(79.0, 72.0) == 72.0
-    assert math.isnan(run_down_capture(79.0, math.nan))

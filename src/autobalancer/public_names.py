@@ -195,7 +195,6 @@ NAMES: dict[str, dict[str, str]] = {
         "stall_ranges": "laws.stall",
         "stall_balance": "laws.stall",
         "holding_speed": "laws.stall",
-        "run_down_capture": "laws.stall",
         "StalledBall": "laws.stall",
         "planar_receptance": "laws.stall",
     },

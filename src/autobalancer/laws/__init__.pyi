@@ -18,7 +18,6 @@ from autobalancer.laws.slipstream import slipstream_factors as slipstream_factor
 from autobalancer.laws.stall import StalledBall as StalledBall
 from autobalancer.laws.stall import holding_speed as holding_speed
 from autobalancer.laws.stall import planar_receptance as planar_receptance
-from autobalancer.laws.stall import run_down_capture as run_down_capture
 from autobalancer.laws.stall import stall_balance as stall_balance
 from autobalancer.laws.stall import stall_ranges as stall_ranges
 
@@ -38,7 +37,6 @@ __all__ = [
     "planar_receptance",
     "race_geometry",
     "rest_interval",
-    "run_down_capture",
     "slipstream_factor",
     "slipstream_factors",
     "sphere_on_plane",

@@ -211,18 +211,6 @@ def holding_speed(
     return float(brentq(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14))
 
 
-def run_down_capture(lets_go: float | str, release: float | str) -> float:
-    """From which speed down balls are caught in a slow run-down, rad/s.
-
-    Balls at rest in their places feel no braking, so no torque balance makes them leave. They leave at ``lets_go``: the
-    exact border, or where rolling resistance no longer holds them (:func:`holding_speed`). If that is above the release
-    speed they cannot stall yet; their motion down to there requires a simulation. nan if they are never captured.
-    """
-    lets_go = argument("lets_go", lets_go, "rad/s")
-    release = argument("release", release, "rad/s")
-    return math.nan if math.isnan(lets_go) or math.isnan(release) else min(lets_go, release)
-
-
 def _slip(drag: Torque, needed: Floats) -> Floats:
     """The slip at which the drag is what is needed; zero where nothing is, infinite where it is never enough."""
     high = np.ones_like(needed)
