@@ -20,8 +20,6 @@ LINES, ARGUMENTS, MODULES = 300, 12, 20
 
 LONG = {
     "assembly/system.py": "fills the columns of all equations; shrinks as these become records",
-    "cli/files/catalog.py": "one command group: ten lists with their options",
-    "stability/maps/speeds.py": "the four borders and their notes",
 }
 MANY = {
     "plots/chamber/film.py animate_chamber": "everything one may wish of a film",

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from autobalancer.catalog.fluid_table import FluidState
     from autobalancer.cli.terminal.sheet import Column
 
+FluidName = Annotated[
+    str | None, typer.Option(help="Fluid around the balls, at --temperature; without it no buoyancy.")
+]
 Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
 
 
@@ -143,3 +146,10 @@ def _show(state: FluidState) -> None:
     say(f"  source     {state.source}", indent=" " * 13)
     if state.remark:
         say(f"  remark     {state.remark}", indent=" " * 13)
+
+
+def fluid_density(name: str | None, temperature: str) -> float:
+    """Of a fluid at a temperature, kg/m^3; zero without one."""
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
+
+    return 0.0 if name is None else find_fluid(name, float(quantity("--temperature", temperature, "K"))).density

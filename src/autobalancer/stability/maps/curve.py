@@ -18,12 +18,12 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, plane
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+from autobalancer.stability.maps.exact import exact_borders
 from autobalancer.stability.maps.map_rates import refuse_unbalance, with_values
 from autobalancer.stability.maps.speeds import (
     NAMES,
     Border,
     borders_of,
-    exact,
     saying_what_is_ignored,
     speed_or_none,
 )
@@ -100,7 +100,7 @@ def border_curve(
             rows.append(
                 (
                     *(b for b in constant if not b.name.startswith("exact border")),
-                    *saying_what_is_ignored(changed, exact(changed, p)),
+                    *saying_what_is_ignored(changed, exact_borders(changed, p)),
                 )
             )
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")

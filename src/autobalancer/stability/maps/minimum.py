@@ -15,9 +15,10 @@ from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.maps import speeds as borders
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import VARIABLES
+from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
+from autobalancer.stability.maps.speeds import averaged
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import Described, described, lower_critical_speed, plane_of
@@ -129,15 +130,15 @@ def _question(
         return described(machine, unbalance)
 
     if which == "averaged border":
-        return lambda m: borders.averaged(plane_of(m, unbalance)).speed <= speed
+        return lambda m: averaged(plane_of(m, unbalance)).speed <= speed
     if which in (RELEASE, CAPTURE):
         return lambda m: _surplus(m, of(m), which, speed) <= 0.0
     if which == "exact border, worst case":
-        found = borders.worst_case_of(of(machine))
+        found = worst_case_of(of(machine))
         if math.isnan(found.speed):
             raise QuestionError(f"{which}: {found.note}")
-        return lambda m: borders.worst_case_of(of(m)).speed <= speed
-    (first, *_) = borders.exact(machine, of(machine))
+        return lambda m: worst_case_of(of(m)).speed <= speed
+    (first, *_) = exact_borders(machine, of(machine))
     if math.isnan(first.speed):
         raise QuestionError(f"{which}: {first.note}")
     worst = which == "exact border"
@@ -146,7 +147,7 @@ def _question(
         p = of(m)
         if not isinstance(p, Stations) and p.isotropic and speed <= max(p.critical_speeds):
             return False
-        verdicts = (borders.border_of(state, p)[0] <= speed for state in balanced_states(p))
+        verdicts = (border_of(state, p)[0] <= speed for state in balanced_states(p))
         return all(verdicts) if worst else any(verdicts)
 
     return exact
