@@ -346,7 +346,9 @@ def test_the_border_over_the_unbalance_peaks_where_the_balls_are_at_right_angles
     assert share[-1] == pytest.approx(touching, rel=1e-12)
     never = np.isinf(found["exact_border"].values)
     assert never.any()
-    assert np.abs(share[never] - math.sqrt(2.0)).max() < 0.02
+    # no border near the right angle; the points about it, each a quarter farther off than the last, have one from 0.0149 on
+    band = np.abs(share - math.sqrt(2.0)) < 0.0148
+    np.testing.assert_array_equal(never, band)
     assert np.isfinite(found["exact_border"].values[np.abs(share - math.sqrt(2.0)) > 0.02]).all()
     assert all(found["exact_border_note"].values[never])
     one = float(found["exact_border"][20])

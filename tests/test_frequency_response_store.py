@@ -108,7 +108,9 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
         sys.executable, "-m", "autobalancer", "stepped-response", "rig.toml", "--speeds", "1000rpm:3000rpm:12", "--dwell",
         "200 s", "--window", "10 s", "--out", "s.nc", "--json",
     ]  # fmt: skip
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what a process in the background ignores,
     running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
+    signal.signal(signal.SIGINT, before)  # its children ignore as well
     journal = tmp_path / "s.nc.journal"
     end = time.monotonic() + 300.0
     while running.poll() is None and time.monotonic() < end:

@@ -191,6 +191,6 @@ def test_a_drum_is_optimized_by_its_vibration_and_not_by_its_sag() -> None:
     assert found.sizes["ball"] == 12  # of eight balls the other four angles are nan
     sag = found["static_deflection"].mean("seed").values
     assert sag[1] == pytest.approx(1.5 * sag[0], rel=0.02)
-    # more balls sag deeper and vibrate less
-    assert found["vibration"][1].max() < 0.2 * found["vibration"][0].min()
+    # more balls sag deeper and vibrate less: the worst of these runs with twelve 0.12 of the best with eight
+    assert found["vibration"][1].max() < 0.13 * found["vibration"][0].min()
     assert found["balanced"].mean() == (found["verdict"] == "balanced").mean()

@@ -138,10 +138,11 @@ def test_elastic_balls_on_a_horizontal_race_keep_their_energy(oval: float) -> No
 
 def test_three_balls_pressed_together_rest_without_jitter() -> None:
     machine = standing(angles=[-0.4, 0.1, 0.6], beta=2e-4, contact={"restitution": 0.5})
-    found = states_of(machine, np.linspace(0.0, 40.0, 401), tolerance=1e-10)
-    assert np.ptp(found[-50:, 6:9], axis=0).max() < 1e-9
-    assert np.abs(found[-50:, 9:12]).max() < 1e-5
-    np.testing.assert_allclose(np.diff(found[-1, 6:9]), TOUCH, rtol=0.05)
+    # rates of stiff contacts at rest are the error of the steps: 1e-6 at a tolerance of 1e-10, 1e-9 here
+    found = states_of(machine, np.linspace(0.0, 40.0, 401), tolerance=1e-12)
+    assert np.ptp(found[-50:, 6:9], axis=0).max() < 1e-11
+    assert np.abs(found[-50:, 9:12]).max() < 1e-7
+    np.testing.assert_allclose(np.diff(found[-1, 6:9]), TOUCH, rtol=2e-5)  # pressed together by their weight
     assert found[-1, 7] == pytest.approx(-0.5 * math.pi, abs=1e-6)  # the heap lies symmetric at the bottom
 
 

@@ -34,6 +34,8 @@ RUNNER = CliRunner()
 def test_the_cfrp_rig_has_the_natural_frequencies_of_its_table(row: tuple[float, ...]) -> None:
     found = eigenfrequencies(rig("cfrp_rig"), row[0], balls=False, modes=4)
     assert found["whirl"].values.tolist() == ["backward", "forward"] * 2
+    # three printed digits leave up to 2.7e-3; the place of the mass center and the modulus of the shaft are not printed and
+    # are fitted to all of these rows, which then miss by up to 9.0e-3 without and 7.8e-3 with the damping
     np.testing.assert_allclose(found["undamped_frequency"].values / HERTZ, row[1:], rtol=9.2e-3)
     np.testing.assert_allclose(found["frequency"].values / HERTZ, row[1:], rtol=8e-3)
 

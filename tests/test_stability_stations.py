@@ -326,8 +326,7 @@ def test_a_balancer_in_the_plane_of_the_mass_center_of_a_symmetric_rotor_has_the
     )
     wanted = {border.name: border.speed for border in ab.stability.borders(flat)}
     for border in ab.stability.borders(deep):
-        fold = border.name == "release speed"  # elsewhere than (4.73), which is at the critical speed itself
-        assert border.speed == pytest.approx(wanted[border.name], rel=1e-3 if fold else 1e-9)
+        assert border.speed == pytest.approx(wanted[border.name], rel=1e-9)
     assert {"exact border", "exact border, worst case", "release speed", "capture speed"} <= {
         border.name for border in ab.stability.borders(deep)
     }

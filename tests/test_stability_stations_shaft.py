@@ -71,11 +71,18 @@ def leading(st: Stations, speed: float) -> np.ndarray:
 
 
 def test_a_stiff_shaft_has_the_stability_of_the_rigid_rotor_with_its_mass_and_inertias() -> None:
-    stiff = stations(machine(shaft(2.1e13)))
+    """What is left falls with the modulus, down to the rounding of a matrix with high bending modes."""
+    soft, stiff = from_rigid(2.1e12), from_rigid(2.1e13)
+    assert 1e-5 < np.abs(soft).min() < np.abs(soft).max() < 2e-3
+    np.testing.assert_allclose(stiff, 0.1 * soft, rtol=0.0, atol=7e-6)
+
+
+def from_rigid(modulus: float) -> np.ndarray:
+    """By which share critical speeds and leading real parts of the shaft differ from those of the rigid rotor."""
+    stiff = stations(machine(shaft(modulus)))
     n = stiff.model.pairs
     m = stiff.model.mass[:n, :n] - stiff.rows.T @ stiff.rows * 0.008
-    base = machine(shaft(2.1e13))
-    model = lateral_model(base)
+    model = lateral_model(machine(shaft(modulus)))
     at, ahead = model.axis.rows(0.0, None), model.axis.rows(0.6, None)
     # rigid motions of the shaft: all nodes moved alike, all turned about the left end
     shapes = np.column_stack([rigid_motion(model, at.deflection, ahead.deflection, kind) for kind in ("move", "tilt")])
@@ -89,9 +96,9 @@ def test_a_stiff_shaft_has_the_stability_of_the_rigid_rotor_with_its_mass_and_in
         supports=tuple(s.model_copy(update={"position": s.position - center}) for s in SUPPORTS),
     )
     rigid = stations(machine(rotor, center))
-    assert np.allclose(rigid.critical_speeds, stiff.critical_speeds[:2], rtol=1e-4)
-    for speed in (150.0, 400.0):
-        assert np.allclose(leading(stiff, speed)[:2], leading(rigid, speed)[:2], rtol=2e-3, atol=1e-5)
+    ratios = [np.array(stiff.critical_speeds[:2]) / rigid.critical_speeds]
+    ratios += [leading(stiff, speed)[:2] / leading(rigid, speed)[:2] for speed in (150.0, 400.0)]
+    return np.concatenate(ratios) - 1.0
 
 
 def rigid_motion(model: object, left: np.ndarray, right: np.ndarray, kind: str) -> np.ndarray:
