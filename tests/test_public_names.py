@@ -86,7 +86,8 @@ def test_every_public_name_can_be_imported_and_is_documented() -> None:
 
 def test_a_namespace_has_no_module_with_the_name_of_a_function() -> None:
     for space in ABOUT:
-        modules = {path.stem for path in Path(getattr(ab, space).__file__).parent.glob("*")}
+        home = Path(getattr(ab, space).__file__).parent
+        modules = {path.stem for path in (*home.glob("*.py"), *(init.parent for init in home.glob("*/__init__.py")))}
         package = Path(getattr(ab, space).__file__).name == "__init__.py"
         assert not package or not modules & set(NAMES[space]), space
 

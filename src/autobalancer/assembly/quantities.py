@@ -29,6 +29,7 @@ QUANTITIES = {
     "plateau": ("drag coefficient at high Reynolds numbers", ""),
     "rolling_resistance": ("rolling resistance of the balls", ""),
 }
+TOGETHER = "&"  # joins quantities and paths that change in proportion
 
 
 def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
@@ -43,7 +44,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid; another
         temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
-        and its schedules are dropped.
+        and its schedules are dropped. Several of them joined by ``&``, such as ``"ball_mass & drag"``, change together: the
+        value is that of the first, the others keep their proportion to it.
     value
         SI, or a string with a unit.
 
@@ -54,6 +56,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     MachineError
         If the value is impossible there.
     """
+    if len(parts_of(name)) > 1:
+        return _together(machine, name, value)
     if _is_path(name):
         return with_parameter(machine, name, value)
     value = si_value(machine, name, value)
@@ -89,8 +93,32 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     return _with_races(machine, changed)
 
 
+def parts_of(name: str) -> list[str]:
+    """The quantities and paths that change together under one name."""
+    return [part.strip() for part in name.split(TOGETHER)]
+
+
+def _together(machine: Machine, name: str, value: Any) -> Machine:
+    first, *others = parts_of(name)
+    for part in others:
+        _is_path(part)  # refuses names that are none
+    changed = with_quantity(machine, first, value)
+    now = {part: value_of(machine, part) for part in (first, *others)}
+    lacking = next((part for part, number in now.items() if math.isnan(number)), first if now[first] == 0.0 else "")
+    if lacking:
+        raise QuestionError(
+            f"parameter {name!r}: {lacking!r} has {'the value zero' if now[lacking] == 0.0 else 'no single value'} in this "
+            "machine, so that nothing can be in proportion to it; name others, or paths of single entries"
+        )
+    factor = si_value(machine, first, value) / now[first]
+    for part in others:
+        changed = with_quantity(changed, part, factor * now[part])
+    return changed
+
+
 def si_value(machine: Machine, name: str, value: Any) -> float:
-    """A value of a quantity or path as a number in SI."""
+    """A value of a quantity or path as a number in SI; of several that change together, of the first."""
+    name, *_ = parts_of(name)
     if _is_path(name):
         return parameter_of(with_parameter(machine, name, value), name)
     if name == "count":
@@ -106,6 +134,7 @@ def si_value(machine: Machine, name: str, value: Any) -> float:
 
 def value_of(machine: Machine, name: str) -> float:
     """The value that the machine has, SI; nan if none, or not one for all. ``"speed"`` is the last prescribed one."""
+    name, *_ = parts_of(name)
     if name == "speed":
         if not isinstance(machine.drive, PrescribedSpeed):
             return math.nan
@@ -136,6 +165,10 @@ def value_of(machine: Machine, name: str) -> float:
 
 def label_of(name: str) -> tuple[str, str]:
     """Long name and SI unit of a quantity or path; the unit of a path is that of its key, empty if unknown."""
+    first, *others = parts_of(name)
+    if others:
+        text, unit = label_of(first)
+        return f"{text} (in proportion: {', '.join(label_of(part)[0] for part in others)})", unit
     if name in QUANTITIES:
         return QUANTITIES[name]
     if name == "speed":
@@ -151,6 +184,10 @@ def parameter_unit(machine: Machine, name: str) -> str:
     QuestionError
         If there is no such quantity or entry.
     """
+    first, *others = parts_of(name)
+    if others:
+        units = [parameter_unit(machine, part) for part in (first, *others)]  # refuses names that are none
+        return units[0]
     if name == "speed":
         return "rad/s"
     if name in QUANTITIES:
@@ -167,7 +204,7 @@ def parameter_unit(machine: Machine, name: str) -> str:
 
 def dimension_of(name: str) -> str:
     """The name of a quantity or path as a dimension of a dataset."""
-    return dimension_of_path(name)
+    return "_and_".join(map(dimension_of_path, parts_of(name)))
 
 
 def _is_path(name: str) -> bool:

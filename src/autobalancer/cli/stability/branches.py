@@ -36,7 +36,8 @@ def branches(
 ) -> None:
     """Follow the states in which the balls rest, and their periodic motions, and list where they begin or lose stability.
 
-    A NAME is speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path such as rotor.damping.
+    A NAME is speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path such as rotor.damping. Names
+    joined by & change in proportion: "ball_mass & drag".
 
     Example: autobalancer branches discoidal.toml \\
       --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png

@@ -1,7 +1,7 @@
 """A machine with one or several of its numbers free: the vector field as a function of parameters.
 
 A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, ``plateau`` and
-``rolling_resistance``, or a path such as ``"balancers[1].races[1].balls[1].diameter"``.
+``rolling_resistance``, or several joined by ``&``, or a path such as ``"balancers[1].races[1].balls[1].diameter"``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from autobalancer.assembly.quantities import QUANTITIES, label_of, si_value, value_of, with_quantity
+from autobalancer.assembly.quantities import QUANTITIES, label_of, parts_of, si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
@@ -62,7 +62,8 @@ class Family:
                 "(eigenvalues, stable_windows), or simulate the machine"
             )
         for name in self.parameters:
-            self._check(name)
+            for part in parts_of(name):
+                self._check(part)
         if "speed" not in self.parameters:
             speed = _constant_speed(machine) if speed is None else speed
             if not (math.isfinite(speed) and speed > 0.0):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.quantities import parts_of, with_quantity
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.planar import Floats, Plane
@@ -71,7 +71,7 @@ def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Float
 
 def refuse_unbalance(machine: Machine, name: str) -> None:
     """Say that ``unbalance`` alone does not tell which, on a rotor that tilts or bends."""
-    if name == "unbalance" and not isinstance(machine.rotor, PlanarRotor):
+    if "unbalance" in parts_of(name) and not isinstance(machine.rotor, PlanarRotor):
         raise QuestionError(
             f"{name!r}: along a rotor of kind {machine.rotor.kind!r} there may be several; give the path of one, such as "
             "'unbalances[1].moment', or of a couple, 'unbalances[1].couple'"

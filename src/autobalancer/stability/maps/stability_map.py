@@ -14,6 +14,7 @@ from autobalancer.assembly.quantities import (
     QUANTITIES,
     dimension_of,
     label_of,
+    parts_of,
     si_value,
     value_of,
     with_quantity,
@@ -111,15 +112,20 @@ def stability_map(
     return with_fluids(found, machine, list(values))
 
 
-def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
-    refuse_unbalance(machine, name)
-    points = [value.item() if isinstance(value, np.generic) else value for value in axis]
-    if not points:
-        raise QuestionError(f"{name}: given no values; give at least one")
+def _known(name: str) -> None:
     if name not in ("speed", *QUANTITIES) and "." not in name:
         raise QuestionError(
             f"{name!r} is not a parameter; available are speed, {', '.join(QUANTITIES)}, and paths with dots"
         )
+
+
+def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
+    refuse_unbalance(machine, name)
+    for part in parts_of(name):
+        _known(part)
+    points = [value.item() if isinstance(value, np.generic) else value for value in axis]
+    if not points:
+        raise QuestionError(f"{name}: given no values; give at least one")
     if name != "speed":
         with_quantity(machine, name, points[0])  # says what is wrong before the work begins
         return np.array([si_value(machine, name, value) for value in points], np.float64)

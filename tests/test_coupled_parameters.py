@@ -1,0 +1,72 @@
+"""Parameters that change together: in maps, border curves, branches and sweeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.references.two_balls import specials
+
+import autobalancer as ab
+from autobalancer.assembly.quantities import label_of, value_of, with_quantity
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import load_machine
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+STALL = with_quantity(load_machine(MACHINES / "stall_and_release.toml"), "unbalance", 1.6e-4)  # balls: 2.5e-4
+TWO_PLANES = load_machine(MACHINES / "two_plane_rotor.toml")
+BOTH = "ball_mass & drag"
+
+
+def heavier(factor: float) -> ab.machine.Machine:
+    """The machine with heavier balls and drag in proportion, one after the other."""
+    return with_quantity(
+        with_quantity(STALL, "ball_mass", factor * value_of(STALL, "ball_mass")),
+        "drag",
+        factor * value_of(STALL, "drag"),
+    )
+
+
+def test_joined_quantities_keep_their_proportion() -> None:
+    mass = value_of(STALL, "ball_mass")
+    changed = with_quantity(STALL, BOTH, 1.5 * mass)
+    for name in ("ball_mass", "drag"):
+        assert value_of(changed, name) == pytest.approx(1.5 * value_of(STALL, name), rel=1e-14)
+    pair = "unbalances[1].moment & unbalances[2].couple"
+    changed = with_quantity(TWO_PLANES, pair, "50 g*mm")
+    assert changed.unbalances[0].moment == pytest.approx(5e-5)
+    assert changed.unbalances[1].couple == pytest.approx(0.5 * TWO_PLANES.unbalances[1].couple)
+    assert label_of(BOTH) == ("mass of a ball (in proportion: drag torque of a ball over its speed)", "kg")
+
+
+def test_a_map_and_a_border_curve_over_joined_quantities_are_those_of_the_machines() -> None:
+    mass = value_of(STALL, "ball_mass")
+    found = ab.stability.map(STALL, {"speed": [300.0, 400.0], BOTH: [mass, 2.0 * mass]}, borders=0)
+    curve = ab.stability.border_curve(STALL, BOTH, [mass, 2.0 * mass], only=["exact border"])
+    for number, factor in enumerate((1.0, 2.0)):
+        machine = heavier(factor)
+        rates = ab.stability.eigenvalues(machine, [300.0, 400.0])["growth_rate"].values
+        np.testing.assert_allclose(found["growth_rate"][:, number], rates, rtol=1e-9)
+        (border,) = (one.speed for one in ab.stability.borders(machine) if one.name == "exact border")
+        assert float(curve["exact_border"][number]) == pytest.approx(border, rel=1e-9)
+    assert "ball_mass_and_drag" in found.dims
+
+
+def test_the_hopf_point_along_joined_quantities_is_where_the_exact_border_is_the_speed() -> None:
+    mass = value_of(STALL, "ball_mass")
+    found = ab.stability.branches(STALL, BOTH, mass, 3.0 * mass, speed=280.0, orbits=False)
+    points = specials(found, "Hopf")
+    assert points  # the border rises from 273 to 286 rad/s
+    for point in points:
+        rate = ab.stability.eigenvalues(heavier(float(point["special_parameter"]) / mass), [280.0])["growth_rate"]
+        assert abs(float(rate[0])) < 1e-7
+
+
+def test_what_cannot_be_in_proportion_is_refused_by_name() -> None:
+    with pytest.raises(QuestionError, match=r"'viscosity' has no single value"):
+        with_quantity(STALL, "ball_mass & viscosity", 1e-3)
+    with pytest.raises(QuestionError, match="no such name"):
+        with_quantity(STALL, "ball_mass & speed", 1e-3)
+    with pytest.raises(QuestionError, match="is not a parameter"):
+        ab.stability.map(STALL, {"speed": [300.0], "ball_mass & colour": [1e-3]}, borders=0)
