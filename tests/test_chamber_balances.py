@@ -154,4 +154,4 @@ def test_smooth_motion_converges_with_the_full_order_of_the_method(method: str, 
     counts = (64, 128, 256)
     coarse, middle, fine = (end(count) for count in counts)
     slope = np.log2(np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine))
-    assert slope == pytest.approx(order, abs=0.3)
+    assert slope == pytest.approx(order, abs=0.02)

@@ -190,7 +190,10 @@ def test_the_command_line_evaluates_a_table_and_keeps_result_and_picture(tmp_pat
     assert told.exit_code == 0, told.output
     numbers = json.loads(told.output)
     assert numbers["rolling_resistance"][0] == pytest.approx(0.05, abs=0.01)
-    assert plot.stat().st_size > 1000
+    drawn = plot.read_text(encoding="utf-8")
+    series = [entry.name for entry in ab.measure.load_angle_series(TABLE)]
+    for text in ("Reynolds number", "drag coefficient $c_d$", "angle from the lowest point (°)", *series):
+        assert f"<!-- {text} -->" in drawn  # what Matplotlib writes before a text
     assert ab.load_run(out)["drag_coefficient"].shape == (2, 120)
     told = CliRunner().invoke(app, [*arguments, "--rolling", "0.04", "--pressure"])
     assert "rolling resistance 0.04" in told.output

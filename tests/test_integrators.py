@@ -81,13 +81,12 @@ def test_halving_the_step_divides_the_error_by_two_to_the_order(method: str) -> 
     times = [*np.linspace(0.0, end, 2000, endpoint=False), end]
     reference = states_at(machine, times, tolerance=1e-13)
     errors = []
-    for count in (16, 32, 64) if method == "dormand_prince_8" else (64, 128, 256):
+    for count in (32, 64, 128) if method == "dormand_prince_8" else (128, 256, 512):
         miss = np.abs(fixed_steps(machine, end, count, PAIRS[method], times) - reference)
         errors.append([miss[:-1].max(), miss[-1].max()])
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    order = ORDERS[method][0]
-    assert rates.min() > order - 0.5, rates
-    assert rates.max() < order + 1.5, rates
+    # of order eight, the next order still counts where rounding begins
+    np.testing.assert_allclose(rates, ORDERS[method][0], atol=0.4 if method == "dormand_prince_8" else 0.1)
 
 
 @both

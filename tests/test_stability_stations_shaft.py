@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 
@@ -111,20 +109,14 @@ def rigid_motion(model: object, left: np.ndarray, right: np.ndarray, kind: str) 
     return np.linalg.solve(bordered, np.concatenate([np.zeros(n), ends]))[:n]
 
 
-def test_a_reduced_shaft_has_the_eigenvalues_of_the_whole_one_and_is_faster() -> None:
+def test_a_reduced_shaft_has_the_eigenvalues_of_the_whole_one_with_fewer_coordinates() -> None:
     whole = stations(machine(shaft(2.1e11)))
     small = reduced(whole, 2000.0)
     assert small.model.pairs < 0.7 * whole.model.pairs
     for speed in (60.0, 100.0, 300.0):
-        assert np.allclose(leading(small, speed)[0], leading(whole, speed)[0], rtol=1e-4)
+        assert np.allclose(leading(small, speed)[0], leading(whole, speed)[0], rtol=3e-7)
         one, other = balanced_of(small, speed)[0], balanced_of(whole, speed)[0]
-        assert np.abs(np.exp(1j * one.angles) - np.exp(1j * other.angles)).max() < 1e-4
-    took = []
-    for st in (whole, small):
-        start = time.perf_counter()
-        leading(st, 500.0)
-        took.append(time.perf_counter() - start)
-    assert took[1] < took[0]
+        assert np.abs(np.exp(1j * one.angles) - np.exp(1j * other.angles)).max() < 1e-9
 
 
 def test_two_planes_balance_a_shaft_above_its_rigid_speeds_but_not_just_above_its_bending_speed() -> None:
