@@ -16,8 +16,8 @@ import pytest
 from tests.references.chamber_machines import small_machine
 
 from autobalancer.errors import ResultError
+from autobalancer.results.archive import lock as archive_lock
 from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.folder import lock as archive_lock
 from autobalancer.results.archive.lock import RunLock
 from autobalancer.studies.chamber_runs import archived_run
 

@@ -266,7 +266,7 @@ def test_a_file_survives_being_read_and_written(path: Path, tmp_path: Path) -> N
 
 
 def test_public_names_are_the_same_functions() -> None:
-    assert ab.load_machine is load_machine
+    assert ab.load_machine is read_machine
     assert ab.save_machine is save_machine
 
 
