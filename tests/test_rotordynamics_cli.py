@@ -88,7 +88,7 @@ def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
 
 
 def test_response_at_one_speed_says_how_the_stations_whirl(tmp_path: Path) -> None:
-    for kind, size in (("orbits", (1230, 720)), ("axis", (1500, 630))):
+    for kind, size in (("orbits", (1500, 630)), ("axis", (1230, 720))):
         text = say("response", str(RIG_FILE), "--speeds", "1675 rpm", "--plot", str(tmp_path / "o.png"), "--kind", kind)
         assert re.search(r"B1 +backward", text)
         assert re.search(r"disk +forward", text)

@@ -25,7 +25,7 @@ def shows_progress(function: Callable[P, R]) -> Callable[P, R]:
         given = kwargs.get("progress")
         if callable(given):
             return function(*args, **kwargs)
-        bar = None if given is False else _bar(function.__name__)
+        bar = None if given is False else _bar(function.__name__.removesuffix("_races").removesuffix("_chamber"))
         kwargs["progress"] = bar
         try:
             return function(*args, **kwargs)
