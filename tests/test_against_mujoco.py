@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.references.motion import motion
 from tests.references.runs import states_at
 
 from autobalancer.machine import Machine
@@ -129,10 +130,9 @@ def test_mujoco_moves_the_same_machine_in_the_same_way(name: str) -> None:
     times = np.linspace(0.0, 1.2, 121)
     body = {key: value for key, value in case.items() if key not in ("speed", "torque")}
     theirs = run_mujoco(model(**body), case["angles"], case["speed"], case["torque"], times)
-    ours = states_at(machine(**case), times)
+    ours = motion(machine(**case), states_at(machine(**case), times))
     assert np.abs(theirs[:, :2]).max() > 2e-5
     assert np.ptp(theirs[:, 3]) > 1.0  # the balls travel
-    np.testing.assert_allclose(ours[:, 0], theirs[:, 0], rtol=0.0, atol=1e-11)
-    np.testing.assert_allclose(ours[:, 1], theirs[:, 1], rtol=0.0, atol=1e-11)
-    np.testing.assert_allclose(ours[:, 4], theirs[:, 2], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(ours[:, 6:8], theirs[:, 3:], rtol=0.0, atol=1e-8)
+    np.testing.assert_allclose(ours.deflection, theirs[:, :2], rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(ours.rotor_angle, theirs[:, 2], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(ours.angles, theirs[:, 3:], rtol=0.0, atol=1e-8)

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.references import lagrange
 from tests.references.machines import DRIVES, random_machine
+from tests.references.motion import motion
 from tests.references.runs import run_to, states_at
 
 from autobalancer.assembly.system import assemble
@@ -25,11 +26,10 @@ def test_scipy_moves_random_machines_in_the_same_way(drive: str, seed: int) -> N
     theirs = solve_ivp(
         reference.rates, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-14
     ).y.T
-    ours = states_at(machine, times)
-    n = reference.balls
-    np.testing.assert_allclose(ours[:, :2], theirs[:, :2], rtol=0.0, atol=1e-11)
-    np.testing.assert_allclose(ours[:, 4], theirs[:, 4], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(ours[:, 6 : 6 + n], theirs[:, 6 : 6 + n], rtol=0.0, atol=1e-8)
+    ours, expected = motion(machine, states_at(machine, times)), motion(machine, theirs)
+    np.testing.assert_allclose(ours.deflection, expected.deflection, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(ours.rotor_angle, expected.rotor_angle, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(ours.angles, expected.angles, rtol=0.0, atol=1e-8)
 
 
 def test_the_order_eight_pair_takes_about_the_steps_of_scipys() -> None:

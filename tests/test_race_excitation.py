@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.references.motion import Motion, motion
 from tests.references.race_runs import states_of
 from tests.references.standing_races import GRAVITY, ORBIT, ROLLING, standing
 
@@ -42,9 +43,14 @@ def assert_steady(shake: dict[str, Any], z: np.ndarray, frequency: float) -> Non
     """A rotor that starts on its steady motion stays on it."""
     moving = 1j * frequency * z
     machine = rotor(shake, start=complex(*z.real), velocity=complex(*moving.real))
-    found = states_of(machine, TIMES)
+    found = motion(machine, states_of(machine, TIMES)).deflection
     expected = (z[None, :] * np.exp(1j * frequency * TIMES)[:, None]).real
-    np.testing.assert_allclose(found[:, :2], expected, rtol=0.0, atol=1e-9 * np.abs(z).max())
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(z).max())
+
+
+def moved(*excitations: dict[str, Any], **more: Any) -> Motion:
+    machine = rotor(*excitations, **more)
+    return motion(machine, states_of(machine, TIMES))
 
 
 def test_a_shaken_base_moves_the_rotor_as_its_transfer_function_says() -> None:
@@ -102,19 +108,22 @@ def test_a_force_at_a_station_moves_other_stations_by_the_receptance_between_the
 
 def test_an_excitation_of_first_order_keeps_pace_with_the_rotor() -> None:
     base = {"kind": "force", "force": 4.0, "direction": 0.3, "phase": 0.2}
-    found = states_of(rotor({**base, "order": 2.0}, speed=30.0), TIMES)
-    same = states_of(rotor({**base, "frequency": 60.0}, speed=30.0), TIMES)
-    np.testing.assert_allclose(found[:, :2], same[:, :2], rtol=0.0, atol=1e-10 * np.abs(same[:, :2]).max())
-    assert np.abs(found[:, :2]).max() > 1e-5
+    found = moved({**base, "order": 2.0}, speed=30.0).deflection
+    same = moved({**base, "frequency": 60.0}, speed=30.0).deflection
+    np.testing.assert_allclose(found, same, rtol=0.0, atol=1e-10 * np.abs(same).max())
+    assert np.abs(found).max() > 1e-5
 
 
 def test_answers_to_two_excitations_add_up() -> None:
     one = {"kind": "force", "force": 4.0, "frequency": 61.0, "direction": 0.3}
     two = {"kind": "base_motion", "acceleration": 2.0, "frequency": 33.0, "direction": -1.0}
-    both = states_of(rotor(one, two), TIMES)[:, :4]
-    apart = states_of(rotor(one), TIMES)[:, :4] + states_of(rotor(two), TIMES)[:, :4]
-    size = np.abs(both).max(axis=0)
-    np.testing.assert_allclose(both / size, apart / size, rtol=0.0, atol=1e-9)
+    both, first, second = moved(one, two), moved(one), moved(two)
+    for kind in ("deflection", "velocity"):
+        whole = getattr(both, kind)
+        size = np.abs(whole).max(axis=0)
+        np.testing.assert_allclose(
+            whole / size, (getattr(first, kind) + getattr(second, kind)) / size, atol=1e-9, rtol=0.0
+        )
 
 
 @pytest.mark.parametrize("kind", ["base_motion", "force"])
@@ -124,17 +133,16 @@ def test_a_record_of_a_harmonic_acts_as_the_harmonic(kind: str) -> None:
     record = 3.0 * np.cos(40.0 * times + 0.5)
     recorded = {"kind": f"recorded_{kind}", "time": times.tolist(), amount: record.tolist(), "direction": 0.8}
     harmonic = {"kind": kind, amount: 3.0, "frequency": 40.0, "phase": 0.5, "direction": 0.8}
-    found, expected = states_of(rotor(recorded), TIMES), states_of(rotor(harmonic), TIMES)
-    np.testing.assert_allclose(found[:, :2], expected[:, :2], rtol=0.0, atol=1e-5 * np.abs(expected[:, :2]).max())
+    found, expected = moved(recorded).deflection, moved(harmonic).deflection
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5 * np.abs(expected).max())
 
 
 def test_a_record_is_silent_outside_its_times() -> None:
     record = {"kind": "recorded_force", "time": [0.5, 0.6, 0.7], "force": [0.0, 5.0, 5.0]}
-    found = states_of(rotor(record), TIMES)
-    assert np.all(np.abs(found[TIMES <= 0.5, :4]) < 1e-15)
-    late = TIMES > 0.85
-    power = 0.5 * MASS * (found[late, 2] ** 2 + found[late, 3] ** 2)
-    energy = power + 0.5 * STIFFNESS[0] * found[late, 0] ** 2 + 0.5 * STIFFNESS[1] * found[late, 1] ** 2
+    found, late = moved(record), TIMES > 0.85
+    assert np.all(np.abs(found.deflection[TIMES <= 0.5]) < 1e-15)
+    assert np.all(np.abs(found.velocity[TIMES <= 0.5]) < 1e-15)
+    energy = 0.5 * (MASS * found.velocity[late] ** 2 + np.array(STIFFNESS) * found.deflection[late] ** 2).sum(axis=1)
     assert np.all(np.diff(energy) < 0.0)
     assert energy[0] > 1e-6
 
@@ -142,7 +150,8 @@ def test_a_record_is_silent_outside_its_times() -> None:
 def test_a_ball_in_a_shaken_race_is_a_pendulum_whose_support_moves() -> None:
     amplitude, frequency, direction = 6.0, 9.0, 0.5
     shake = {"kind": "base_motion", "acceleration": amplitude, "frequency": frequency, "direction": direction}
-    found = states_of(standing(angles=[0.4], excitations=[shake], firm=True), np.linspace(0.0, 3.0, 61))
+    machine = standing(angles=[0.4], excitations=[shake], firm=True)
+    found = motion(machine, states_of(machine, np.linspace(0.0, 3.0, 61))).angles[:, 0]
 
     def pendulum(time: float, y: np.ndarray) -> list[float]:
         felt = -amplitude * math.cos(frequency * time) * np.array([math.cos(direction), math.sin(direction)])
@@ -153,7 +162,7 @@ def test_a_ball_in_a_shaken_race_is_a_pendulum_whose_support_moves() -> None:
     path = solve_ivp(
         pendulum, (0.0, 3.0), [0.4, 0.0], t_eval=np.linspace(0.0, 3.0, 61), method="DOP853", rtol=1e-11, atol=1e-12
     )
-    np.testing.assert_allclose(found[:, 6] + 0.5 * math.pi, path.y[0], rtol=0.0, atol=2e-5)
+    np.testing.assert_allclose(found + 0.5 * math.pi, path.y[0], rtol=0.0, atol=2e-5)
 
 
 def test_a_base_that_shakes_as_weight_pulls_is_weight() -> None:
@@ -165,9 +174,13 @@ def test_a_base_that_shakes_as_weight_pulls_is_weight() -> None:
         "direction": 0.5 * math.pi,
     }
     times = np.linspace(0.0, 2.0, 41)
-    shaken = states_of(standing(axis="vertical", angles=[1.0], excitations=[record], firm=True), times)
-    heavy = states_of(standing(angles=[1.0], friction={}), times)
-    np.testing.assert_allclose(shaken[:, 6:], heavy[:, 6:], rtol=0.0, atol=2e-5)
+    cases = (
+        standing(axis="vertical", angles=[1.0], excitations=[record], firm=True),
+        standing(angles=[1.0], friction={}),
+    )
+    shaken, heavy = (motion(machine, states_of(machine, times)) for machine in cases)
+    np.testing.assert_allclose(shaken.angles, heavy.angles, rtol=0.0, atol=2e-5)
+    np.testing.assert_allclose(shaken.speeds, heavy.speeds, rtol=0.0, atol=2e-5)
 
 
 def test_excitations_that_say_too_little_or_too_much_are_refused() -> None:
