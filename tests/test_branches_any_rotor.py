@@ -153,3 +153,21 @@ def test_unbalances_of_a_general_rotor_change_together() -> None:
     bare = couple.model_copy(update={"unbalances": couple.unbalances[1:]})
     with pytest.raises(QuestionError, match="no resultant"):
         Family(bare, ["unbalance"], 300.0)(1e-4)
+
+
+def test_balls_that_stall_in_a_run_up_turn_as_their_branch_says() -> None:
+    machine = TWO_PLANES
+    for number in (1, 2):  # points do not touch; real balls stand side by side where these coincide
+        balls = [{"count": 2, "mass": "4.084 g", "motion": "point"}]
+        machine = with_parameter(machine, f"balancers[{number}].races[1].balls", balls)
+    found = branches(machine, "speed", 180.0, 190.0, from_state="stalled", largest_step=0.1)
+    orbit = found.isel(point=int(np.argmin(found["parameter"].values)))  # the end of the branch where the balls hang
+    assert str(orbit["verdict"].values) == "stable"
+    machine = with_parameter(machine, "drive.profile", {"kind": "ramp", "end": 180.0, "duration": 6.0})
+    run = simulate(machine, duration=14.0, save=Samples(14001))
+    late = run.isel(time=slice(-round(1e3 * 20 * float(orbit["period"])) - 1, None))  # twenty periods
+    angles = late["ball_angle_in_rotor"].values
+    slip = (angles[-1] - angles[0]) / float(late["time"][-1] - late["time"][0])
+    np.testing.assert_allclose(180.0 + slip, orbit["ball_speed_in_space"].values, rtol=1e-5)
+    for bound, end in ((late["deflection"].min(), "min"), (late["deflection"].max(), "max")):
+        assert float(bound) == pytest.approx(float(orbit[f"station_deflection_{end}"][0]), rel=1e-5)
