@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import typer
 from scipy.optimize import brentq
+from tests.references.balanced_pair import growth
 from tests.references.machines import random_machine
 from tests.references.pictures import size_of
 from tests.references.two_balls import (
@@ -331,7 +332,7 @@ def test_a_result_says_what_it_holds_and_can_be_drawn_and_kept(tmp_path: Path) -
     found.to_netcdf(tmp_path / "branches.nc")
 
 
-def test_the_command_lists_the_hopf_point_as_the_function_does(tmp_path: Path) -> None:
+def test_the_command_lists_the_hopf_point_of_the_balanced_state(tmp_path: Path) -> None:
     app = typer.Typer()
     app.command()(command)
     words = [
@@ -344,7 +345,8 @@ def test_the_command_lists_the_hopf_point_as_the_function_does(tmp_path: Path) -
     ]
     answer = CliRunner().invoke(app, [*words, "--json"])
     point = json.loads(answer.stdout)["special"][0]
-    assert point["parameter"] == pytest.approx(65.0802038546, abs=1e-8)
+    assert growth(DISCOIDAL, point["parameter"]) == pytest.approx(0.0, abs=1e-7)
+    assert growth(DISCOIDAL, point["parameter"] - 0.1) > 0.03 > -0.03 > growth(DISCOIDAL, point["parameter"] + 0.1)
     assert point["criticality"] == "supercritical"
     assert size_of(tmp_path / "b.png") == (1200, 990)
     assert "supercritical" in CliRunner().invoke(app, words).stdout
