@@ -61,10 +61,10 @@ def test_an_excitation_or_a_joint_without_its_kind_is_told_which_kinds_there_are
     ],
 )
 def test_a_quantity_that_would_be_worked_out_for_ever_is_refused_at_once(text: str) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     with pytest.raises(UnitError) as reason:
         to_si(text, "m")
-    assert time.perf_counter() - begin < 2.0
+    assert time.process_time() - begin < 2.0
     assert len(str(reason.value)) < 400
 
 
@@ -94,7 +94,7 @@ def with_value(text: str, entry: str, value: Any) -> str:
 
 @pytest.mark.parametrize("count", [10**6, 10**9, 10**30, 10**4000], ids=range(4))
 def test_more_balls_than_anybody_has_are_refused_before_they_are_made(count: int) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     for file, told in (
         (DISCOIDAL, "balancers: given .* balls in all; at most 1000"),
         (CHAMBER, "chambers: given .* balls"),
@@ -104,7 +104,7 @@ def test_more_balls_than_anybody_has_are_refused_before_they_are_made(count: int
     data["balancers"][0]["races"][0]["balls"][0]["count"] = count
     with pytest.raises(MachineError, match="count: given"):
         Machine(**data)
-    assert time.perf_counter() - begin < 2.0
+    assert time.process_time() - begin < 2.0
 
 
 def test_balls_so_small_that_millions_fill_their_chamber_are_refused() -> None:

@@ -166,7 +166,11 @@ def test_on_a_tilting_rotor_balls_fall_off_the_small_races_at_both_ends_and_not_
     result = ab.simulate(machine, duration=1.4, save=ab.Samples(1401), tolerance=1e-7)
     force, gap = result.ball_normal_force.sel(time=slice(0.05, None)), result.ball_gap.max("time")
     assert result.balancer.values.tolist() == [1, 1, 2, 2]
-    assert float(force[:, [0, 2]].min()) == pytest.approx(5e-3 * (w**2 * 0.1 - GRAVITY), rel=0.15)
+    rate = result.ball_speed_in_rotor.sel(time=slice(0.05, None)).values
+    for ball in (0, 2):  # at the top, with the speed that is left there
+        top = int(force.values[:, ball].argmin())
+        needed = 5e-3 * ((w + rate[top, ball]) ** 2 * 0.1 - GRAVITY)
+        assert float(force[top, ball]) == pytest.approx(needed, rel=0.01)
     assert (force[:, [1, 3]].min("time") == 0.0).all()
     assert (gap[[1, 3]] > 1e-4).all()
     assert (gap[[0, 2]] < 0.0).all()

@@ -111,6 +111,7 @@ def test_a_result_gives_the_distance_from_a_wavy_wall() -> None:
     machine = run_up(contact(stiffness=1e6, slip_speed=0.01, start_gap=2e-3, **GRIP), harmonics=WAVES)
     result = ab.simulate(machine, duration=0.3, save=ab.Samples(31))
     gap = result.ball_gap.values
-    np.testing.assert_allclose(gap[0], 2e-3, rtol=1e-3)
+    np.testing.assert_allclose(gap[0], 2e-3, rtol=1e-5)  # measured across the waves
     assert gap[-1].max() < 0.0
-    np.testing.assert_allclose(result.ball_normal_force.values[-1] / -gap[-1], 1e6, rtol=0.1)
+    # the balls still run over the waves: the damper of the contact adds 4e-4
+    np.testing.assert_allclose(result.ball_normal_force.values[-1] / -gap[-1], 1e6, rtol=1e-3)
