@@ -12,6 +12,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import label_of, value_of, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
+from autobalancer.stability.host.stations import stations
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 STALL = with_quantity(load_machine(MACHINES / "stall_and_release.toml"), "unbalance", 1.6e-4)  # balls: 2.5e-4
@@ -70,3 +71,22 @@ def test_what_cannot_be_in_proportion_is_refused_by_name() -> None:
         with_quantity(STALL, "ball_mass & speed", 1e-3)
     with pytest.raises(QuestionError, match="is not a parameter"):
         ab.stability.map(STALL, {"speed": [300.0], "ball_mass & colour": [1e-3]}, borders=0)
+
+
+def test_all_unbalances_of_a_rotor_that_tilts_change_together() -> None:
+    twice = with_quantity(TWO_PLANES, "unbalance", "200 g*mm")
+    np.testing.assert_allclose(stations(twice).load, 2.0 * stations(TWO_PLANES).load, rtol=1e-14)
+    assert value_of(twice, "unbalance") == pytest.approx(2e-4)
+    found = ab.stability.map(TWO_PLANES, {"unbalance": [1e-4, 1.2e-4], "speed": [160.0, 180.0, 250.0]}, borders=2)
+    for number, size in enumerate((1e-4, 1.2e-4)):
+        machine = with_quantity(TWO_PLANES, "unbalance", size)
+        rates = ab.stability.eigenvalues(machine, [160.0, 180.0, 250.0])["growth_rate"].values
+        np.testing.assert_allclose(found["growth_rate"][number], rates, rtol=1e-8)
+    curve = ab.stability.border_curve(TWO_PLANES, "unbalance", [1e-4, 1.2e-4], only=["exact border"])
+    (border,) = (one.speed for one in ab.stability.borders(machine) if one.name == "exact border")
+    assert float(curve["exact_border"][1]) == pytest.approx(border, rel=1e-9)
+    couple = TWO_PLANES.model_copy(update={"unbalances": TWO_PLANES.unbalances[1:]})
+    with pytest.raises(QuestionError, match="no resultant"):
+        with_quantity(couple, "unbalance", 1e-4)
+    with pytest.raises(QuestionError, match="planar rotor"):
+        ab.stability.border_curve(TWO_PLANES, "unbalance")

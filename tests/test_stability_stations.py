@@ -454,8 +454,6 @@ def test_what_is_known_of_planar_rotors_only_says_what_to_ask_instead() -> None:
     m = machine(TWO)
     with pytest.raises(QuestionError, match=r"planar rotors only.*equilibria"):
         ab.stability.speed_windows(m)
-    with pytest.raises(QuestionError, match=r"unbalances\[1\].moment"):
-        ab.stability.border_curve(m, "unbalance", [1e-4])
     with pytest.raises(QuestionError, match=r"2 unbalances along its axis"):
         ab.stability.equilibria(m, 300.0, unbalance=1e-4)
 

@@ -6,12 +6,27 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from autobalancer.assembly.changed_parts import (
+    changed_part,
+    group_with_ball,
+    race_with_plateau,
+    race_with_rolling,
+    race_with_temperature,
+    race_with_viscosity,
+)
 from autobalancer.assembly.parameters import parameter_of, with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.catalog.resolve_springs import settled
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Machine, PrescribedSpeed, Race, Unbalance
+from autobalancer.machine import (
+    DragTorque,
+    Machine,
+    PlanarRotor,
+    PrescribedSpeed,
+    Race,
+    Unbalance,
+)
 from autobalancer.machine.near_paths import did_you_mean
 from autobalancer.machine.path import dimension_of_path, entry_at, label_of_path, unit_at
 from autobalancer.units import to_si
@@ -44,7 +59,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid; another
         temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
-        and its schedules are dropped. Several of them joined by ``&``, such as ``"ball_mass & drag"``, change together: the
+        and its schedules are dropped; on rotors that tilt or bend all unbalances and couples change in proportion, and their
+        resultant is the value. Several of them joined by ``&``, such as ``"ball_mass & drag"``, change together: the
         value is that of the first, the others keep their proportion to it.
     value
         SI, or a string with a unit.
@@ -63,6 +79,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     value = si_value(machine, name, value)
     if name in ("damping", "stiffness"):
         return with_parameter(machine, f"rotor.{name}", value)
+    if name == "unbalance" and not isinstance(machine.rotor, PlanarRotor):
+        return _with_unbalances(machine, value)
     if name == "unbalance":
         total = sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances)
         angle = math.atan2(complex(total).imag, complex(total).real)
@@ -70,15 +88,15 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     if not machine.balancers:
         raise QuestionError(f"quantity {name!r}: the machine has no balancer")
     if name == "viscosity":
-        return _with_races(machine, lambda where, race: _with_viscosity(where, race, value))
+        return _with_races(machine, lambda where, race: race_with_viscosity(where, race, value))
     if name == "drag":
         return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
     if name == "rolling_resistance":
-        return _with_races(machine, lambda where, race: {"friction": _with_rolling(race, value)})
+        return _with_races(machine, lambda where, race: {"friction": race_with_rolling(race, value)})
     if name == "temperature":
-        return _with_races(machine, lambda where, race: {"fluid": _with_temperature(where, race, value)})
+        return _with_races(machine, lambda where, race: {"fluid": race_with_temperature(where, race, value)})
     if name == "plateau":
-        return _with_races(machine, lambda where, race: {"drag": _with_plateau(where, race, value)})
+        return _with_races(machine, lambda where, race: {"drag": race_with_plateau(where, race, value)})
     if name == "count" and sum(len(race.balls) for b in machine.balancers for race in b.races) > 1:
         raise QuestionError("quantity 'count': the machine has several groups of balls; give the path of one of them")
     balls = iter(resolve(machine))
@@ -87,7 +105,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         groups = []
         for group in race.balls:
             first, *_ = (next(balls) for _ in range(group.count))
-            groups.append(_with_ball(group, first, name, value, where))
+            groups.append(group_with_ball(group, first, name, value, where))
         return {"balls": tuple(groups)}
 
     return _with_races(machine, changed)
@@ -216,59 +234,27 @@ def _is_path(name: str) -> bool:
     return name not in QUANTITIES
 
 
+def _with_unbalances(machine: Machine, value: float) -> Machine:
+    """All unbalances of a rotor in proportion, with this resultant."""
+    now = value_of(machine, "unbalance")
+    if now == 0.0:
+        raise QuestionError(
+            "quantity 'unbalance': the unbalances of this machine have no resultant that they could be in proportion to; give "
+            "the path of one, such as 'unbalances[1].moment', or of a couple, 'unbalances[1].couple'"
+        )
+    if value == 0.0:
+        return with_parameter(machine, "unbalances", ())
+    sizes = ("moment", "radius", "couple", "misalignment")  # not the mass, which belongs to the rotor
+    parts = []
+    for part in machine.unbalances:
+        given = {key: float(getattr(part, key)) * value / now for key in sizes if getattr(part, key) is not None}
+        parts.append(changed_part(part, **given))
+    return with_parameter(machine, "unbalances", tuple(parts))
+
+
 def _with_races(machine: Machine, change: Callable[[str, Race], dict[str, Any]]) -> Machine:
     for b, balancer in enumerate(machine.balancers, 1):
         for r, race in enumerate(balancer.races, 1):
             where = f"balancers[{b}].races[{r}]"
-            machine = with_parameter(machine, where, _changed(race, **change(where, race)))
+            machine = with_parameter(machine, where, changed_part(race, **change(where, race)))
     return machine
-
-
-def _with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
-    if race.fluid is None or isinstance(race.drag, DragTorque):
-        raise QuestionError(
-            f"quantity 'viscosity': the drag of {where} is given by its torque, which no viscosity changes; "
-            "vary 'drag', or describe fluid and drag law"
-        )
-    density, _ = fluid_numbers(race.fluid)
-    return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass)}
-
-
-def _with_rolling(race: Race, value: float) -> Friction:
-    given = race.friction or Friction()
-    held = None if given.adherence is None else max(float(given.adherence), value)
-    return Friction(rolling_resistance=value, adherence=held)
-
-
-def _with_temperature(where: str, race: Race, value: float) -> Fluid:
-    if race.fluid is None or race.fluid.name is None:
-        raise QuestionError(
-            f"quantity 'temperature': {where} has no fluid of the catalog, whose density and viscosity would change with it; "
-            "name one"
-        )
-    changed: Fluid = _changed(race.fluid, temperature=value)
-    return changed
-
-
-def _with_plateau(where: str, race: Race, value: float) -> Any:
-    if "plateau" not in type(race.drag).model_fields:
-        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.law!r}, has none")
-    return _changed(race.drag, plateau=value)
-
-
-def _with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:
-    if name == "count":
-        kept = {key: getattr(group, key) for key in group.model_fields_set if not key.startswith("start")}
-        return Balls(**{**kept, "count": int(value)})
-    size = ("diameter", "mass", "density", "material")
-    others = {key: getattr(group, key) for key in group.model_fields_set if key not in size}
-    if name == "ball_mass":
-        sized = {"diameter": ball.diameter} if ball.diameter else {}
-        return Balls(**others, mass=value, **sized)
-    if not ball.diameter:
-        raise QuestionError(f"quantity 'ball_diameter': the balls of {where} are points of unknown density")
-    return Balls(**others, diameter=value, density=ball.mass / ball.volume)
-
-
-def _changed(part: Any, **new: Any) -> Any:
-    return type(part)(**{**{key: getattr(part, key) for key in part.model_fields_set}, **new})

@@ -14,12 +14,12 @@ from autobalancer.assembly.quantities import dimension_of, label_of, si_value
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine, machine_text
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, plane
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 from autobalancer.stability.maps.exact import exact_borders
-from autobalancer.stability.maps.map_rates import refuse_unbalance, with_values
+from autobalancer.stability.maps.map_rates import with_values
 from autobalancer.stability.maps.speeds import (
     NAMES,
     Border,
@@ -81,11 +81,10 @@ def border_curve(
     """
     if not isinstance(machine, Machine):
         machine = load_machine(machine)
-    refuse_unbalance(machine, parameter)
     if values is None:
-        if parameter != "unbalance":
+        if parameter != "unbalance" or not isinstance(machine.rotor, PlanarRotor):
             raise QuestionError(
-                f"values: give those of {parameter!r}; only for 'unbalance' they follow from the machine"
+                f"values: give those of {parameter!r}; only for 'unbalance' of a planar rotor they follow from the machine"
             )
         values = unbalances_to_capability(machine)
     if len(values) == 0:

@@ -12,7 +12,7 @@ import xarray as xr
 from autobalancer.assembly.quantities import dimension_of, si_value, value_of
 from autobalancer.catalog.fluid_table import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.maps.curve import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.maps.map_rates import with_values
@@ -28,7 +28,7 @@ def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats],
     other = next(name for name in values if name != "speed")
     axis = np.unique(values[other])
     chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
-    if other == "unbalance":  # the border has a narrow peak over it
+    if other == "unbalance" and isinstance(machine.rotor, PlanarRotor):  # the border has a narrow peak over it
         dense = unbalances_to_capability(machine, 2 * count)
         chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
     curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()))

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.quantities import parts_of, with_quantity
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.assembly.quantities import with_quantity
+from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.states.described import Described, described
 
@@ -32,11 +31,14 @@ def rates_over(
     progress: Callable[[int, int], None] | None,
 ) -> Floats:
     """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
-    outer = [name for name in values if name not in ("unbalance", "speed")]  # those that need another machine
+    planar = isinstance(machine.rotor, PlanarRotor)
+    inner = ("unbalance", "speed") if planar else ("speed",)
+    outer = [name for name in values if name not in inner]  # those that need another machine
     speeds = values.get("speed", np.array([speed]))
     rows = list(product(*(values[name].tolist() for name in outer)))
     machines, planes = zip(*(with_values(machine, dict(zip(outer, row, strict=True))) for row in rows), strict=True)
-    sizes = values.get("unbalance", np.array([np.nan]))  # nan: that of the machine
+    own = np.array([np.nan])  # the unbalance of the machine
+    sizes = values.get("unbalance", own) if planar else own
     parts = np.array_split(np.arange(sizes.size), max(1, min(sizes.size, TASKS // len(rows))))
     tasks = [(row, part) for row in range(len(rows)) for part in parts]
     result = np.empty((len(rows), sizes.size, speeds.size))
@@ -45,14 +47,14 @@ def rates_over(
         row, part = task
         for k in part:
             here = planes[row]
-            p = here if np.isnan(sizes[k]) or isinstance(here, Stations) else with_size(here, float(sizes[k]))
+            p = with_size(here, float(sizes[k])) if isinstance(here, Plane) and not np.isnan(sizes[k]) else here
             result[row, k] = _rates(machines[row], p, speeds, worst)
 
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         for done, _ in enumerate(pool.map(work, tasks), 1):
             if progress is not None:
                 progress(done, len(tasks))
-    order = [*outer, *(name for name in ("unbalance", "speed") if name in values)]
+    order = [*outer, *(name for name in inner if name in values)]
     kept = result.reshape([values[name].size for name in order])
     return np.ascontiguousarray(kept.transpose([order.index(name) for name in values]))
 
@@ -67,15 +69,6 @@ def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Float
     members = balanced_states(p)[:MEMBERS]
     found = np.array([member.rates(speeds) for member in members])
     return np.asarray((np.fmax if worst else np.fmin).reduce(found))
-
-
-def refuse_unbalance(machine: Machine, name: str) -> None:
-    """Say that ``unbalance`` alone does not tell which, on a rotor that tilts or bends."""
-    if "unbalance" in parts_of(name) and not isinstance(machine.rotor, PlanarRotor):
-        raise QuestionError(
-            f"{name!r}: along a rotor of kind {machine.rotor.kind!r} there may be several; give the path of one, such as "
-            "'unbalances[1].moment', or of a couple, 'unbalances[1].couple'"
-        )
 
 
 def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Described]:

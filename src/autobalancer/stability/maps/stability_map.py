@@ -29,7 +29,7 @@ from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.map_friction import with_friction, with_held
 from autobalancer.stability.maps.map_marks import with_borders, with_fluids, with_operating_points, with_release
-from autobalancer.stability.maps.map_rates import rates_over, refuse_unbalance
+from autobalancer.stability.maps.map_rates import rates_over
 from autobalancer.stability.states.described import described
 from autobalancer.units import to_si
 
@@ -120,7 +120,6 @@ def _known(name: str) -> None:
 
 
 def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
-    refuse_unbalance(machine, name)
     for part in parts_of(name):
         _known(part)
     points = [value.item() if isinstance(value, np.generic) else value for value in axis]
