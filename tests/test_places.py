@@ -18,6 +18,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import length_text
+from autobalancer.results.standing import standing
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -72,6 +73,51 @@ def test_vibration_of_a_circle_is_its_radius_and_its_velocity() -> None:
     force = ab.support_forces(run)
     np.testing.assert_allclose(force["greatest"], radius * abs(k + 1j * b * w), rtol=1e-6)
     assert float(force["static"][0]) < 1e-6 * float(force["greatest"][0])
+
+
+@pytest.mark.parametrize(("turns", "ratio"), [(10, 0.44), (10, 0.137), (3, 0.44), (10, 1.35)])
+def test_a_whirl_at_another_speed_than_that_of_the_rotor_leaves_no_static_part(turns: int, ratio: float) -> None:
+    # circles of 50 um with the rotor and of 500 um with two balls that stall: closed form, about a place 20 um below
+    rotor = np.arange(72 * turns) * math.tau / 72
+    balls = ratio * rotor[:, None] + np.array([0.3, 2.9])
+    whirl = 5e-5 * np.exp(1j * (rotor + 1.0)) + 5e-4 * np.exp(1j * (ratio * rotor - 0.7))
+    z = (whirl - 2e-5j)[:, None]
+    assert abs(z.mean() + 2e-5j) > 5e-6  # the mean over turns of the rotor alone invents a static part
+    assert abs(standing(z, rotor, balls, "weight")[0] + 2e-5j) < 1e-9
+    assert standing(z, rotor, balls, "none")[0] == 0.0
+
+
+STALLED = """
+name = "balls stall in thin oil"
+axis = "vertical"
+rotor = { kind = "planar", mass = "12.27 kg", stiffness = "44.654 kN/m", damping = "68.37 N*s/m" }
+unbalances = [{ mass = "5.5 g", radius = "108 mm" }]
+drive = { kind = "speed", profile = { kind = "ramp", end = "1200 rpm", duration = "20 s" } }
+run = { duration = "30 s" }
+[[balancers]]
+[[balancers.races]]
+orbit_radius = "76.95 mm"
+drag = { law = "beta", beta = "8e-6 N*m*s" }
+balls = [{ count = 2, diameter = "12.3 mm", density = "7800 kg/m^3", start_angles = ["40 deg", "250 deg"] }]
+"""
+
+
+def test_balls_that_stall_leave_no_static_deflection_on_a_vertical_axis() -> None:
+    run = ab.simulate(parse_machine(STALLED))
+    in_space = run["turn_rotor_angle"] + run["turn_ball_angle_in_rotor"]
+    whirls = (in_space[-1] - in_space[0]) / math.tau
+    assert (np.abs(whirls - 4.5) < 1.5).all()  # of ten turns of the rotor
+    found, force = ab.vibration(run), ab.support_forces(run)
+    assert float(found["static"][0]) == 0.0 == float(force["static"][0])
+    z = np.hypot(run["turn_place_x"].values, run["turn_place_y"].values)
+    assert float(found["greatest"][0]) <= z.max()
+    told = str(ab.verdict(run))
+    assert "static" not in told
+    # the same numbers in a row of a sweep
+    row = ab.sweep(parse_machine(STALLED), {"rotor.mass": ["12.27 kg"]})
+    assert float(row["static_deflection"][0]) == 0.0
+    assert float(row["vibration"][0]) == pytest.approx(ab.residual_vibration(run), rel=1e-3)
+    assert float(row["support_force"][0]) == pytest.approx(float(force["greatest"][0]), rel=1e-3)
 
 
 SHAFT = """

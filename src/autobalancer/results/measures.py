@@ -19,6 +19,7 @@ from autobalancer.results.series import (
     settled_from,
     wrapped,
 )
+from autobalancer.results.standing import standing_in
 from autobalancer.units import optional_argument
 
 
@@ -112,7 +113,8 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
     z = (x + 1j * y)[time >= begin]
     if z.size == 0:
         raise QuestionError(f"the run kept no sample of its last {end - begin:.3g} s; there is nothing to measure")
-    return float(np.abs(z - z.mean()).max())
+    late = run.isel(time=time >= begin)
+    return float(np.abs(z - standing_in(late, z[:, None], "")).max())
 
 
 @of_a_run()

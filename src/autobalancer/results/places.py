@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.standing import standing_in
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -23,7 +24,8 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     """Static deflection and vibration at the end of a run, separately, at every place.
 
     The places are the planes of the balancers and the named stations. The static deflection is the mean over the last
-    whole revolutions that the run kept, the vibration is the rest; it includes the oscillation of balls under gravity.
+    whole revolutions that the run kept, and of the balls where these whirl at another speed; none on a vertical axis, where
+    nothing is static unless a recorded force is. The vibration is the rest; it includes the oscillation of balls under gravity.
 
     Parameters
     ----------
@@ -46,7 +48,8 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     """
     last = run.isel(turn=whole_turns(run))
     z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
-    mean, greatest, rms, velocity = moved(z, v)
+    mean = standing_in(last, z)
+    greatest, rms, velocity = moved(z, v, mean)
     found = _measured(
         ("place", run["place"].values),
         static_x=(mean.real, "m", "static deflection along x"),
@@ -130,7 +133,7 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     """
     last = run.isel(turn=whole_turns(run))
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
-    mean = force.mean(axis=0)
+    mean = standing_in(last, force)
     found = _measured(
         ("support", run["support"].values),
         static_x=(mean.real, "N", "static force along x"),
@@ -174,11 +177,9 @@ def turns_of(angle: Floats) -> slice:
     return slice(angle.size - count * each, angle.size)
 
 
-def moved(z: Complexes, v: Complexes) -> tuple[Complexes, Floats, Floats, Floats]:
-    """Mean, greatest distance from it, rms of the rest and of the velocity, for x + i y over whole turns, (times, places)."""
-    mean = z.mean(axis=0)
-    away = z - mean
-    return mean, np.abs(away).max(axis=0), one_way_rms(away), one_way_rms(v - v.mean(axis=0))
+def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, Floats]:
+    """Greatest distance from a mean place, rms of that distance and of the velocity, for x + i y, (times, places)."""
+    return np.abs(z - mean).max(axis=0), one_way_rms(z - mean), one_way_rms(v)
 
 
 def one_way_rms(z: Complexes) -> Floats:

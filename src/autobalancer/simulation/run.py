@@ -34,6 +34,7 @@ from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, adva
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
 from autobalancer.patience import Progress, shows_progress
+from autobalancer.results.standing import static_load
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
@@ -185,6 +186,7 @@ def simulate_races(
             "machine": machine_text(machine),
             "machine_name": machine.name,
             "axis": machine.axis,
+            "static_load": static_load(machine),
             "seed": seed,
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             "critical_speeds": list(assembly.critical_speeds),

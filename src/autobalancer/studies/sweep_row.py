@@ -18,6 +18,7 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.results.places import moved, turns_of
 from autobalancer.results.series import counted, end_of_run_up, release_rows, settled_from, wrapped
+from autobalancer.results.standing import standing, static_load
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.saved.at_places import ball_moments
@@ -106,8 +107,11 @@ def _balls(machine: Machine, assembly: Assembly, course: Course, motion: Matrix,
 def _turns(found: dict[str, Any], turns: Matrix, assembly: Assembly, places: Places, course: Course) -> dict[str, Any]:
     states, times, speed = turns[:, 1:], turns[:, 0], turns[:, 1 + SPEED]
     q, v = coordinates(states, assembly)
-    static, greatest, _, velocity = moved(deflections(places, q), deflections(places, v))
-    force = support_forces(places, speed, q, v)
+    z, force = deflections(places, q), support_forces(places, speed, q, v)
+    rotor, count = states[:, THETA], len(assembly.balls)
+    in_space = rotor[:, None] + states[:, BALLS : BALLS + count]
+    static, pressed = (standing(part, rotor, in_space, static_load(places.machine)) for part in (z, force))
+    greatest, _, velocity = moved(z, deflections(places, v), static)
     if course.vertical:
         greatest[0] = max(greatest[0], found["residual_vibration"])
     told = {
@@ -115,7 +119,7 @@ def _turns(found: dict[str, Any], turns: Matrix, assembly: Assembly, places: Pla
         "vibration": greatest.max(),
         "velocity_rms": velocity.max(),
         "static_deflection": np.abs(static).max(),
-        "support_force": np.abs(force - force.mean(axis=0)).max(initial=0.0),
+        "support_force": np.abs(force - pressed).max(initial=0.0),
     }
     if not assembly.balls:
         return told

@@ -52,7 +52,8 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     last = optional_argument("last", last, "s")
     steady = window(run, last)
     z, time = _across(run, "body_position"), run["time"].values
-    static, vibration, _, velocity = moved(z[steady, None], np.gradient(z, time)[steady, None])
+    static, rate = z[steady, None].mean(axis=0), np.gradient(z, time)[steady, None]
+    vibration, _, velocity = moved(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
     without = body_without_balancing(machine, speed)
     ratio = float(vibration[0]) / without if without > 0.0 else np.nan

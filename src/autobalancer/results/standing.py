@@ -1,0 +1,69 @@
+"""What of a motion in space stands still: its mean over whole turns of everything that whirls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.machine import Machine
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+SAME = 1e-3  # relative singular value below which motions of two balls are one motion
+WEIGHT, RECORD, NONE = "weight", "recorded excitation", "none"
+
+
+def static_load(machine: Machine) -> str:
+    """What can deflect a rotor for good: ``"weight"``, ``"recorded excitation"`` or ``"none"``.
+
+    Without such a load no direction in space is preferred, on any supports: with every motion its opposite is possible, too.
+    """
+    if machine.axis == "horizontal":
+        return WEIGHT
+    recorded = any(part.kind in ("recorded_force", "recorded_base_motion") for part in machine.excitations)
+    return RECORD if recorded else NONE
+
+
+def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes:
+    """The part of x + i y that stands still, (columns,); zero without a static ``load``.
+
+    Parameters
+    ----------
+    z
+        (times, columns), at equal steps of the rotor angle over whole turns.
+    rotor
+        Angle of the rotor, rad, (times,).
+    balls
+        Angles of the balls in space, rad, (times, balls). Where some of them go round both in space and in the rotor, the
+        revolutions of the rotor are not those of the deflection. Then the standing part is fitted together with what whirls
+        with the rotor, with the balls, and against them. Weights that vanish at both ends (Hann's) suppress the rest.
+    """
+    if load == NONE:
+        return np.zeros(z.shape[1], np.complex128)
+    turned = np.abs(balls[-1] - balls[0]), np.abs(balls[-1] - balls[0] - (rotor[-1] - rotor[0]))
+    whirling = balls[:, (turned[0] > 2.0 * np.pi) & (turned[1] > np.pi)]
+    if not whirling.size:
+        return np.asarray(z.mean(axis=0), np.complex128)
+    weight = np.sin(np.pi * (np.arange(rotor.size) + 0.5) / rotor.size)[:, None]
+    forward = np.exp(1j * np.column_stack([rotor, whirling]))
+    columns = np.hstack([np.ones((rotor.size, 1)), forward, forward.conj()])
+    found = np.linalg.lstsq(weight * columns, weight * z, rcond=SAME)[0]
+    return np.asarray(found[0], np.complex128)
+
+
+def standing_in(run: xr.Dataset, z: Complexes, prefix: str = "turn_") -> Complexes:
+    """The same for the last revolutions of a run, or with ``prefix`` "" for its samples; ``z`` is (times, columns)."""
+    rotor = run[f"{prefix}rotor_angle"].values
+    name = f"{prefix}ball_angle_in_rotor"
+    inside = run[name].values if name in run else np.zeros((rotor.size, 0))
+    return standing(z, rotor, rotor[:, None] + inside, load_of(run.attrs))
+
+
+def load_of(attributes: dict[Any, Any]) -> str:
+    """The static load of a run; runs of earlier versions say only how the axis lies."""
+    known = WEIGHT if attributes.get("axis", "vertical") == "horizontal" else NONE
+    return str(attributes.get("static_load", known))
