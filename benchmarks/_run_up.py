@@ -19,10 +19,10 @@ import numpy as np
 
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.files.machine_file import load_machine
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
-from autobalancer.kernels.system import BALLS, DRIVE, START, UNBALANCE
+from autobalancer.kernels.system import BALLS
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import SampleTimes
@@ -44,9 +44,9 @@ def ours(tolerance: float, *, rotating: bool = True, samples: bool = True) -> Ru
     def run() -> tuple[float, np.ndarray]:
         record = record_for([SampleTimes(TIMES if samples else [END])], (), assembly, END)
         memory = memory_for(assembly, END, tolerance, pair)
-        assembly.system.now[0] = 0
+        assembly.system.drive.now[0] = 0
         start = perf_counter()
-        status = advance(planar, assembly.system, pair, record, memory, 10**9)
+        status = advance(*PLANAR, assembly.system, pair, record, memory, 10**9)
         time = perf_counter() - start
         assert status == FINISHED
         return time, record.samples
@@ -102,10 +102,12 @@ def fastest(settings: dict[str, Run], *, goal: float = GOAL, repeats: int = 7, e
 
 def numpy_rates(system: Any, value: float, rate: float) -> Callable[[float, np.ndarray], np.ndarray]:
     """Right-hand side in the frame of the rotor for any number of balls in centered races: arrays over the balls."""
-    moment, inertia, spin, drag = (np.ascontiguousarray(system.balls[:, column]) for column in (1, 2, 3, 4))
+    numbers = (getattr(system.balls, name) for name in ("moment", "inertia", "spin", "drag"))
+    moment, inertia, spin, drag = (np.ascontiguousarray(column) for column in numbers)
     n, share, twist = moment.size, moment / inertia, spin / inertia
-    k, b, mass, brake = system.stiffness_x, system.damping_x, system.mass, system.torque_damping
-    ux, uy = system.segments[0, UNBALANCE : UNBALANCE + 2]
+    rotor, brake = system.planar, system.drive.damping
+    k, b, mass = rotor.stiffness_x, rotor.damping_x, rotor.mass
+    ux, uy = float(system.drive.segments.unbalance_x[0]), float(system.drive.segments.unbalance_y[0])
     pulled, lean, slip = moment * share, moment * (1.0 - twist), share * drag
     polar = system.polar_inertia - float(spin @ twist)
 
@@ -137,9 +139,10 @@ def numpy_rates(system: Any, value: float, rate: float) -> Callable[[float, np.n
 
 def float_rates(system: Any, value: float, rate: float) -> Callable[[float, np.ndarray], list[float]]:
     """The same for two balls, in plain Python floats: for so few balls faster than arrays."""
-    (m1, i1, s1, d1), (m2, i2, s2, d2) = (row[1:5].tolist() for row in system.balls)
-    k, b, mass, brake = system.stiffness_x, system.damping_x, system.mass, system.torque_damping
-    ux, uy = system.segments[0, UNBALANCE : UNBALANCE + 2].tolist()
+    (m1, i1, s1, d1), (m2, i2, s2, d2) = ((b.moment, b.inertia, b.spin, b.drag) for b in system.balls)
+    rotor, brake = system.planar, system.drive.damping
+    k, b, mass = rotor.stiffness_x, rotor.damping_x, rotor.mass
+    ux, uy = float(system.drive.segments.unbalance_x[0]), float(system.drive.segments.unbalance_y[0])
     sin, cos = math.sin, math.cos
     q1, q2, l1, l2 = m1 * m1 / i1, m2 * m2 / i2, m1 * (1.0 - s1 / i1), m2 * (1.0 - s2 / i2)
     polar = system.polar_inertia - s1 * s1 / i1 - s2 * s2 / i2
@@ -170,14 +173,14 @@ def scipy(tolerance: float, build: Callable[[Any, float, float], Callable[..., A
     from scipy.integrate import solve_ivp
 
     assembly = prepared(True)
-    rows = assembly.system.segments
-    edges = [*rows[:, START].tolist(), END]
+    rows = assembly.system.drive.segments
+    edges = [*rows.start.tolist(), END]
 
     def run() -> tuple[float, np.ndarray]:
         state, parts = assembly.state, []
         begin = perf_counter()
         for row, (left, right) in zip(rows, pairwise(edges), strict=True):
-            value, rate = row[DRIVE], row[DRIVE + 1]
+            value, rate = row.value, row.rate
             piece = TIMES[(left <= TIMES) & (right >= TIMES)]
             solution = solve_ivp(
                 build(assembly.system, value - rate * left, rate),
@@ -204,18 +207,20 @@ def heyoka_equations(system: Any, rotating: bool) -> list[Any]:
 
     names = ("x", "y", "vx", "vy", "theta", "w", "phi1", "phi2", "u1", "u2")
     x, y, vx, vy, theta, w, *balls = hy.make_vars(*names)
-    ux, uy = system.segments[0, UNBALANCE : UNBALANCE + 2].tolist()
+    ux, uy = float(system.drive.segments.unbalance_x[0]), float(system.drive.segments.unbalance_y[0])
     if not rotating:
         c, s = hy.cos(theta), hy.sin(theta)
         ux, uy = c * ux - s * uy, s * ux + c * uy
-    fx = -system.stiffness_x * x - system.damping_x * vx + ux * w * w
-    fy = -system.stiffness_y * y - system.damping_y * vy + uy * w * w
+    rotor = system.planar
+    fx = -rotor.stiffness_x * x - rotor.damping_x * vx + ux * w * w
+    fy = -rotor.stiffness_y * y - rotor.damping_y * vy + uy * w * w
     arm_x, arm_y, polar = -uy, ux, system.polar_inertia
-    mxx, mxy, myy = system.mass, 0.0, system.mass
-    torque = hy.par[0] + hy.time * hy.par[1] - system.torque_damping * w
+    mxx, mxy, myy = rotor.mass, 0.0, rotor.mass
+    torque = hy.par[0] + hy.time * hy.par[1] - system.drive.damping * w
     rows = []
     for i in range(2):
-        moment, inertia, spin, drag = system.balls[i, 1:5].tolist()
+        ball = system.balls[i]
+        moment, inertia, spin, drag = map(float, (ball.moment, ball.inertia, ball.spin, ball.drag))
         angle, rate = balls[i], balls[2 + i]
         at = angle if rotating else theta + angle
         nx, ny = hy.cos(at), hy.sin(at)
@@ -248,11 +253,11 @@ def heyoka(tolerance: float, *, rotating: bool = True, samples: bool = True, fas
     import heyoka as hy
 
     assembly = prepared(rotating)
-    rows = assembly.system.segments
+    rows = assembly.system.drive.segments
     taylor = hy.taylor_adaptive(
         heyoka_equations(assembly.system, rotating), assembly.state, tol=tolerance, fast_math=fast_math, pars=[0.0, 0.0]
     )
-    edges = [*rows[:, START].tolist(), END]
+    edges = [*rows.start.tolist(), END]
     grids = [TIMES[(a <= TIMES) & (b >= TIMES)] for a, b in pairwise(edges)]
 
     def run() -> tuple[float, np.ndarray]:
@@ -261,8 +266,8 @@ def heyoka(tolerance: float, *, rotating: bool = True, samples: bool = True, fas
         parts = []
         begin = perf_counter()
         for row, right, grid in zip(rows, edges[1:], grids, strict=True):
-            value, rate = row[DRIVE], row[DRIVE + 1]
-            taylor.pars[:] = value - rate * row[START], rate
+            value, rate = row.value, row.rate
+            taylor.pars[:] = value - rate * row.start, rate
             if samples:
                 parts.append(taylor.propagate_grid(grid)[-1])
             else:

@@ -28,14 +28,14 @@ from tests.references.two_balls import (
 )
 from typer.testing import CliRunner
 
+from autobalancer.assembly.drive import steady
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.stability.branches import branches as command
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
-from autobalancer.kernels.guided_balls import planar
-from autobalancer.kernels.system import DRIVE, PRESCRIBED, SEGMENT_COLUMNS, UNBALANCE
+from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
 from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves
 from autobalancer.plots.stability.branches import plot_branches
@@ -75,10 +75,7 @@ def test_the_vector_field_is_that_of_the_compiled_equations(seed: int) -> None:
     random = np.random.default_rng(seed)
     machine = random_machine(random, isotropic=True, axis="vertical", drive="constant")
     field, state, _ = random_field(seed)
-    segments = np.zeros((1, SEGMENT_COLUMNS))
-    segments[0, DRIVE] = field.speed
-    segments[0, UNBALANCE : UNBALANCE + 2] = field.host.unbalance.real, field.host.unbalance.imag
-    system = assemble(machine, rotating=True).system._replace(segments=segments, drive=PRESCRIBED)
+    system = assemble(machine, rotating=True).system._replace(drive=steady(field.speed, field.host.unbalance))
     full = np.concatenate([state[:4], [0.0, field.speed], state[4:]])
     rates = np.empty_like(full)
     planar(0.0, full, rates, system)

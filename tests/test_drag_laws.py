@@ -8,8 +8,9 @@ import warnings
 import numpy as np
 import pytest
 
+from autobalancer.assembly.fluids import FluidRows, UniformTable
 from autobalancer.errors import QuestionError, RangeWarning
-from autobalancer.kernels.curves import drag_force
+from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.laws import drag_coefficient as laws
 from autobalancer.laws.drag import annulus_cd_re, linear_drag
 from autobalancer.laws.drag_curve import DragCurve
@@ -165,18 +166,17 @@ def test_the_compiled_curve_is_the_law(law: laws.DragLaw) -> None:
     log_velocity, log_force, slope = curve.points()
     step = np.diff(log_velocity)
     np.testing.assert_allclose(step, step[0], rtol=1e-9)
-    row = np.zeros(4 + 2 * log_velocity.size)
-    row[1:4] = log_velocity[0], step.mean(), log_velocity.size
-    row[4::2], row[5::2] = log_force, slope
-    rows = np.concatenate([row, [0.0, 0.0]])
+    rows = FluidRows((), {}, 0)
+    rows.add_table(UniformTable(log_velocity[0], step.mean(), log_force, slope))
+    fluid = rows.fluid
     re = np.concatenate([np.geomspace(1e-5, 1e6, 4001), [law.stokes_end, law.kept_from, 2e4]])
     velocity = re * 0.65e-6 / 0.0123
-    compiled = np.array([drag_force(rows, 1, curve.viscous, u) for u in velocity])
+    compiled = np.array([drag_force.py_func(fluid, 0, curve.viscous, u) for u in velocity])
     np.testing.assert_allclose(compiled, curve.force(velocity), rtol=1e-5)
     slow = velocity[re < 0.999 * law.stokes_end]
-    np.testing.assert_array_equal([drag_force(rows, 1, curve.viscous, u) for u in slow], curve.viscous * slow)
+    np.testing.assert_array_equal([drag_force.py_func(fluid, 0, curve.viscous, u) for u in slow], curve.viscous * slow)
     np.testing.assert_allclose(curve.force(slow), curve.viscous * slow, rtol=1e-15)
-    assert drag_force(rows, 1, curve.viscous, -1.3) == -drag_force(rows, 1, curve.viscous, 1.3)
+    assert drag_force.py_func(fluid, 0, curve.viscous, -1.3) == -drag_force.py_func(fluid, 0, curve.viscous, 1.3)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=NAMES)

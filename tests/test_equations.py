@@ -12,8 +12,9 @@ from tests.references import lagrange
 from tests.references.machines import random_machine, random_state
 
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.guided_balls import planar
-from autobalancer.kernels.system import DRAG, MASS, SPEED, THETA, System
+from autobalancer.kernels.balls.planar import planar
+from autobalancer.kernels.host.drive import enter_segment
+from autobalancer.kernels.system import SPEED, THETA, System, own
 from autobalancer.kernels.trigonometry import sine_cosine
 from autobalancer.machine import Machine
 
@@ -22,8 +23,8 @@ SEEDS = range(60)
 
 def rates(system: System, time: float, state: np.ndarray) -> np.ndarray:
     """Derivative of the state by the compiled kernel, in the axes of the system."""
-    starts = system.segments[:, 0]
-    system.now[0] = max(0, int(np.searchsorted(starts, time, side="right")) - 1)
+    system.drive.now[0] = 0
+    enter_segment(time, system.drive)
     out = np.empty_like(state)
     planar(time, state, out, system)
     return out
@@ -74,24 +75,27 @@ def response(system: System, time: float, state: np.ndarray) -> np.ndarray:
 
     A spring pulls along x or y, the external damping brakes the rotor, the drag of one ball brakes this ball.
     """
-    n = system.balls.shape[0]
+    n = system.ball_count
     rows = [2, 3, 5, *range(6 + n, 6 + 2 * n)]
     base = rates(system, time, state)[rows]
     columns = []
     for number in range(n + 3):
-        changed = system._replace(balls=system.balls.copy())
+        changed = own(system)
         if number == 0:
             force = 1e3
-            changed = changed._replace(stiffness_x=system.stiffness_x - force / state[0])
+            rotor = changed.planar._replace(stiffness_x=changed.planar.stiffness_x - force / state[0])
+            changed = changed._replace(planar=rotor)
         elif number == 1:
             force = 1e3
-            changed = changed._replace(stiffness_y=system.stiffness_y - force / state[1])
+            rotor = changed.planar._replace(stiffness_y=changed.planar.stiffness_y - force / state[1])
+            changed = changed._replace(planar=rotor)
         elif number == 2:
             force = 10.0
-            changed = changed._replace(torque_damping=system.torque_damping - force / state[SPEED])
+            drive = changed.drive._replace(damping=changed.drive.damping - force / state[SPEED])
+            changed = changed._replace(drive=drive)
         else:
             force = 1.0
-            changed.balls[number - 3, DRAG] -= force / state[3 + n + number]
+            changed.balls[number - 3].drag -= force / state[3 + n + number]
         columns.append((rates(changed, time, state)[rows] - base) / force)
     return np.array(columns).T
 
@@ -336,15 +340,15 @@ def test_a_rolling_ball_of_no_size_still_has_seven_fifths_of_the_inertia_of_a_po
     """A small ball spins fast: rolling inertia does not vanish with the size, only its coupling to the rotor does."""
     rolling = assemble(simple(balls={"diameter": 1e-9}), rotating=False).system
     point = assemble(simple(balls={"diameter": 1e-9, "motion": "point"}), rotating=False).system
-    assert rolling.balls[0, 2] == pytest.approx(1.4 * point.balls[0, 2], rel=1e-14)
-    assert rolling.balls[0, 3] == pytest.approx(point.balls[0, 3], rel=1e-7)
+    assert rolling.balls.inertia[0] == pytest.approx(1.4 * point.balls.inertia[0], rel=1e-14)
+    assert rolling.balls.spin[0] == pytest.approx(point.balls.spin[0], rel=1e-7)
     assert rolling.polar_inertia == pytest.approx(point.polar_inertia, rel=1e-14)
 
 
 def test_a_ball_as_heavy_as_the_fluid_around_it_neither_pulls_nor_falls() -> None:
     machine = simple({"fluid": {"density": 4e-3 / (math.pi / 6 * 1e-6) * (1 - 1e-12), "viscosity": 1e-6}})
     system = assemble(machine, rotating=False).system
-    assert np.all(np.abs(system.balls[:, MASS]) < 1e-14)
+    assert np.all(np.abs(system.balls.mass) < 1e-14)
     without = rates(assemble(Machine(**(SIMPLE | {"balancers": []})), rotating=False).system, 0.0, STATE[:6])
     with_balls = rates(system, 0.0, STATE)
     np.testing.assert_allclose(with_balls[2:4], without[2:4], rtol=1e-3)  # only rolling couples, through the speed

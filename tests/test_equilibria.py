@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.guided_balls import planar
+from autobalancer.kernels.balls.planar import planar
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import (
     Balancer,

@@ -14,9 +14,9 @@ from tests.references.runs import states_at
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators.memory import NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING, advance
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.sampling import Envelope, Samples, SampleTimes
 
@@ -87,7 +87,7 @@ def test_a_terminal_event_ends_the_run_there_and_the_state_is_that_of_the_event(
     machine = run_up()
     events = [Event("speed", 60.0), Event("speed", 100.0, ends_run=True), Event("speed", 100.1)]
     system, pair, record, memory = prepared(machine, 5.0, [Samples(5001), Envelope(50)], events, tolerance=1e-12)
-    assert advance(planar, system, pair, record, memory, 10**6) == EVENT
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == EVENT
     assert memory.state[5] == pytest.approx(100.0, rel=1e-13)
     assert list(record.event_seen) == [1, 1, 0]
     np.testing.assert_array_equal(record.event_states[1, 2:], memory.state)
@@ -109,8 +109,8 @@ def test_a_run_can_go_on_after_a_terminal_event() -> None:
     machine = run_up()
     events = [Event("speed", 100.0, ends_run=True)]
     system, pair, record, memory = prepared(machine, 1.0, [SampleTimes([1.0])], events, tolerance=1e-12)
-    assert advance(planar, system, pair, record, memory, 10**6) == EVENT
-    assert advance(planar, system, pair, record, memory, 10**6) == FINISHED
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == EVENT
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == FINISHED
     plain = states_at(machine, [1.0])
     np.testing.assert_allclose(lagrange.to_space(record.samples)[:, :2], plain[:, :2], rtol=0.0, atol=1e-12)
 
@@ -122,7 +122,7 @@ def test_a_run_can_go_on_after_a_terminal_event() -> None:
 def test_steps_end_exactly_at_corners_of_profile_and_unbalance(tolerance: float) -> None:
     system, pair, record, memory = prepared(run_up(**CORNERED), 1.5, tolerance=tolerance)
     times = []
-    while advance(planar, system, pair, record, memory, 1) == RUNNING:
+    while advance(*PLANAR, system, pair, record, memory, 1) == RUNNING:
         times.append(memory.clock[TIME])
     assert {*CORNERS, 0.77, 0.9} <= set(times)
     assert memory.clock[TIME] == 1.5

@@ -12,11 +12,11 @@ from tests.references.runs import states_at
 from tests.references.trees import order_of, trees
 
 import autobalancer as ab
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators.memory import ACCEPTED, END, LONGEST, REJECTED, STEP, TIME
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
 
@@ -66,7 +66,7 @@ def fixed_steps(machine: Machine, end: float, count: int, pair: Tableau, times: 
     system, _, record, memory = prepared(machine, end, [SampleTimes(times)], tolerance=1e-2, pair=pair)
     memory.absolute[:] = 1e6
     memory.clock[STEP] = memory.clock[LONGEST] = end / count
-    assert advance(planar, system, pair, record, memory, 10 * count) == FINISHED
+    assert advance(*PLANAR, system, pair, record, memory, 10 * count) == FINISHED
     assert memory.counts[ACCEPTED] == count
     return record.samples
 
@@ -115,7 +115,7 @@ def test_both_methods_and_both_frames_give_the_same_run() -> None:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_step_control_rejects_hardly_a_step_of_a_smooth_run_up(tolerance: float) -> None:
     system, pair, record, memory = prepared(run_up(), 3.0, tolerance=tolerance)
-    assert advance(planar, system, pair, record, memory, 10**6) == FINISHED
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == FINISHED
     assert memory.counts[REJECTED] <= 0.003 * memory.counts[ACCEPTED] + 1
 
 
@@ -139,7 +139,7 @@ def test_stop_and_go_gives_the_same_bits_as_one_go(method: str, rotating: bool) 
         system, pair, record, memory = prepared(
             run_up(**CORNERED), 1.5, save, events, pair=PAIRS[method], rotating=rotating
         )
-        while advance(planar, system, pair, record, memory, budget) == RUNNING:
+        while advance(*PLANAR, system, pair, record, memory, budget) == RUNNING:
             pass
         results.append((record, memory))
     for record, memory in results[1:]:
@@ -152,9 +152,9 @@ def test_stop_and_go_gives_the_same_bits_as_one_go(method: str, rotating: bool) 
 
 def test_the_end_can_be_moved_further_out() -> None:
     system, pair, record, memory = prepared(run_up(), 0.5)
-    assert advance(planar, system, pair, record, memory, 10**6) == FINISHED
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == FINISHED
     memory.clock[END] = 1.0
-    assert advance(planar, system, pair, record, memory, 10**6) == FINISHED
+    assert advance(*PLANAR, system, pair, record, memory, 10**6) == FINISHED
     assert memory.clock[TIME] == 1.0
     plain = states_at(run_up(), [1.0])[-1]
     np.testing.assert_allclose(lagrange.to_space(memory.state)[:2], plain[:2], rtol=0.0, atol=1e-10)

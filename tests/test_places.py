@@ -200,7 +200,7 @@ def _rotor_moment(machine: Machine, times: np.ndarray, end: float) -> np.ndarray
     pair = tableau.dormand_prince_8()
     record = record_for([ab.SampleTimes(times.tolist())], (), assembly, end)
     memory = memory_for(assembly, end, 1e-11, pair)
-    advance(equations(assembly), assembly.system, pair, record, memory, 10_000_000)
+    advance(*equations(assembly), assembly.system, pair, record, memory, 10_000_000)
     model, places = lateral_model(machine), places_of(machine, assembly)
     q = coordinates(record.samples, assembly)[0] @ places.basis.T
     n, shape = model.pairs, model.translation

@@ -16,8 +16,8 @@ from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, GRAVITY, 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels.contact import touch
-from autobalancer.kernels.system import BALLS, CONTACT
+from autobalancer.kernels.balls.touching import touch
+from autobalancer.kernels.system import BALLS
 from autobalancer.laws.touching_balls import touching_balls
 from autobalancer.machine import Contact, Machine, Race
 from autobalancer.simulation.sampling import Samples
@@ -73,8 +73,8 @@ def test_friction_between_balls_never_feeds_energy_in(seed: int) -> None:
         system, state = assemble(machine).system, np.zeros(BALLS + 8)
         state[BALLS : BALLS + 4] = np.cumsum([0.0, *(sizes[1:] + sizes[:-1]) / (2.0 * ORBIT)]) * 0.97
         state[BALLS + 4 :] = np.random.default_rng(seed).uniform(-3.0, 3.0, 4)
-        touch.py_func(state, system.balls, 4)
-        torques.append(system.balls[:, CONTACT].copy())
+        touch.py_func(state, system)
+        torques.append(system.guided.contact.copy())
     rubbing = torques[1] - torques[0]
     assert np.abs(rubbing).max() > 0.01 * np.abs(torques[0]).max() > 0.0
     assert rubbing @ state[BALLS + 4 :] < 0.0

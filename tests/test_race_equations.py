@@ -11,9 +11,7 @@ from tests.references.race_runs import states_from, states_of
 from tests.references.races import races
 
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.kernels.guided_race import real_race
-from autobalancer.kernels.race_layout import MODE, NORMAL, RACE_COLUMNS
-from autobalancer.kernels.rotor_layout import BALL_ROWS
+from autobalancer.kernels.balls.rough_races import guided_rough
 from autobalancer.machine import Machine
 
 
@@ -67,17 +65,14 @@ def random_state(random: np.random.Generator, count: int) -> np.ndarray:
 def rates(assembly: Assembly, state: np.ndarray, time: float = 0.0) -> np.ndarray:
     """Derivative by the compiled equations, every ball rolling the way it moves."""
     count = len(assembly.balls)
-    rotor, first = assembly.system.rotor, int(assembly.system.rotor[BALL_ROWS])
-    for b in range(count):
-        rotor[first + b * RACE_COLUMNS + MODE] = np.sign(state[6 + count + b])
+    assembly.system.guided.mode = np.sign(state[6 + count : 6 + 2 * count])
     out = np.empty_like(state)
-    real_race(time, state, out, assembly.system)
+    guided_rough(time, state, out, assembly.system)
     return out
 
 
 def normal_forces(assembly: Assembly) -> np.ndarray:
-    rotor, first = assembly.system.rotor, int(assembly.system.rotor[BALL_ROWS])
-    return np.array([rotor[first + b * RACE_COLUMNS + NORMAL] for b in range(len(assembly.balls))])
+    return assembly.system.guided.normal.copy()
 
 
 @pytest.mark.parametrize("drive", ["torque", "speed"])

@@ -13,7 +13,7 @@ from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, R
 
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.guided_race import real_race
+from autobalancer.kernels.balls.rough_races import guided_rough
 from autobalancer.laws.resting import rest_interval
 from autobalancer.machine import Machine
 
@@ -27,7 +27,7 @@ def test_a_ball_rolls_down_an_incline_with_five_sevenths_of_what_weight_and_resi
     machine = standing(angles=[slope], speeds=[-1e-9], friction={"rolling_resistance": mu})
     assembly = assemble(machine, rotating=False)
     rates = np.zeros_like(assembly.state)
-    real_race(0.0, assembly.state, rates, assembly.system)
+    guided_rough(0.0, assembly.state, rates, assembly.system)
     expected = -(GRAVITY / ORBIT) * (math.sin(slope) - mu * math.cos(slope)) / ROLLING
     assert rates[SPEED_OF_BALL] == pytest.approx(expected, rel=1e-8)
 

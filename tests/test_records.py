@@ -10,8 +10,8 @@ from scipy.optimize import minimize_scalar
 from tests.references.cases import PAIRS, exact, oscillator, prepared, run_up
 
 import autobalancer as ab
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
 
@@ -112,7 +112,7 @@ def test_a_day_of_a_slow_rotor_passes_in_the_memory_of_a_second() -> None:
     for end in (1.0, 200.0):
         system, pair, record, memory = prepared(machine, end, [Samples(10), Envelope(10)], tolerance=1e-6)
         tracemalloc.start()
-        assert advance(planar, system, pair, record, memory, 10**9) == FINISHED
+        assert advance(*PLANAR, system, pair, record, memory, 10**9) == FINISHED
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < peaks[0] + 10_000

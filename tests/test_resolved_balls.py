@@ -13,10 +13,10 @@ from tests.references.resolved import BALL, chamber, contact, run, states_at
 from tests.references.resolved_run_ups import GRIP, ORBIT, PLANAR, RIG, RIGID, SHAFT, apart, run_up
 
 import autobalancer as ab
-from autobalancer.assembly.fluid_numbers import Lag
+from autobalancer.assembly.fluids import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels import resolved_layout as at
+from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
 from autobalancer.simulation.saved.resolved_walls import wall_forces

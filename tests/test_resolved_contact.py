@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tests.references.resolved import chamber, run
 
-from autobalancer.kernels import resolved_layout as at
-from autobalancer.kernels.contact_laws import adherence, friction_coefficient, normal_force
+from autobalancer.kernels.laws.contact import adherence, friction_coefficient, normal_force
+from autobalancer.kernels.records import resolved as at
 from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.simulation.saved.resolved_walls import wall_forces
 

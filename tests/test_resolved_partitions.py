@@ -14,7 +14,7 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels import resolved_layout as at
+from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 

@@ -13,8 +13,10 @@ from tests.references.resolved_run_ups import GRIP, PLANAR, RIG, RIGID, apart, r
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels import resolved_layout as at
-from autobalancer.kernels.race_shape import closest
+from autobalancer.kernels.balls.path import closest
+from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels.records.guided import WAVE
+from autobalancer.kernels.records.resolved import FREE_BALL
 from autobalancer.machine import Machine, Race
 
 WAVES: list[dict[str, float]] = [
@@ -36,16 +38,16 @@ def test_the_closest_point_of_an_orbit_is_the_closest_and_the_normal_is_the_slop
             for k in (1, 2, 3, 7)
         ]
         race = race_of(chamber(race={"harmonics": waves}))
-        numbers = np.zeros(16)
-        numbers[1] = 7
+        rows, ball = WAVE.rows(7), FREE_BALL.rows(1)[0]
+        ball.waves = 7
         for wave in waves:
             turned = wave["amplitude"] * cmath.exp(1j * wave["order"] * wave["angle"])
-            numbers[2 * int(wave["order"]) : 2 * int(wave["order"]) + 2] = turned.real, turned.imag
+            rows[int(wave["order"]) - 1] = turned.real, turned.imag
         angle, away = random.uniform(-3.0, 3.0), 0.1 + random.uniform(-8e-3, 8e-3)
         place = away * cmath.exp(1j * angle)
 
-        def nearest(z: complex, numbers: Any = numbers) -> Any:
-            return closest.py_func(numbers, 1, 0.1, z.real, z.imag, z.real / abs(z), z.imag / abs(z))
+        def nearest(z: complex, rows: Any = rows, ball: Any = ball) -> Any:
+            return closest.py_func(rows, ball, 0.1, z.real, z.imag, z.real / abs(z), z.imag / abs(z))
 
         depth, nx, ny = nearest(place)
         assert depth == pytest.approx(float(beyond(race, 0.1, np.array([place]))[0]), abs=1e-14)
@@ -104,7 +106,10 @@ def test_a_measured_profile_is_the_same_race_as_its_waves() -> None:
     profile = 1e-4 * np.cos(2.0 * angles - 1.0)
     measured = chamber(race={"roundness": {"deviations": profile.tolist(), "harmonics": 2}})
     given = chamber(race={"harmonics": [{"order": 2, "amplitude": 1e-4, "angle": 0.5}]})
-    np.testing.assert_allclose(assemble(measured).system.rotor, assemble(given).system.rotor, atol=1e-15)
+    for amplitude in ("cosine", "sine"):
+        one, other = (getattr(assemble(m).system.waves, amplitude) for m in (measured, given))
+        np.testing.assert_allclose(one, other, atol=1e-15)
+        assert one.size == 2
 
 
 def test_a_result_gives_the_distance_from_a_wavy_wall() -> None:

@@ -4,31 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalancer.assembly.contacts import contact_rows
+from autobalancer.assembly.drive import steady
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.kernels.system import (
-    BALL_COLUMNS,
-    BALLS,
-    DRAG,
-    DRIVE,
-    INERTIA,
-    MASS,
-    MOMENT,
-    OFFSET_X,
-    OFFSET_Y,
-    PRESCRIBED,
-    SEGMENT_COLUMNS,
-    SPEED,
-    UNBALANCE,
-    VX,
-    VY,
-    System,
-    X,
-    Y,
-)  # fmt: skip
+from autobalancer.kernels.records.guided import BALL, GUIDED
+from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Planar, System, X, Y
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import SampleTimes
@@ -59,7 +43,7 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
     end = float(times[-1])
     record = record_for([SampleTimes(times.tolist())], (), assembly, end)
     run = memory_for(assembly, end, tolerance, pair)
-    if advance(planar, assembly.system, pair, record, run, 100_000_000) != FINISHED:
+    if advance(*PLANAR, assembly.system, pair, record, run, 100_000_000) != FINISHED:
         raise QuestionError("branches: a motion from which an orbit was to start grows without limit")
     found = np.concatenate([record.samples[:, KEPT], record.samples[:, BALLS:]], -1)
     if times[0] == 0.0:
@@ -70,30 +54,18 @@ def flow(field: Field, state: Floats, times: Floats, tolerance: float = 1e-10) -
 def _system(field: Field) -> System:
     p, model = field.host, field.host.model
     stiffness, damping = float(model.stiffness[0][0, 0]), float(model.damping[0][0, 0])
-    balls = np.zeros((field.balls, BALL_COLUMNS))
-    for column, values in (
-        (MASS, p.ball_mass), (MOMENT, p.moment), (INERTIA, p.inertia), (DRAG, p.drag), (OFFSET_X, p.offset.real),
-        (OFFSET_Y, p.offset.imag),
-    ):  # fmt: skip
-        balls[:, column] = values
-    segments = np.zeros((1, SEGMENT_COLUMNS))
-    segments[0, DRIVE] = field.speed
-    segments[0, UNBALANCE : UNBALANCE + 2] = p.unbalance.real, p.unbalance.imag
+    balls = BALL.rows(field.balls)
+    balls.mass, balls.moment, balls.inertia, balls.drag = p.ball_mass, p.moment, p.inertia, p.drag
+    balls.center_x, balls.center_y = p.offset.real, p.offset.imag
     return System(
-        rotating=1.0,
-        mass=float(model.mass[0, 0]),
-        stiffness_x=stiffness,
-        stiffness_y=stiffness,
-        damping_x=damping,
-        damping_y=damping,
+        rotating=1,
         gravity_x=0.0,
         gravity_y=0.0,
         polar_inertia=1.0,
-        drive=PRESCRIBED,
-        torque_damping=0.0,
+        ball_count=field.balls,
+        drive=steady(field.speed, complex(p.unbalance)),
+        planar=Planar(float(model.mass[0, 0]), stiffness, stiffness, damping, damping),
         balls=balls,
-        torque_table=np.zeros((0, 2)),
-        segments=segments,
-        now=np.zeros(1, np.int64),
-        rotor=np.zeros(0),
+        contacts=contact_rows(field.balls),
+        guided=GUIDED.rows(field.balls),
     )

@@ -25,5 +25,5 @@ def states_from(assembly: Assembly, times: np.ndarray, *, tolerance: float = 1e-
     record = record_for([SampleTimes(times.tolist())], (), assembly, end)
     pair = dormand_prince_8()
     memory = memory_for(assembly, end, tolerance, pair)
-    assert advance(equations(assembly), assembly.system, pair, record, memory, 10_000_000) == FINISHED
+    assert advance(*equations(assembly), assembly.system, pair, record, memory, 10_000_000) == FINISHED
     return record.samples

@@ -11,9 +11,9 @@ from scipy.optimize import minimize_scalar
 
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.kernels import resolved_layout as at
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
+from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, Race
 from autobalancer.simulation.equations import equations
@@ -124,7 +124,7 @@ def states_at(assembly: Assembly, times: Any, tolerance: float = 1e-10) -> Any:
     """States of any assembled machine at the times."""
     record = record_for([SampleTimes(list(times))], (), assembly, float(times[-1]))
     memory = memory_for(assembly, float(times[-1]), tolerance, dormand_prince_8())
-    status = advance(equations(assembly), assembly.system, dormand_prince_8(), record, memory, 10**8)
+    status = advance(*equations(assembly), assembly.system, dormand_prince_8(), record, memory, 10**8)
     assert status == FINISHED
     return record.samples
 

@@ -8,11 +8,11 @@ import numpy as np
 from tests.references.lagrange import to_space
 
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators.memory import Memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import SampleTimes
@@ -44,5 +44,5 @@ def run_to(
     end = float(times[-1])
     record = record_for([SampleTimes(times)], [], assembly, end)
     memory = memory_for(assembly, end, tolerance, pair)
-    assert advance(planar, assembly.system, pair, record, memory, 10**9) == FINISHED
+    assert advance(*PLANAR, assembly.system, pair, record, memory, 10**9) == FINISHED
     return (to_space(record.samples) if assembly.system.rotating else record.samples), memory

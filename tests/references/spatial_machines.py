@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
-from autobalancer.kernels.system import BALLS, START, THETA
+from autobalancer.kernels.system import BALLS, THETA
 from autobalancer.machine import Machine
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fresh import memory_for
@@ -95,9 +96,10 @@ def tilting(
 def rates(assembly: Assembly, time: float, state: np.ndarray) -> np.ndarray:
     """Derivative of the state by the compiled equations, in the axes of the system."""
     system = assembly.system
-    system.now[0] = max(0, int(np.searchsorted(system.segments[:, START], time, side="right")) - 1)
+    system.drive.now[0] = 0
+    enter_segment(time, system.drive)
     out = np.empty_like(state)
-    equations(assembly)(time, np.ascontiguousarray(state), out, system)
+    equations(assembly).rates(time, np.ascontiguousarray(state), out, system)
     return out
 
 
@@ -126,5 +128,5 @@ def states_of(
     pair, end = dormand_prince_8(), float(times[-1])
     record = record_for([SampleTimes(times)], [], assembly, end)
     memory = memory_for(assembly, end, tolerance, pair)
-    assert advance(equations(assembly), assembly.system, pair, record, memory, 10**9) == FINISHED
+    assert advance(*equations(assembly), assembly.system, pair, record, memory, 10**9) == FINISHED
     return turned(record.samples, len(assembly.balls)) if assembly.system.rotating else record.samples

@@ -3,30 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
-from autobalancer.kernels.system import (
-    ARM,
-    ARM_NEXT,
-    GRIP,
-    HARD,
-    NEXT,
-    OUT,
-    OUT_NEXT,
-    RUB,
-    SOFT,
-    TOUCH,
-    WALL_HARD,
-    WALL_HIGH,
-    WALL_LOW,
-    WALL_SOFT,
-    WRAP,
-    Floats,
-    Matrix,
-)
+from autobalancer.kernels.records.guided import CONTACT
+from autobalancer.kernels.system import Floats, Rows
 from autobalancer.laws.rebound import damping_ratio
 from autobalancer.laws.touching_balls import touching_balls
 from autobalancer.machine import Machine, Race
@@ -39,21 +23,28 @@ SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of t
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
 
 
-def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, matrix: Matrix, frequency: float) -> Floats:
-    """Fill the columns of contact in ``matrix``; ``frequency`` is the greatest of the machine, rad/s.
+def contact_rows(count: int) -> Rows:
+    """Balls that touch nothing."""
+    rows = CONTACT.rows(count)
+    rows.next, rows.wall_low, rows.wall_high = -1, -math.inf, math.inf
+    return rows
+
+
+def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, frequency: float) -> Floats:
+    """Fill the rows of contacts; ``frequency`` is the greatest of the machine, rad/s.
 
     Returns the start angles; those that were not given and overlap a partition are moved to its side.
     """
-    matrix[:, NEXT], matrix[:, WALL_LOW], matrix[:, WALL_HIGH] = -1.0, -math.inf, math.inf
+    rows[:] = contact_rows(len(balls))
     angles = np.array(angles, np.float64)
     for b, balancer in enumerate(machine.balancers):
         for number, race in enumerate(balancer.races):
             members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, number)]
             solid = not race.coincidence and all(balls[i].diameter > 0.0 for i in members)
             if race.partitions is not None:
-                _set_walls(race, balls, members, angles, matrix, frequency)
+                _set_walls(race, balls, members, angles, rows, frequency)
             if solid and len(members) > 1:
-                _set_neighbors(race, balls, members, angles, matrix, frequency)
+                _set_neighbors(race, balls, members, angles, rows, frequency)
     return angles
 
 
@@ -76,38 +67,39 @@ def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> 
 
 
 def _set_neighbors(
-    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix, frequency: float
+    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, rows: Rows, frequency: float
 ) -> None:
     place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
     order = sorted(members, key=lambda i: place[i])
     for number, i in enumerate(order):
         j = order[(number + 1) % len(order)]
         ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
-        matrix[i, NEXT], matrix[i, WRAP] = j, ahead - (angles[j] - angles[i])
-        matrix[i, TOUCH] = 0.5 * occupied_angle([balls[i], balls[j]])
-        matrix[i, [HARD, SOFT]] = _spring_and_damper(race, balls[i], balls[j], frequency)
-        _set_rubbing(race, balls[i], balls[j], matrix[i], frequency)
+        rows[i].next, rows[i].wrap = j, ahead - (angles[j] - angles[i])
+        rows[i].touch = 0.5 * occupied_angle([balls[i], balls[j]])
+        rows[i].hard, rows[i].soft = _spring_and_damper(race, balls[i], balls[j], frequency)
+        _set_rubbing(race, balls[i], balls[j], rows[i], frequency)
 
 
-def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Floats, frequency: float) -> None:
+def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Any, frequency: float) -> None:
     pair = touching_balls((ball.orbit_radius, ahead.orbit_radius), (ball.radius, ahead.radius))
-    row[[OUT, OUT_NEXT]] = pair.force * pair.outward[0], pair.force * pair.outward[1]
+    row.out, row.out_next = pair.force * pair.outward[0], pair.force * pair.outward[1]
     if race.contact is not None and race.contact.friction > 0.0:
         wall = ball.orbit_radius + ball.radius
         slow = float(race.contact.slip_speed) if race.contact.slip_speed is not None else SLOW * wall * frequency
-        row[RUB], row[GRIP] = race.contact.friction, 1.0 / (pair.force * slow)
-        row[[ARM, ARM_NEXT]] = pair.force * pair.arms[0], pair.force * pair.arms[1]
+        row.rub, row.grip = float(race.contact.friction), 1.0 / (pair.force * slow)
+        row.arm, row.arm_next = pair.force * pair.arms[0], pair.force * pair.arms[1]
 
 
 def _set_walls(
-    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, matrix: Matrix, frequency: float
+    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, rows: Rows, frequency: float
 ) -> None:
     for i in members:
         # a wall is the mirror image of the ball, which overlaps it by twice the angle
-        matrix[i, [WALL_HARD, WALL_SOFT]] = 2.0 * np.array(_spring_and_damper(race, balls[i], balls[i], frequency))
+        hard, soft = _spring_and_damper(race, balls[i], balls[i], frequency)
+        rows[i].wall_hard, rows[i].wall_soft = 2.0 * hard, 2.0 * soft
         half = 0.5 * occupied_angle([balls[i]])
         low, high = sector(race, balls[i], angles[i], half)
-        matrix[i, WALL_LOW], matrix[i, WALL_HIGH] = low + half, high - half
+        rows[i].wall_low, rows[i].wall_high = low + half, high - half
         angles[i] = min(max(angles[i], low + half), high - half)
 
 

@@ -1,4 +1,4 @@
-"""What shakes the machine, as the rows of kernels/race_layout.py."""
+"""What shakes the machine, as rows of kernels/records/drive.py."""
 
 from __future__ import annotations
 
@@ -6,66 +6,59 @@ import math
 
 import numpy as np
 
-from autobalancer.assembly.fluid_numbers import table_numbers
+from autobalancer.assembly.fluids import FluidRows, UniformTable, uniform_table
 from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.spatial import Parts
-from autobalancer.kernels import race_layout as at
-from autobalancer.kernels.rotor_layout import WIDTH
-from autobalancer.kernels.system import Floats
+from autobalancer.kernels.records.drive import RECORDED, SHAKE
+from autobalancer.kernels.system import Floats, Matrix, Rows
 from autobalancer.machine import BaseMotion, HarmonicForce, Machine, RecordedBaseMotion, RecordedForce
 
 
-def add_excitations(machine: Machine, parts: Parts, numbers: list[float]) -> int:
-    """Append what shakes the machine to the numbers of its rotor; returns where it begins, 0 if nothing does."""
-    if not machine.excitations:
-        return 0
-    width = int(numbers[WIDTH])
+def excitations(machine: Machine, parts: Parts, width: int, tables: FluidRows) -> tuple[Rows, Matrix]:
+    """The rows of a machine's excitations, and accelerations of its coordinates per unit of each, along x and y."""
+    rows, vectors = SHAKE.rows(len(machine.excitations)), np.zeros((2 * len(machine.excitations), width))
     inverse = np.linalg.inv(parts.mass)
-    n = parts.model.pairs
-    basis = parts.reduction.basis
-    moved = np.zeros((parts.model.size, 2))
-    for name, part in (("x", slice(0, n)), ("y", slice(n, 2 * n))):
-        shape = parts.model.translation
-        moved[part, 0 if name == "x" else 1] = shape
-    base = -inverse @ basis.T @ parts.model.mass @ moved
-    blocks, tables = [], []
-    for number, shake in enumerate(machine.excitations):
-        block = np.zeros(at.SHAKE_VECTORS + 2 * width)
+    for number, (row, shake) in enumerate(zip(rows, machine.excitations, strict=True)):
         direction = np.array([math.cos(float(shake.direction)), math.sin(float(shake.direction))])
         if isinstance(shake, (BaseMotion, RecordedBaseMotion)):
-            vectors = base
-            block[at.FELT] = 1.0
+            row.felt, moved = 1, _base(parts)
         else:
-            rows = rows_at(machine, parts.model, shake.station, "excitations", number, "station")
-            vectors = inverse @ (parts.model.both(rows.deflection[None]) @ basis).T
-        block[at.SHAKE_VECTORS : at.SHAKE_VECTORS + parts.size] = vectors[:, 0]
-        block[at.SHAKE_VECTORS + width : at.SHAKE_VECTORS + width + parts.size] = vectors[:, 1]
+            place = rows_at(machine, parts.model, shake.station, "excitations", number, "station")
+            moved = (parts.model.both(place.deflection[None]) @ parts.reduction.basis).T
+        vectors[2 * number : 2 * number + 2, : parts.size] = (inverse @ moved).T
         if isinstance(shake, (BaseMotion, HarmonicForce)):
-            if isinstance(shake, HarmonicForce):
-                size = float(shake.force)
-            elif shake.acceleration is not None:
-                size = float(shake.acceleration)
-            else:
-                size = -float(shake.displacement or 0.0) * float(shake.frequency or 0.0) ** 2
-            vector = size * direction[:, None] * np.array([math.cos(float(shake.phase)), math.sin(float(shake.phase))])
-            block[at.AMP_XR : at.AMP_YI + 1] = vector.ravel()
-            block[at.SHAKE_FREQUENCY] = float(shake.frequency if shake.frequency is not None else shake.order or 0.0)
-            block[at.BY_ANGLE] = float(shake.frequency is None)
-            blocks.append(block)
+            vector = _size(shake) * np.exp(1j * float(shake.phase)) * direction
+            row.x_real, row.x_imaginary, row.y_real, row.y_imaginary = vector.view(np.float64)
+            row.frequency = float(shake.frequency if shake.frequency is not None else shake.order or 0.0)
+            row.by_angle = int(shake.frequency is None)
             continue
         assert isinstance(shake, (RecordedBaseMotion, RecordedForce))
-        block[at.SHAKE_KIND] = at.RECORDED
+        row.kind = RECORDED
         values = shake.acceleration if isinstance(shake, RecordedBaseMotion) else shake.force
-        times, record = _with_silence(np.array(shake.time, np.float64), np.array(values, np.float64))
-        for column, share in ((at.TABLE_X, direction[0]), (at.TABLE_Y, direction[1])):
-            tables.append((len(blocks), column, table_numbers(times, share * record)))
-        blocks.append(block)
-    for which, column, table in tables:
-        blocks[which][column] = len(numbers)
-        numbers += table
-    begin = len(numbers)
-    numbers += [float(len(blocks)), *np.concatenate(blocks).tolist()]
-    return begin
+        table = uniform_table(*_with_silence(np.array(shake.time, np.float64), np.array(values, np.float64)))
+        row.table_x, row.table_y = (tables.add_table(_times(table, float(share))) for share in direction)
+    return rows, vectors
+
+
+def _base(parts: Parts) -> Matrix:
+    """Forces on the coordinates per acceleration of the base along x and y, seen from there."""
+    n = parts.model.pairs
+    moved = np.zeros((parts.model.size, 2))
+    moved[:n, 0] = moved[n:, 1] = parts.model.translation
+    return np.asarray(-parts.reduction.basis.T @ parts.model.mass @ moved)
+
+
+def _size(shake: BaseMotion | HarmonicForce) -> float:
+    """Amplitude of force or acceleration."""
+    if isinstance(shake, HarmonicForce):
+        return float(shake.force)
+    if shake.acceleration is not None:
+        return float(shake.acceleration)
+    return -float(shake.displacement or 0.0) * float(shake.frequency or 0.0) ** 2
+
+
+def _times(table: UniformTable, share: float) -> UniformTable:
+    return UniformTable(table.start, table.step, share * table.values, share * table.slopes)
 
 
 def _with_silence(times: Floats, values: Floats) -> tuple[Floats, Floats]:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import cmath
 
+from autobalancer.assembly.guided import ball_inertia
 from autobalancer.assembly.spatial import spatial_parts
-from autobalancer.assembly.system import Assembly, assemble, assemble_general, ball_inertia, total_mass
+from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.resolve_springs import settled
 from autobalancer.machine import Machine, PlanarRotor, Unbalance

@@ -1,33 +1,31 @@
-"""Contact-resolved balls as the rows and states of kernels/resolved_layout.py."""
+"""Contact-resolved balls as rows and states of kernels/records/resolved.py."""
 
 from __future__ import annotations
 
 import cmath
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from autobalancer.assembly.contacts import restitution
-from autobalancer.assembly.excitations import add_excitations
-from autobalancer.assembly.fluid_numbers import FluidNumbers, Lags, mode_count
-from autobalancer.assembly.race_numbers import Shapes
+from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
 from autobalancer.assembly.resolved_walls import (
     damping_number,
     orbit_at,
-    partition_numbers,
     refuse_sharp_waves,
     refuse_soft_wall,
     room,
+    set_partitions,
     stiffnesses,
 )
-from autobalancer.assembly.spatial import Parts
+from autobalancer.assembly.waves import WaveRows
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels import resolved_layout as at
-from autobalancer.kernels.rotor_layout import BALL_ROWS, SHAKERS
-from autobalancer.kernels.system import Floats, Matrix, System
+from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels.records.fluid import NONE
+from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
+from autobalancer.kernels.system import Floats, Matrix, Rows, System
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
@@ -60,41 +58,23 @@ def resolved_size(balls: tuple[Ball, ...], lags: Lags) -> int:
     return len(balls) * at.BALL_STATES + mode_count(lags)
 
 
-def resolved_numbers(
-    machine: Machine,
-    parts: Parts,
-    balls: tuple[Ball, ...],
-    angles: Floats,
-    rotor: Floats,
-    lags: Lags,
-    first_state: int,
-) -> Floats:
-    """``rotor`` with the rows of the balls behind it; their states begin at ``first_state``, modes of fluids follow.
+def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids: FluidRows) -> dict[str, Rows]:
+    """Rows of the balls, of their partitions and of the waves of their races, as fields of a system.
 
     ``angles`` at the start say between which partitions a ball is; drawn ones that overlap one are moved to its side.
     """
-    numbers = list(rotor)
-    rows, first_mode = len(numbers), first_state + len(balls) * at.BALL_STATES
-    numbers += [0.0] * (len(balls) * at.RESOLVED_COLUMNS)
-    fluids, shapes = FluidNumbers(numbers, at, balls, lags, first_mode), Shapes(machine, numbers)
-    for i, ball in enumerate(balls):
+    rows, waves = FREE_BALL.rows(len(balls)), WaveRows(machine)
+    bounded = [i for i, b in enumerate(balls) if machine.balancers[b.balancer].races[b.race].partitions is not None]
+    partitions = PARTITION.rows(len(bounded))
+    for i, (row, ball) in enumerate(zip(rows, balls, strict=True)):
         race = machine.balancers[ball.balancer].races[ball.race]
-        row = rows + i * at.RESOLVED_COLUMNS
-        put = partial(_put, numbers, row)
-        for column, value in _columns(machine, race, ball).items():
-            put(column, value)
-        put(at.SHAPE, shapes.place(ball))
-        if race.partitions is not None:
-            put(at.PARTITIONS, len(numbers))
-            found, angles[i] = partition_numbers(race, ball, angles[i], relative_mass(ball))
-            numbers += found
-        fluids.put(i, put)
-    numbers[BALL_ROWS], numbers[SHAKERS] = rows, add_excitations(machine, parts, numbers)
-    return np.array(numbers, np.float64)
-
-
-def _put(numbers: list[float], row: int, column: int, value: float) -> None:
-    numbers[row + column] = float(value)
+        _fill(row, machine, race, ball)
+        waves.fill(row, ball)
+        fluids.fill(row, i)
+        row.partition = bounded.index(i) if i in bounded else NONE
+        if i in bounded:
+            angles[i] = set_partitions(partitions[row.partition], race, ball, angles[i], relative_mass(ball))
+    return {"free_balls": rows, "free": FREE.rows(len(balls)), "partitions": partitions, "waves": waves.rows}
 
 
 def relative_mass(ball: Ball) -> float:
@@ -102,7 +82,7 @@ def relative_mass(ball: Ball) -> float:
     return ball.mass + ball.virtual_mass * ball.displaced
 
 
-def _columns(machine: Machine, race: Race, ball: Ball) -> dict[int, float]:
+def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     """All of a row that is not a place of further numbers."""
     contact = race.resolved
     assert contact is not None
@@ -117,44 +97,42 @@ def _columns(machine: Machine, race: Race, ball: Ball) -> dict[int, float]:
     friction = race.friction
     hold = float(contact.adherence_stiffness)
     vertical = machine.axis == "vertical"
-    return {
-        at.MASS_: ball.effective_mass,
-        at.EXTRA: whole - ball.effective_mass,
-        at.SPIN_INERTIA: ball.spin_ratio * ball.mass * ball.radius**2,
-        at.RADIUS: ball.radius,
-        at.ORBIT_: ball.orbit_radius,
-        at.CENTER_X: ball.eccentricity.real,
-        at.CENTER_Y: ball.eccentricity.imag,
-        at.PLACE_: ball.balancer,
-        at.RACE_: -1.0 if race.coincidence else 1000.0 * ball.balancer + ball.race,
-        at.GAP: gap,
-        at.HERTZ: float(hertz),
-        at.WALL_STIFFNESS: outer_k,
-        at.INNER_STIFFNESS: inner_k,
-        at.WALL_DAMPING: float(contact.damping) if contact.damping is not None else ratio * math.sqrt(outer_k * whole),
-        at.INNER_DAMPING: float(contact.damping) if contact.damping is not None else ratio * math.sqrt(inner_k * whole),
-        at.BALL_STIFFNESS: ball_k,
-        at.BALL_DAMPING: damping_number(contact, restitution(race)),
-        at.SLIDING: float(contact.sliding_friction),
-        at.PEAK: float(contact.peak_friction or contact.sliding_friction),
-        at.SLIP_SPEED: float(contact.slip_speed),
-        at.PEAK_SPEED: float(contact.peak_speed or 1.0),
-        at.ROLLING_ARM: float(friction.rolling_resistance) * ball.radius if friction is not None else 0.0,
-        at.REST_SPEED: float(contact.rest_speed or 1.0),
-        at.ADHERENCE: float(friction.adherence or 0.0) if friction is not None else 0.0,
-        at.HOLD_STIFFNESS: hold,
-        at.HOLD_DAMPING: 2.0 * math.sqrt(hold * whole),
-        at.FLOOR: float(contact.floor_friction),
-        at.WEIGHT: ball.effective_mass * float(machine.gravity) if vertical else 0.0,
-        at.BALL_SLIDING: float(contact.ball_friction),
-        at.VISCOUS: ball.drag / ball.orbit_radius**2,
-    }
+    row.mass = ball.effective_mass
+    row.extra = whole - ball.effective_mass
+    row.spin_inertia = ball.spin_ratio * ball.mass * ball.radius**2
+    row.radius = ball.radius
+    row.orbit = ball.orbit_radius
+    row.center_x = ball.eccentricity.real
+    row.center_y = ball.eccentricity.imag
+    row.station = ball.balancer
+    row.race = -1 if race.coincidence else 1000 * ball.balancer + ball.race
+    row.gap = gap
+    row.hertz = int(hertz)
+    row.wall_stiffness = outer_k
+    row.inner_stiffness = inner_k
+    row.wall_damping = float(contact.damping) if contact.damping is not None else ratio * math.sqrt(outer_k * whole)
+    row.inner_damping = float(contact.damping) if contact.damping is not None else ratio * math.sqrt(inner_k * whole)
+    row.ball_stiffness = ball_k
+    row.ball_damping = damping_number(contact, restitution(race))
+    row.sliding = float(contact.sliding_friction)
+    row.peak = float(contact.peak_friction or contact.sliding_friction)
+    row.slip_speed = float(contact.slip_speed)
+    row.peak_speed = float(contact.peak_speed or 1.0)
+    row.rolling_arm = float(friction.rolling_resistance) * ball.radius if friction is not None else 0.0
+    row.rest_speed = float(contact.rest_speed or 1.0)
+    row.adherence = float(friction.adherence or 0.0) if friction is not None else 0.0
+    row.hold_stiffness = hold
+    row.hold_damping = 2.0 * math.sqrt(hold * whole)
+    row.floor = float(contact.floor_friction)
+    row.weight = ball.effective_mass * float(machine.gravity) if vertical else 0.0
+    row.ball_sliding = float(contact.ball_friction)
+    row.viscous = ball.drag / ball.orbit_radius**2
 
 
-def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rotor: Floats, speed: float) -> Matrix:
+def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, speed: float) -> Matrix:
     """Balls that roll at their start angles and speeds, pressed on their wall by the ``speed`` of the rotor (rad/s)."""
     states = np.zeros((len(balls), at.BALL_STATES))
-    for row, numbers, ball, angle in zip(states, rows_of(rotor, len(balls)), balls, angles, strict=True):
+    for row, numbers, ball, angle in zip(states, rows, balls, angles, strict=True):
         race = machine.balancers[ball.balancer].races[ball.race]
         assert race.resolved is not None
         radius, slope = orbit_at(race, ball, angle)
@@ -176,13 +154,12 @@ def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, roto
     return states
 
 
-def resolved_scales(balls: tuple[Ball, ...], rotor: Floats, fastest: float) -> Matrix:
+def resolved_scales(balls: tuple[Ball, ...], rows: Rows, fastest: float) -> Matrix:
     """Sizes of the states for tolerances, (n, BALL_STATES): depth of contact and its frequency at the speed ``fastest``."""
     scales = np.ones((len(balls), at.BALL_STATES))
-    rows = rows_of(rotor, len(balls))
     for scale, row, ball in zip(scales, rows, balls, strict=True):
         force = max(ball.moment * fastest**2, 10.0 * ball.effective_mass)
-        power = 1.5 if row[at.HERTZ] else 1.0
+        power = 1.5 if row.hertz else 1.0
         depth = _depth(row, force)
         frequency = math.sqrt(power * force / depth / relative_mass(ball))
         scale[[at.BALL_X, at.BALL_Y, at.HOLD]] = depth
@@ -191,19 +168,13 @@ def resolved_scales(balls: tuple[Ball, ...], rotor: Floats, fastest: float) -> M
     return scales
 
 
-def _depth(row: Floats, force: float) -> float:
+def _depth(row: Any, force: float) -> float:
     """How deep the outer wall is pressed by a force, m."""
-    return float((force / row[at.WALL_STIFFNESS]) ** (2.0 / 3.0 if row[at.HERTZ] else 1.0))
-
-
-def rows_of(rotor: Floats, count: int) -> Matrix:
-    """The rows of the balls, (count, RESOLVED_COLUMNS)."""
-    first = int(rotor[BALL_ROWS])
-    return np.asarray(rotor[first : first + count * at.RESOLVED_COLUMNS].reshape(count, at.RESOLVED_COLUMNS))
+    return float((force / row.wall_stiffness) ** (2.0 / 3.0 if row.hertz else 1.0))
 
 
 def ball_states(states: Matrix, system: System, rotor_size: int) -> Any:
     """The states of the balls alone, (times, n, BALL_STATES)."""
-    count = system.balls.shape[0]
+    count = system.ball_count
     first = 2 + 2 * rotor_size + 2 * count
     return states[:, first : first + count * at.BALL_STATES].reshape(-1, count, at.BALL_STATES)

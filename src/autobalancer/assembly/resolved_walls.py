@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import cmath
 import math
+from typing import Any
 
 import numpy as np
 
 from autobalancer.assembly.contacts import restitution, sector
 from autobalancer.assembly.profile import highest_prescribed
-from autobalancer.assembly.race_numbers import race_harmonics
+from autobalancer.assembly.waves import race_harmonics
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.resolved_layout import (
-    PART_AHEAD,
-    PART_BEHIND,
-    PART_DAMPING,
-    PART_MIDDLE,
-    PART_NUMBERS,
-    PART_STIFFNESS,
-)
 from autobalancer.kernels.system import Floats
 from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.laws.rebound import damping_ratio, hertz_damping_ratio
@@ -122,8 +115,8 @@ def damping_number(contact: ResolvedContact, share: float) -> float:
     return hertz_damping_ratio(share) if contact.reduced_modulus is not None else 2.0 * damping_ratio(share)
 
 
-def partition_numbers(race: Race, ball: Ball, angle: float, mass: float) -> tuple[list[float], float]:
-    """The partitions around a ball that starts at ``angle``, as in kernels/resolved_layout.py, and the angle beside them."""
+def set_partitions(row: Any, race: Race, ball: Ball, angle: float, mass: float) -> float:
+    """Fill a row with the partitions around a ball that starts at ``angle``; returns the angle beside them."""
     contact = race.resolved
     assert contact is not None
     half = math.asin(ball.radius / max(ball.orbit_radius - float(contact.start_gap), ball.radius))
@@ -135,9 +128,8 @@ def partition_numbers(race: Race, ball: Ball, angle: float, mass: float) -> tupl
         stiffness = 2.0 * float(
             race.contact.stiffness
         )  # a partition is where the mirror image of the ball would meet it
-    found = [0.0] * PART_NUMBERS
-    for place, normal in ((PART_BEHIND, cmath.rect(1.0, low) * 1j), (PART_AHEAD, cmath.rect(1.0, high) * -1j)):
-        found[place : place + 2] = normal.real, normal.imag
-    found[PART_MIDDLE], found[PART_STIFFNESS] = 0.5 * (low + high), stiffness
-    found[PART_DAMPING] = damping_number(contact, restitution(race)) * math.sqrt(stiffness * mass)
-    return found, min(max(angle, low + half), high - half)
+    behind, ahead = cmath.rect(1.0, low) * 1j, cmath.rect(1.0, high) * -1j
+    row.behind_x, row.behind_y, row.ahead_x, row.ahead_y = behind.real, behind.imag, ahead.real, ahead.imag
+    row.middle, row.stiffness = 0.5 * (low + high), stiffness
+    row.damping = damping_number(contact, restitution(race)) * math.sqrt(stiffness * mass)
+    return min(max(angle, low + half), high - half)

@@ -1,4 +1,4 @@
-"""A rotor with stations as the numbers of kernels/stations.py."""
+"""A rotor with stations in reduced coordinates."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.profile import corners, unbalance_factor
+from autobalancer.assembly.profile import corners
 from autobalancer.assembly.rotors import (
     LateralModel,
     balancer_rows,
@@ -23,9 +23,6 @@ from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.lanes import LANES
-from autobalancer.kernels.rotor_layout import HEADER
-from autobalancer.kernels.system import START
 from autobalancer.machine import ConstantTorque, Hill, Machine, PrescribedSpeed, TargetTorque, TorqueTable
 
 
@@ -123,73 +120,6 @@ def top_speed(machine: Machine) -> float | None:
     profile = drive.profile
     ends = [float(profile.start), float(profile.end)] if isinstance(profile, Hill) else [w for _, w in corners(profile)]
     return gain * max(map(abs, ends)) / damping if damping > 0.0 else None
-
-
-def rotor_numbers(machine: Machine, parts: Parts, segments: Matrix) -> Floats:
-    """The flat vector of kernels/stations.py, in the order of its ``blocks``."""
-    model, size = parts.model, parts.size
-    width = padded_size(size)
-    each = 4 if machine.tilting_races == "full" else 2
-    count = parts.places.shape[0]
-    inverse: Matrix = np.asarray(np.linalg.inv(parts.mass), np.float64)
-
-    def columns(matrix: Matrix) -> Floats:
-        padded = np.zeros((width, width))
-        padded[:size, :size] = matrix.T  # row j of the block is column j of the matrix
-        return padded.ravel()
-
-    rows = np.concatenate([np.concatenate([p, s][: each // 2]) for p, s in zip(parts.places, parts.slopes, strict=True)] or [
-        np.zeros((0, size))
-    ])  # fmt: skip
-    wide = np.zeros((count * each, width))
-    wide[:, :size] = rows
-    reach = np.zeros_like(wide)
-    reach[:, :size] = rows @ inverse
-    gyroscopic = parts.small(model.gyroscopic)
-    blocks = [
-        np.array([size, width, count, each, model.speeds.size, axial_gravity(machine), 0, 0, 0], np.float64),
-        model.speeds,
-    ]
-    assert blocks[0].size == HEADER
-    blocks.append(columns(inverse @ gyroscopic))
-    blocks += [columns(inverse @ parts.small(c)) for c in model.damping]
-    blocks += [columns(inverse @ parts.small(k)) for k in model.stiffness]
-    blocks += [columns(0.5 * gyroscopic), wide.ravel(), reach.ravel(), (rows @ inverse @ rows.T).ravel()]
-    blocks.append(np.zeros(5 * width + rows.shape[0] * (rows.shape[0] + 9)))
-    blocks += _loads(machine, parts, inverse, segments, width)
-    return np.ascontiguousarray(np.concatenate(blocks), np.float64)
-
-
-def axial_gravity(machine: Machine) -> float:
-    """Acceleration along +z of a machine with a vertical axis; z points up unless its rotor says the contrary."""
-    if machine.axis == "horizontal":
-        return 0.0
-    return float(machine.gravity) if getattr(machine.rotor, "up", None) == "-z" else -float(machine.gravity)
-
-
-def _loads(machine: Machine, parts: Parts, inverse: Matrix, segments: Matrix, width: int) -> list[Floats]:
-    """For each segment of time: M^-1 u and u, real and imaginary parts, then the rates of these four."""
-    blocks = []
-    starts = [float(row[START]) for row in segments]
-    for number, start in enumerate(starts):
-        now, rate = np.zeros((2, parts.size), np.complex128)
-        for shape, unbalance in zip(parts.shapes, machine.unbalances, strict=True):
-            factor = unbalance_factor(unbalance, start)
-            now = now + factor * shape
-            if number + 1 < len(starts):
-                late = unbalance_factor(unbalance, starts[number + 1], before=True)
-                rate = rate + (late - factor) / (starts[number + 1] - start) * shape
-        for load in (now, rate):
-            for vector in (inverse @ load, load):
-                # the kernel takes Re(u e^(i theta)) as real part times cosine less imaginary part times sine
-                blocks += [np.pad(vector.real, (0, width - parts.size)), np.pad(vector.imag, (0, width - parts.size))]
-        blocks[-1][-1] = 1.0 if np.any(rate) else 0.0
-    return blocks
-
-
-def padded_size(size: int) -> int:
-    """Coordinates and at least one place more, in whole lanes."""
-    return size + 1 + (-(size + 1) % LANES)
 
 
 def pulled(parts: Parts, x: float, y: float) -> Floats:

@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from autobalancer.assembly.fluid_numbers import table_numbers
+from autobalancer.assembly.fluids import uniform_table
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Floats
 from autobalancer.kernels.flow.speed import RECORD
-from autobalancer.kernels.system import HILL
+from autobalancer.kernels.records.drive import HILL
 from autobalancer.machine import Constant, Machine
 from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.units import texts_argument
@@ -107,8 +107,9 @@ def recorded_speed(times: Floats | Sequence[str] | str, speeds: Floats | Sequenc
     """
     times = texts_argument("times", times, "s")
     speeds = texts_argument("speeds", speeds, "rad/s")
-    _, step, count, *pairs = table_numbers(np.asarray(times, np.float64), np.asarray(speeds, np.float64))
-    piece = Recorded(float(times[0]), RECORD, np.array([step, count, *pairs]))
+    table = uniform_table(np.asarray(times, np.float64), np.asarray(speeds, np.float64))
+    pairs = np.column_stack([table.values, table.slopes]).ravel()
+    piece = Recorded(float(times[0]), RECORD, np.array([table.step, table.values.size, *pairs]))
     alone = WallSpeed((piece,), 0.0)
     return WallSpeed((piece,), alone.at(0.0)[0])
 

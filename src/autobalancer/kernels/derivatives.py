@@ -8,9 +8,9 @@ from typing import Any
 from numba import njit, void
 
 from autobalancer.kernels.flags import COMPILED
-from autobalancer.kernels.pointers import address, data
+from autobalancer.kernels.host.drive import enter_segment
+from autobalancer.kernels.pointers import address, data, plain
 from autobalancer.kernels.system import (
-    START,
     Floats,
     Matrix,
     System,
@@ -26,9 +26,8 @@ def derivatives(
     rhs: Callable[[float, Any, Any, Any], None], p: System, times: Floats, states: Matrix, out: Matrix
 ) -> None:
     """Write the time derivative of each state into ``out`` (times, n)."""
-    parameters, segments = address(p), p.segments.shape[0]
-    p.now[0] = 0
+    parameters = plain(address(p))
+    p.drive.now[0] = 0
     for i in range(times.size):
-        while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= times[i]:
-            p.now[0] += 1
+        enter_segment(times[i], p.drive)
         rhs(times[i], data(states[i]), data(out[i]), parameters)

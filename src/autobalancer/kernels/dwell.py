@@ -28,12 +28,11 @@ from autobalancer.kernels.integrators.memory import (
 )
 from autobalancer.kernels.integrators.record import PIECES, Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
-from autobalancer.kernels.integrators.switches import forget_modes
+from autobalancer.kernels.integrators.switching import FORGET, switch_type
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
-from autobalancer.kernels.pointers import address, behind, data
+from autobalancer.kernels.pointers import address, behind, data, plain
 from autobalancer.kernels.system import (
     BALLS,
-    DRIVE,
     SPEED,
     THETA,
     Floats,
@@ -41,6 +40,7 @@ from autobalancer.kernels.system import (
     System,
     matrix_type,
     rhs_type,
+    system_at,
     system_type,
     vector_type,
 )
@@ -150,8 +150,8 @@ def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignor
 @njit(**COMPILED)
 def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
     """Fold the step that began at ``left`` into the window that began at ``begin``; it counts up to where it was cut."""
-    p, (m, w) = behind(parameters), behind(seen)
-    count, radii, step = p.balls.shape[0], w.weights.size + 1, m.clock[TAKEN]
+    p, (m, w) = behind(system_at(parameters)), behind(seen)
+    count, radii, step = p.ball_count, w.weights.size + 1, m.clock[TAKEN]
     cut = min(1.0, (m.clock[TIME] - left) / step)
     for piece in range(PIECES + 1):
         x = cut * piece / PIECES
@@ -160,7 +160,7 @@ def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyp
         share = cut * step / (3.0 * PIECES) * (1.0 if piece in (0, PIECES) else 4.0 if piece % 2 == 1 else 2.0)
         share *= 1.0 - math.cos(2.0 * math.pi * (left + x * step - begin) / length)
         c, s = 1.0, 0.0
-        if p.rotating != 1.0:
+        if p.rotating != 1:
             angle = component(THETA, x, m)
             c, s = math.cos(angle), math.sin(angle)
         w.spent[2] += share
@@ -190,12 +190,13 @@ def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyp
 
 @njit(
     int64(
-        rhs_type, system_type, tableau_type, record_type, record_type, memory_type, window_type, vector_type,
+        rhs_type, switch_type, system_type, tableau_type, record_type, record_type, memory_type, window_type, vector_type,
     ),
     **COMPILED,
 )  # fmt: skip
 def hold(
     rhs: Callable[[float, Any, Any, Any], None],
+    switch: Callable[[int, float, Any, Any, Any], float],
     p: System,
     t: Tableau,
     quiet: Record,
@@ -209,11 +210,11 @@ def hold(
     ``p`` has one segment. The clock and the steps begin anew, so that the end depends on the state and the plan only.
     ``dense`` makes the stepper keep the dense output of all components, ``quiet`` of none.
     """
-    n, count, radii = m.state.size, p.balls.shape[0], w.weights.size + 1
-    parameters, seen = address(p), address((m, w))
+    n, count, radii = m.state.size, p.ball_count, w.weights.size + 1
+    parameters, seen, segment = plain(address(p)), address((m, w)), p.drive.segments[0]
     for i in range(COUNTS):
         m.counts[i] = 0
-    forget_modes(p, m)
+    switch(FORGET, 0.0, rhs, parameters, plain(address((t, m))))
     # a small part of a turn: at a motion that hardly changes in the rotor a guess from rates would be far too long
     m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, FIRST / abs(plan[TARGET]), 1.0
     change = plan[TARGET] - m.state[SPEED]
@@ -222,26 +223,26 @@ def hold(
         # the limit of an ever faster ramp: the accelerations are linear in that of the rotor
         for i in range(m.trial.size):
             m.trial[i] = m.state[i] if i < n else 0.0
-        p.segments[0, DRIVE] = m.state[SPEED]
+        segment.value = m.state[SPEED]
         for number in range(2):
-            p.segments[0, DRIVE + 1] = float(number)
+            segment.rate = float(number)
             rhs(0.0, data(m.trial), data(m.stages[number]), parameters)
         for i in range(n):
             m.state[i] += change * (m.stages[1, i] - m.stages[0, i])
     elif change != 0.0:
         ramp = abs(change) / plan[RATE]
-        p.segments[0, DRIVE], p.segments[0, DRIVE + 1] = m.state[SPEED], change / ramp
+        segment.value, segment.rate = m.state[SPEED], change / ramp
         m.clock[END], status = ramp, RUNNING
         while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
-            status = advance(rhs, p, t, quiet, m, LOOK)
+            status = advance(rhs, switch, p, t, quiet, m, LOOK)
     w.spent[0] = ramp
     if status != FINISHED:
         return status
-    p.segments[0, DRIVE], p.segments[0, DRIVE + 1], m.state[SPEED] = plan[TARGET], 0.0, plan[TARGET]
+    segment.value, segment.rate, m.state[SPEED] = plan[TARGET], 0.0, plan[TARGET]
     m.counts[FRESH] = 0
     m.clock[END], status = ramp + plan[DWELL], RUNNING
     while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
-        status = advance(rhs, p, t, quiet, m, LOOK)
+        status = advance(rhs, switch, p, t, quiet, m, LOOK)
     looking = status == FINISHED
     while looking:
         begin, length = m.clock[TIME], plan[WINDOW]
@@ -258,7 +259,7 @@ def hold(
             m.clock[END], status = begin + 0.5 * (half + 1) * length, RUNNING
             while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
                 left, taken = m.clock[TIME], m.counts[ACCEPTED]
-                status = advance(rhs, p, t, dense, m, 1)
+                status = advance(rhs, switch, p, t, dense, m, 1)
                 if m.counts[ACCEPTED] > taken:
                     _note(left, begin, length, half, parameters, seen)
             if status != FINISHED:

@@ -12,6 +12,11 @@ an index into a pointer is not tested for being negative.
     Pointer to a copy of a tuple, valid until the calling function returns.
 ``behind(value)``
     The tuple behind a pointer, or the tuple itself: compiled code passes the one, Python the other.
+``plain(pointer)``
+    The same pointer without its type. Function types take these: a type that lists all numbers of a machine makes every
+    call from Python slow.
+``pointer_to(kind)``
+    A function that gives such a pointer its type back; a tuple stays what it is.
 """
 
 from __future__ import annotations
@@ -49,14 +54,48 @@ def _address(typing_context: Any, value: Any) -> Any:
     return types.CPointer(value)(value), generate
 
 
+def _parts(builder: Any, pointer: Any) -> Any:
+    """What a pointer points to, each number of it loaded on its own, so that the compiler drops those nobody wants."""
+    kind = pointer.type.pointee
+    if not isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
+        return builder.load(pointer)
+    count = kind.count if isinstance(kind, ir.ArrayType) else len(kind.elements)
+    whole = ir.Constant(kind, ir.Undefined)
+    for i in range(count):
+        whole = builder.insert_value(whole, _parts(builder, cgutils.gep_inbounds(builder, pointer, 0, i)), i)
+    return whole
+
+
 def _behind(typing_context: Any, value: Any) -> Any:
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.load(arguments[0])
+        return _parts(builder, arguments[0])
 
     def same(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return arguments[0]
 
     return (value.dtype(value), load) if isinstance(value, types.CPointer) else (value(value), same)
+
+
+def _plain(typing_context: Any, pointer: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], cgutils.voidptr_t)
+
+    return types.voidptr(pointer), generate
+
+
+def pointer_to(kind: Any) -> Any:
+    """See above."""
+
+    def typed(typing_context: Any, value: Any) -> Any:
+        def cast(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], context.get_value_type(kind).as_pointer())
+
+        def same(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return arguments[0]
+
+        return (types.CPointer(kind)(value), cast) if value == types.voidptr else (value(value), same)
+
+    return _itself if getattr(config, "DISABLE_JIT", False) else intrinsic(typed)
 
 
 def _element(array: Any, index: int) -> Any:
@@ -71,7 +110,9 @@ data: Any
 row: Any
 address: Any
 behind: Any
+plain: Any
 if getattr(config, "DISABLE_JIT", False):  # interpreted, to look for faults: arrays and tuples are references there
-    data, row, address, behind = np.ravel, _element, _itself, _itself
+    data, row, address, behind, plain = np.ravel, _element, _itself, _itself, _itself
 else:
-    data, row, address, behind = intrinsic(_data), intrinsic(_row), intrinsic(_address), intrinsic(_behind)
+    data, row, address = intrinsic(_data), intrinsic(_row), intrinsic(_address)
+    behind, plain = intrinsic(_behind), intrinsic(_plain)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from numba import njit, types, void
 
@@ -19,12 +20,11 @@ from autobalancer.kernels.integrators.memory import (
 )
 from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
+from autobalancer.kernels.integrators.switching import switch_type
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.system import (
     BALLS,
-    DRIVE,
     SPEED,
-    START,
     Floats,
     Matrix,
     System,
@@ -51,7 +51,7 @@ def _rests(m: Memory, count: int, limit: float) -> bool:
 
 @njit(
     void(
-        rhs_type, system_type, tableau_type, record_type, memory_type, matrix_type, vector_type, types.float64,
+        rhs_type, switch_type, system_type, tableau_type, record_type, memory_type, matrix_type, vector_type, types.float64,
         types.float64, types.float64, matrix_type,
     ),
     cache=KEPT,
@@ -60,6 +60,7 @@ def _rests(m: Memory, count: int, limit: float) -> bool:
 )  # fmt: skip
 def settle(
     rhs: Callable[[float, Floats, Floats, System], None],
+    switch: Callable[[int, float, Any, Any, Any], float],
     p: System,
     t: Tableau,
     r: Record,
@@ -78,26 +79,26 @@ def settle(
     from its end. ``ends`` is (rows, state + 2 + 2 n).
     """
     size = m.state.size
-    count = p.balls.shape[0]
-    last = p.segments.shape[0] - 1
-    target = p.segments[last, DRIVE]
+    count, segments = p.ball_count, p.drive.segments
+    last = segments.shape[0] - 1
+    target = segments[last].value
     for k in range(starts.shape[0]):
         for i in range(size):
             m.state[i] = starts[k, i]
         ramp = 0.0
         if rates[k] > 0.0 and last == 1:
             ramp = (target - starts[k, SPEED]) / rates[k]
-            p.segments[0, DRIVE] = starts[k, SPEED]
-            p.segments[0, DRIVE + 1] = rates[k]
-            p.segments[1, START] = ramp
-        p.now[0] = 0
+            segments[0].value = starts[k, SPEED]
+            segments[0].rate = rates[k]
+            segments[1].start = ramp
+        p.drive.now[0] = 0
         for i in range(COUNTS):
             m.counts[i] = 0
         m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, 0.0, 1.0
         m.clock[END] = ramp + (1.0 - WINDOW) * hold
         status, quiet = RUNNING, 0
         while status == RUNNING and quiet < LOOKS_AT_REST:
-            status = advance(rhs, p, t, r, m, STEPS_BETWEEN_LOOKS)
+            status = advance(rhs, switch, p, t, r, m, STEPS_BETWEEN_LOOKS)
             quiet = quiet + 1 if m.clock[TIME] > ramp + earliest and _rests(m, count, rest) else 0
         for i in range(count):
             ends[k, size + 2 + i] = 0.0
@@ -115,7 +116,7 @@ def settle(
                 ends[k, i] = m.state[BALLS + i]
                 ends[k, count + i] = m.state[BALLS + i]
             while status == RUNNING:
-                status = advance(rhs, p, t, r, m, 2)
+                status = advance(rhs, switch, p, t, r, m, 2)
                 for i in range(count):
                     ends[k, i] = min(ends[k, i], m.state[BALLS + i])
                     ends[k, count + i] = max(ends[k, count + i], m.state[BALLS + i])

@@ -10,73 +10,137 @@ State of a rotor of R coordinates with n guided balls, length 2 + 2 R + 2 n::
     q[R - 2]    the other coordinates of the rotor          m        in the axes of the frame
     v[R - 2]    their velocities in space                   m/s      in the axes of the frame
 
-On a planar rotor R = 2 and the reference station is the center of its races.
+On a planar rotor R = 2 and the reference station is the center of its races. Relaxation modes of fluids come last.
 
 The frame is at rest, or it turns with the rotor (``rotating``), whichever makes the motion slow.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
+from numba import typeof, types
 from numpy.typing import NDArray
 
+from autobalancer.kernels.pointers import pointer_to
+from autobalancer.kernels.records.drive import PRESCRIBED, SEGMENT, SHAKE
+from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
+from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
+from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
+
 X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
-
-# columns of System.balls; from CONTACT on they are work space of the equations
-(
-    MASS, MOMENT, INERTIA, SPIN, DRAG, OFFSET_X, OFFSET_Y, ORBIT, STATION,
-    NEXT, WRAP, TOUCH, HARD, SOFT, WALL_LOW, WALL_HIGH, WALL_HARD, WALL_SOFT, RUB, GRIP, ARM, ARM_NEXT, OUT, OUT_NEXT,
-    CONTACT, OUTWARD, LEAN_X, LEAN_Y, LEAN_U, LEAN_V, PUSH, TWIST,
-    BALL_COLUMNS,
-) = range(33)  # fmt: skip
-# columns of System.segments; DRIVE and UNBALANCE are the first of four each
-START, KIND, DRIVE, UNBALANCE, SEGMENT_COLUMNS = 0, 1, 2, 6, 10
-
-PRESCRIBED, TORQUE = 0, 1
-LINEAR, HILL = 0, 1
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Rows = Any  # of one of the records
+
+
+class Drive(NamedTuple):
+    """What turns the rotor, and its unbalance."""
+
+    kind: int = PRESCRIBED  # or TORQUE
+    damping: float = 0.0  # external damping torque over speed
+    table: Matrix = np.zeros((0, 2))  # (q, 2) speed, torque; may be empty
+    segments: Rows = SEGMENT.rows(0)
+    now: Integers = np.zeros(1, np.int64)  # (1,) the segment in force
+
+
+class Planar(NamedTuple):
+    """A rotor that moves in its plane only, for its own equations; on any other rotor all are 0."""
+
+    mass: float = 0.0  # rotor and effective mass of all balls
+    stiffness_x: float = 0.0
+    stiffness_y: float = 0.0
+    damping_x: float = 0.0
+    damping_y: float = 0.0
+
+
+class Host(NamedTuple):
+    """Any other linear rotor: R coordinates in W places (whole lanes), S stations of two or four rows each, T speeds.
+
+    Matrices over the coordinates stand column by column and are multiplied by M^-1 where that is said.
+    """
+
+    size: int = 0  # R
+    width: int = 0  # W
+    stations: int = 0  # S
+    axial_gravity: float = 0.0  # acceleration along +z
+    speeds: Floats = np.zeros(0)  # (T,) of the matrices
+    gyroscopic: Matrix = np.zeros((0, 0))  # (W, W) M^-1 G
+    damping: Any = np.zeros((0, 0, 0))  # (T, W, W) M^-1 C
+    stiffness: Any = np.zeros((0, 0, 0))  # (T, W, W) M^-1 K
+    spin: Matrix = np.zeros((0, 0))  # (W, W) G/2
+    rows: Matrix = np.zeros((0, 0))  # (rows, W) B of all stations
+    reach: Matrix = np.zeros((0, 0))  # (rows, W) B M^-1
+    mobility: Matrix = np.zeros((0, 0))  # (rows, rows) H = B M^-1 B^T
+    loads: Any = np.zeros((0, 8, 0))  # (segments, 8, W) M^-1 u (real, imaginary part), u, and the rates of all four
+
+
+class Work(NamedTuple):
+    """Work space of a linear rotor."""
+
+    q: Floats = np.zeros(0)  # (W,) coordinates
+    v: Floats = np.zeros(0)  # (W,) velocities
+    f: Floats = np.zeros(0)  # (W,) q'' = f - w' g
+    g: Floats = np.zeros(0)  # (W,)
+    own_g: Floats = np.zeros(0)  # (W,) M g
+    left: Matrix = np.zeros((0, 0))  # (rows, rows) 1 + H S
+    one: Floats = np.zeros(0)  # (rows,) right-hand sides; then the accelerations of the stations
+    two: Floats = np.zeros(0)  # (rows,)
+    push: Floats = np.zeros(0)  # (rows,) forces R on the stations
+    arm: Floats = np.zeros(0)  # (rows,) c: what w' adds to them
+    turn: Floats = np.zeros(0)  # (rows,) what the accelerations of the stations add to the torque
+    inert: Matrix = np.zeros((0, 0))  # (rows, rows of a station) S
+
+
+class Fluid(NamedTuple):
+    """What the fluids do, and all tables."""
+
+    tables: Rows = TABLE.rows(0)
+    points: Rows = POINT.rows(0)
+    modes: Rows = RELAXATION.rows(0)
+    lines: Rows = LINE.rows(0)
+    others: Integers = np.zeros(0, np.int64)  # numbers of balls, for the lines
+    fit: Matrix = np.zeros((0, 0))  # of the slipstream, by powers of Reynolds number and distance
 
 
 class System(NamedTuple):
-    """Parameters of the equations of motion, SI.
+    """Parameters of the equations of motion, SI, and their work space. What a machine does not have is empty."""
 
-    Few arrays, because every array in a tuple costs some nanoseconds at every call.
-    """
-
-    rotating: float  # 1.0 if the frame turns with the rotor, else 0.0
-    mass: float  # rotor and effective mass of all balls
-    stiffness_x: float
-    stiffness_y: float
-    damping_x: float
-    damping_y: float
+    rotating: int  # 1 if the frame turns with the rotor, else 0
     gravity_x: float  # acceleration in the plane
     gravity_y: float
     polar_inertia: float  # about the shaft: rotor, and of the balls what does not change
-    drive: int  # PRESCRIBED or TORQUE
-    torque_damping: float  # external damping torque over speed
-    balls: Matrix  # (n, 32): effective mass; times orbit radius; inertia of the angle (mass, virtual mass, rolling);
-    #               coupling with the rotor angle at E = 0; drag torque over speed; race center E in the rotor;
-    #               orbit radius; number of its station; the next ball of its race (-1: none) with what to add to its
-    #               angle and the angle between them when they touch; stiffness and damping of their contact (torque);
-    #               the angles of partitions between which it runs, and stiffness and damping there;
-    #               of contact with the next ball, laws/touching_balls.py:
-    #               friction, sharpness of its onset, arms of it and of the next, and what presses both on the wall (1/m)
-    torque_table: Matrix  # (q, 2) speed, torque; may be empty
-    segments: Matrix  # (s, 10): start time; kind; speed or torque, linear (value, rate) or
-    #               Hill (end, half time, exponent, begin); unbalance Ux, Uy in the rotor and their rates
-    now: Integers  # (1,) the segment in force
-    rotor: Floats  # a rotor with more than a plane, laid out in kernels/stations.py; empty for a planar one
+    ball_count: int
+    drive: Drive
+    planar: Planar = Planar()
+    host: Host = Host()
+    work: Work = Work()
+    balls: Rows = BALL.rows(0)  # guided
+    contacts: Rows = CONTACT.rows(0)
+    guided: Rows = GUIDED.rows(0)
+    free_balls: Rows = FREE_BALL.rows(0)  # resolved
+    partitions: Rows = PARTITION.rows(0)
+    free: Rows = FREE.rows(0)
+    waves: Rows = WAVE.rows(0)
+    fluid: Fluid = Fluid()
+    shakes: Rows = SHAKE.rows(0)
+    shake_vectors: Matrix = np.zeros((0, 0))  # (2 excitations, W)
+
+
+def own(value: Any) -> Any:
+    """A tuple with arrays of its own, for another thread."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    return type(value)(*map(own, value)) if isinstance(value, tuple) else value
 
 
 vector_type = types.Array(types.float64, 1, "C")
 matrix_type = types.Array(types.float64, 2, "C")
 integers_type = types.Array(types.int64, 1, "C")
-system_type = types.NamedTuple(
-    [types.float64] * 9 + [types.int64, types.float64] + [matrix_type] * 3 + [integers_type, vector_type], System
-)
+system_type = typeof(System(0, 0.0, 0.0, 0.0, 0, Drive()))
 numbers_type = types.CPointer(types.float64)
-rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.CPointer(system_type)))
+rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.voidptr))
+system_at = pointer_to(system_type)

@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from autobalancer.assembly.system import Assembly
-from autobalancer.kernels.guided_balls import planar
+from autobalancer.assembly.system import Assembly, Model
+from autobalancer.kernels.balls.planar import planar
+from autobalancer.kernels.integrators.switching import no_switch
 
 
-def equations(assembly: Assembly) -> Any:
-    """The right-hand side for :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
-    if assembly.resolved:
-        from autobalancer.kernels.resolved_balls import resolved
+class Equations(NamedTuple):
+    """The first two arguments of :func:`autobalancer.kernels.integrators.runge_kutta.advance`."""
 
-        return resolved
-    if assembly.general:
-        from autobalancer.kernels.rotor_layout import BALL_ROWS, ROWS
+    rates: Any  # the right-hand side
+    switch: Any = no_switch
 
-        if assembly.system.rotor[BALL_ROWS] != 0.0:
-            from autobalancer.kernels.guided_race import real_race
 
-            return real_race
-        from autobalancer.kernels.stations import spatial, spatial_full
+PLANAR = Equations(planar)
 
-        return spatial_full if assembly.system.rotor[ROWS] == 4 else spatial
-    return planar
+
+def equations(assembly: Assembly) -> Equations:
+    """The equations of a machine; only those that it needs are loaded."""
+    if assembly.model is Model.PLANAR:
+        return PLANAR
+    if assembly.model is Model.RESOLVED:
+        from autobalancer.kernels.balls.resolved import resolved
+
+        return Equations(resolved)
+    if assembly.rough:
+        from autobalancer.kernels.balls.rough_races import guided_rough, guided_rough_tilting
+
+        chosen = guided_rough_tilting if assembly.model is Model.ROUGH_TILTING else guided_rough
+    else:
+        from autobalancer.kernels.balls.smooth_races import guided, guided_tilting
+
+        chosen = guided_tilting if assembly.model is Model.TILTING else guided
+    balls = assembly.system.balls
+    if not (balls.rolling.any() or balls.adherence.any()):
+        return Equations(chosen)
+    from autobalancer.kernels.balls.switches import adherence
+
+    return Equations(chosen, adherence)

@@ -6,16 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels import events as kinds
+from autobalancer.kernels.integrators.passages import GREATEST, LENGTH, SUM
+from autobalancer.kernels.system import BALLS, SPEED, X, Y
 from autobalancer.units import to_si
 
-_KINDS = {
-    "deflection": kinds.DEFLECTION,
-    "speed": kinds.ROTOR_SPEED,
-    "ball_speed_in_rotor": kinds.BALL_SPEED_IN_ROTOR,
-    "ball_speed_in_space": kinds.BALL_SPEED_IN_SPACE,
-    "fastest_ball_in_rotor": kinds.FASTEST_BALL,
-}
+QUANTITIES = ("deflection", "speed", "ball_speed_in_rotor", "ball_speed_in_space", "fastest_ball_in_rotor")
 
 
 @dataclass(frozen=True)
@@ -47,8 +42,8 @@ class Event:
     ball: int | None = None
 
     def __post_init__(self) -> None:
-        if self.quantity not in _KINDS:
-            raise QuestionError(f"event: unknown quantity {self.quantity!r}; known: {', '.join(_KINDS)}")
+        if self.quantity not in QUANTITIES:
+            raise QuestionError(f"event: unknown quantity {self.quantity!r}; known: {', '.join(QUANTITIES)}")
         object.__setattr__(self, "level", to_si(self.level, "m" if self.quantity == "deflection" else "rad/s"))
         if self.quantity in ("ball_speed_in_rotor", "ball_speed_in_space") and self.ball is None:
             raise QuestionError(f"event on {self.quantity}: say which ball, counted from 1")
@@ -60,8 +55,18 @@ class Event:
         way = "" if self.direction == "both" else f" {self.direction}"
         return f"{self.quantity}{ball}{way} through {float(self.level):g}"
 
+    def quantity_of(self, balls: int) -> tuple[int, int, int]:
+        """The quantity of a machine with so many balls, and its components of the state: kernels/integrators/passages.py."""
+        own = BALLS + balls + (self.ball or 1) - 1
+        return {
+            "deflection": (LENGTH, X, Y),
+            "speed": (SUM, SPEED, -1),
+            "ball_speed_in_rotor": (SUM, own, -1),
+            "ball_speed_in_space": (SUM, own, SPEED),
+            "fastest_ball_in_rotor": (GREATEST, BALLS + balls, BALLS + 2 * balls),
+        }[self.quantity]
+
     @property
-    def numbers(self) -> tuple[int, int, float, int, int]:
-        """Kind, ball, level, direction and end as the kernel wants them."""
-        way = {"rising": 1, "falling": -1, "both": 0}[self.direction]
-        return _KINDS[self.quantity], (self.ball or 0) - 1, float(self.level), way, int(self.ends_run)
+    def way(self) -> int:
+        """+1 for a rising passage, -1 for a falling one, 0 for both."""
+        return {"rising": 1, "falling": -1, "both": 0}[self.direction]

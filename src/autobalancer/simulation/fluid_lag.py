@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalancer.assembly.fluid_numbers import Lag
+from autobalancer.assembly.fluids import Lag
 from autobalancer.assembly.profile import SpeedProfile
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PrescribedSpeed

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from autobalancer.assembly.fluid_numbers import Lag
+from autobalancer.assembly.fluids import Lag
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.flow.annulus import Annulus, Floats
 from autobalancer.flow.speed import recorded_speed
@@ -80,7 +80,7 @@ def _speeds(assembly: Assembly, end: float, max_steps: int) -> Floats:
     """Speed of the rotor at equally spaced instants; after a run that breaks off, its last one."""
     pair = tableaus.dormand_prince_8()
     record = record_for([Samples(SAMPLES)], (), assembly, end)
-    advance(equations(assembly), assembly.system, pair, record, memory_for(assembly, end, PRECISION, pair), max_steps)
+    advance(*equations(assembly), assembly.system, pair, record, memory_for(assembly, end, PRECISION, pair), max_steps)
     speeds = record.samples[:, SPEED].copy()
     known = np.flatnonzero(np.isfinite(speeds))
     speeds[known[-1] + 1 :] = speeds[known[-1]]

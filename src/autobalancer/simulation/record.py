@@ -55,8 +55,9 @@ def record_for(
     for event in events:
         if event.ball is not None and not 1 <= event.ball <= len(assembly.balls):
             raise QuestionError(f"event: given ball {event.ball}; the machine has balls 1 to {len(assembly.balls)}")
-    numbers = [event.numbers for event in events]
-    kinds, places, levels, ways, ends = ([row[i] for row in numbers] for i in range(5))
+    kinds, firsts, seconds = (
+        np.array([event.quantity_of(len(assembly.balls)) for event in events], np.int64).reshape(-1, 3).T.copy()
+    )
     return Record(
         sample_times=times,
         samples=np.full((times.size, n), np.nan),
@@ -67,16 +68,16 @@ def record_for(
         turn_states=np.full_like(turns, np.nan),
         turn_step=step,
         turn_count=revolutions,
-        event_kinds=np.array(kinds, np.int64),
-        event_balls=np.array(places, np.int64),
-        event_levels=np.array(levels, np.float64),
-        event_directions=np.array(ways, np.int64),
-        event_terminal=np.array(ends, np.int64),
+        event_kinds=kinds,
+        event_firsts=firsts,
+        event_seconds=seconds,
+        event_levels=np.array([event.level for event in events], np.float64),
+        event_directions=np.array([event.way for event in events], np.int64),
+        event_terminal=np.array([event.ends_run for event in events], np.int64),
         event_seen=np.zeros(len(events), np.int64),
         event_sides=np.zeros(len(events)),
         event_places=np.zeros(len(events)),
         event_states=np.zeros((LOGGED_EVENTS if events else 0, n + 2)),
-        ball_count=len(assembly.balls),
     )
 
 

@@ -239,11 +239,11 @@ def _drive(
     keep: bool,
 ) -> tuple[int, bool]:
     """Advance in chunks until the end, an event, a failure, the budget or Ctrl-C."""
-    status, rhs = RUNNING, equations(assembly)
+    status, moving = RUNNING, equations(assembly)
     try:
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
-            status = advance(rhs, assembly.system, pair, record, state, budget)
+            status = advance(*moving, assembly.system, pair, record, state, budget)
             if progress is not None:
                 progress(float(state.clock[TIME]), end)
     except KeyboardInterrupt:

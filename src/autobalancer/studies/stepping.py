@@ -12,11 +12,11 @@ import numpy as np
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.dwell import Window, hold
-from autobalancer.kernels.events import ROTOR_SPEED
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, memory
+from autobalancer.kernels.integrators.passages import SUM
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix
+from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
@@ -50,11 +50,8 @@ class Stepper:
         if groups:  # whether balls in one place stay there depends on the deflection of their race
             rows = [*rows, *places(assembly)]
             weights = np.append(weights, np.zeros(len(rows) - weights.size))
-        system = assembly.system
-        self.system = system._replace(
-            balls=system.balls.copy(), segments=system.segments.copy(), now=system.now.copy(), rotor=system.rotor.copy()
-        )
-        self.rhs, self.pair, self.plan = equations(assembly), tableaus.dormand_prince_8(), plan
+        self.system = own(assembly.system)
+        self.equations, self.pair, self.plan = equations(assembly), tableaus.dormand_prince_8(), plan
         tolerance = plan.tolerance
         self.memory = memory(
             assembly.state,
@@ -68,8 +65,9 @@ class Stepper:
         self.quiet = record_for((), (), assembly, 1.0)
         # an event that never comes: for its sake the stepper keeps the dense output of all components
         self.dense = self.quiet._replace(
-            event_kinds=np.array([ROTOR_SPEED]),
-            event_balls=np.array([-1]),
+            event_kinds=np.array([SUM]),
+            event_firsts=np.array([SPEED]),
+            event_seconds=np.array([-1]),
             event_levels=np.array([1e300]),
             event_directions=np.zeros(1, np.int64),
             event_terminal=np.zeros(1, np.int64),
@@ -102,7 +100,7 @@ class Stepper:
         settle = -1.0 if plan.settle is None else plan.settle
         numbers = [speed, plan.acceleration, plan.dwell, plan.window, settle, plan.longest, plan.max_steps]
         status = hold(
-            self.rhs, self.system, self.pair, self.quiet, self.dense, m, w, np.array(numbers, np.float64)
+            *self.equations, self.system, self.pair, self.quiet, self.dense, m, w, np.array(numbers, np.float64)
         )  # fmt: skip
         end, steps = float(m.clock[TIME]), int(m.counts[ACCEPTED])
         row: Row = {"speed": float(speed), "steps": steps, "state": m.state.tolist()}

@@ -142,7 +142,7 @@ def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins:
     pair = tableaus.dormand_prince_8()
     record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end, unbalance_jumps(places.machine, end))
     memory = memory_for(assembly, end, tolerance, pair)
-    status = advance(equations(assembly), assembly.system, pair, record, memory, max_steps)
+    status = advance(*equations(assembly), assembly.system, pair, record, memory, max_steps)
     return sweep_row(status, assembly, places, record, memory, end)
 
 

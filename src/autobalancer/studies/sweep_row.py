@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.drive import unbalance_at
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, coordinates, deflections, support_forces
 from autobalancer.assembly.profile import unbalance_jumps
-from autobalancer.assembly.system import Assembly, unbalance_at
+from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_BIN, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import RUNNING

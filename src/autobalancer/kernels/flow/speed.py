@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.curves import hermite
 from autobalancer.kernels.flags import INLINE
-from autobalancer.kernels.system import HILL, Floats
+from autobalancer.kernels.laws.curves import between
+from autobalancer.kernels.records.drive import HILL
+from autobalancer.kernels.system import Floats
 
 RECORD = 2  # kind of a piece: a record, whose numbers are step, count and pairs of value and slope times step
 
@@ -17,11 +18,12 @@ def wall_speed(time: float, start: float, kind: float, numbers: Floats) -> tuple
     if kind == RECORD:
         count = int(numbers[1])
         place = (time - start) / numbers[0]
-        speed = hermite(numbers, 2, place, count)
-        if not 0.0 <= place <= count - 1.0:
+        inside = min(max(place, 0.0), count - 1.0)
+        i = min(int(inside), count - 2)
+        s, a = inside - i, 2 + 2 * i
+        speed = between(numbers[a], numbers[a + 1], numbers[a + 2], numbers[a + 3], s)
+        if inside != place:
             return speed, 0.0
-        i = min(int(place), count - 2)
-        s, a = place - i, 2 + 2 * i
         d = numbers[a + 2] - numbers[a]
         m, n = numbers[a + 1] - d, d - numbers[a + 3]
         return speed, (d + (1.0 - 2.0 * s) * (m * (1.0 - s) + n * s) + s * (1.0 - s) * (n - m)) / numbers[0]

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from numba import njit, types
 
-from autobalancer.kernels.events import event_value
 from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials, slope
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TAKEN, Memory
+from autobalancer.kernels.integrators.passages import quantity
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import (
     THETA,
@@ -41,8 +41,9 @@ class Record(NamedTuple):
     turn_states: Floats  # (r, n + 1) ring of states (time first) at equal steps of the rotor angle
     turn_step: float  # that step, rad
     turn_count: float  # revolutions kept
-    event_kinds: Integers  # (e,)
-    event_balls: Integers  # (e,) which ball, or -1
+    event_kinds: Integers  # (e,) of the quantity, and its components: integrators/passages.py
+    event_firsts: Integers  # (e,)
+    event_seconds: Integers  # (e,)
     event_levels: Floats  # (e,)
     event_directions: Integers  # (e,) +1 rising, -1 falling, 0 both
     event_terminal: Integers  # (e,) 1 ends the run
@@ -50,15 +51,14 @@ class Record(NamedTuple):
     event_sides: Floats  # (e,) on which side of the level the quantity was seen last, +1 or -1; 0 before the first look
     event_places: Floats  # (e,) work: the fraction of the step up to which passages are noted
     event_states: Floats  # (k, n + 2) event number, time, state; the first k events
-    ball_count: int
 
 
 record_type = types.NamedTuple(
     [
         vector_type, matrix_type, vector_type, vector_type, vector_type, matrix_type, matrix_type,
         types.float64, types.float64,
-        integers_type, integers_type, vector_type, integers_type, integers_type, integers_type,
-        vector_type, vector_type, matrix_type, types.int64,
+        integers_type, integers_type, integers_type, vector_type, integers_type, integers_type, integers_type,
+        vector_type, vector_type, matrix_type,
     ],
     Record,
 )  # fmt: skip
@@ -181,7 +181,8 @@ def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def _value(e, x, r, pair):  # type: ignore[no-untyped-def]
-    return event_value(r.event_kinds[e], r.event_balls[e], r.ball_count, r.event_levels[e], x, pair)
+    """The quantity of an event, less its level."""
+    return quantity(r.event_kinds[e], r.event_firsts[e], r.event_seconds[e], x, pair) - r.event_levels[e]
 
 
 @njit(**COMPILED)

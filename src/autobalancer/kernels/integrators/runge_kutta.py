@@ -1,4 +1,4 @@
-"""One adaptive stepper for every explicit pair and every right-hand side with the same parameters.
+"""One adaptive stepper for every explicit pair and every right-hand side and switch with the same parameters.
 
 Step control is proportional-integral (Hairer and Wanner 1996, section IV.2). The right-hand side comes as a
 function type and the pair as numbers, so one compiled function, kept in the cache, serves all.
@@ -13,6 +13,7 @@ from typing import Any
 from numba import int64, njit
 
 from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
@@ -29,14 +30,13 @@ from autobalancer.kernels.integrators.memory import (
     memory_type,
 )
 from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
-from autobalancer.kernels.integrators.switches import first_switch, forget_modes, switch, switch_due, take_modes
+from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, switch_type
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
-from autobalancer.kernels.pointers import address, behind, data
-from autobalancer.kernels.system import SPEED, START, System, rhs_type, system_type
+from autobalancer.kernels.pointers import address, behind, data, plain
+from autobalancer.kernels.system import System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
-SHORTEST = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
 
 
 @njit(**COMPILED)
@@ -89,48 +89,45 @@ def _first_step(pair):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def _retreat(step: float, p: System, m: Memory) -> bool:
-    """Go back to the begin of a step that is too long for a ball that broke loose; the next is shorter.
-
-    Returns whether it is the shortest one, in which balls that do not move are held: one that is hit just as it breaks loose
-    would else turn back within less time than angles have digits for.
-    """
-    shortest = SHORTEST / max(1.0, abs(m.start[SPEED]))
+def _retreat(step: float, shortest: float, m: Memory) -> None:
+    """Go back to the begin of a step that is too long to tell when the equations switch; the next is shorter."""
     for i in range(m.state.size):
         m.state[i] = m.start[i]
     m.counts[REJECTED] += 1
     m.counts[FRESH] = 0
     m.clock[STEP] = max(0.1 * step, shortest)
-    if step > shortest:
-        return False
-    forget_modes(p, m)
-    return True
 
 
-@njit(int64(rhs_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
+@njit(int64(rhs_type, switch_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
 def advance(
-    rhs: Callable[[float, Any, Any, Any], None], p: System, t: Tableau, r: Record, m: Memory, budget: int
+    rhs: Callable[[float, Any, Any, Any], None],
+    switch: Callable[[int, float, Any, Any, Any], float],
+    p: System,
+    t: Tableau,
+    r: Record,
+    m: Memory,
+    budget: int,
 ) -> int:
     """Take up to ``budget`` accepted steps towards ``m.clock[END]``; returns how that ended.
 
     Calling it again goes on where it stopped, to the last bit as if it had never stopped.
     """
-    parameters, pair, kept = address(p), address((t, m)), address(r)
+    parameters, pair, kept = plain(address(p)), address((t, m)), address(r)
+    asked = plain(pair)
     n, last = m.state.size, t.main - 1
-    segments = p.segments.shape[0]
+    segments, now = p.drive.segments, p.drive.now
     taken, held = 0, False
     while taken < budget:
         time, end = m.clock[TIME], m.clock[END]
         if time >= end:
             return FINISHED
-        while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= time:
-            p.now[0] += 1
+        if enter_segment(time, p.drive):
             m.counts[FRESH] = 0
         stop = end
-        if p.now[0] + 1 < segments:
-            stop = min(stop, p.segments[p.now[0] + 1, START])
+        if now[0] + 1 < segments.shape[0]:
+            stop = min(stop, segments[now[0] + 1].start)
         if m.counts[FRESH] == 0:
-            take_modes(p, m)
+            switch(TAKE, time, rhs, parameters, asked)
             rhs(time, data(m.state), data(m.stages), parameters)
             m.counts[EVALUATIONS] += 1
             m.counts[FRESH] = 1
@@ -159,13 +156,17 @@ def advance(
             m.state[i] = m.trial[i]
         ended, limit = 2.0, 1.0
         components = wanted(time, reach, end, r, m)
-        due = switch_due(p, m) and not held
+        due = not held and switch(DUE, time, rhs, parameters, asked) != 0.0
         if components >= 0 or due:
             _do_stages(t.main, t.total, rhs, parameters, pair)
             if due:
-                limit = first_switch(time, rhs, parameters, pair)
+                limit = switch(CUT, time, rhs, parameters, asked)
                 if limit == 0.0:
-                    held = _retreat(step, p, m)
+                    shortest = switch(SHORTEST, time, rhs, parameters, asked)
+                    _retreat(step, shortest, m)
+                    if step <= shortest:  # the shortest one: what is at rest stays so in it
+                        switch(FORGET, time, rhs, parameters, asked)
+                        held = True
                     continue
             if components >= 0:
                 ended = record(time, reach, components, limit, kept, pair)
@@ -179,7 +180,7 @@ def advance(
         if due:
             evaluate(limit, pair, data(m.state))
             m.clock[TIME] = reach if limit == 1.0 else time + limit * step
-            switch(m.clock[TIME], rhs, parameters, pair)
+            switch(PASS, m.clock[TIME], rhs, parameters, asked)
             m.counts[FRESH] = 0
             continue
         m.clock[TIME] = reach

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.drive import unbalance_at
 from autobalancer.assembly.places import Places
-from autobalancer.assembly.system import Assembly, unbalance_at
+from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.resolved_layout import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
+from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance

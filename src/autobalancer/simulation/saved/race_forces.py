@@ -8,10 +8,8 @@ import numpy as np
 
 from autobalancer.assembly.places import Places, accelerations, deflections
 from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.balls.normal_forces import normal_forces
 from autobalancer.kernels.derivatives import derivatives
-from autobalancer.kernels.race_forces import normal_forces
-from autobalancer.kernels.race_layout import ADHERENCE, RACE_COLUMNS
-from autobalancer.kernels.rotor_layout import BALL_ROWS
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix
 from autobalancer.simulation.equations import equations
 
@@ -20,19 +18,16 @@ STANDARD_GRAVITY = 9.80665
 
 def has_real_races(assembly: Assembly) -> bool:
     """Whether guided balls run on races with friction, shape, curved drag or excitation."""
-    return bool(
-        assembly.general and not assembly.resolved and assembly.balls and assembly.system.rotor[BALL_ROWS] != 0.0
-    )
+    return bool(assembly.rough and assembly.balls)
 
 
 def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
     """Normal force on each ball, N, and whether adherence holds it; variables over (time, ball)."""
-    n, rotor = len(assembly.balls), assembly.system.rotor
+    n = len(assembly.balls)
     force, work = np.zeros((times.size, n)), np.zeros(states.shape[1])
-    rhs = equations(assembly)
-    normal_forces(rhs, assembly.system, np.ascontiguousarray(times), np.ascontiguousarray(states), work, force)
-    first = int(rotor[BALL_ROWS])
-    holding = rotor[first + np.arange(n) * RACE_COLUMNS + ADHERENCE] > 0.0
+    times, states = np.ascontiguousarray(times), np.ascontiguousarray(states)
+    normal_forces(equations(assembly).rates, assembly.system, times, states, work, force)
+    holding = assembly.system.balls.adherence > 0.0
     rests = (states[:, BALLS + n : BALLS + 2 * n] == 0.0) & holding
     return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
 
@@ -41,7 +36,7 @@ def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Place
     """Normal force of a plain race on each guided ball, N, (times, balls): what its motion and its weight ask for."""
     balls, n, system = assembly.balls, len(assembly.balls), assembly.system
     rates = np.zeros_like(states)
-    derivatives(equations(assembly), system, np.ascontiguousarray(times), np.ascontiguousarray(states), rates)
+    derivatives(equations(assembly).rates, system, np.ascontiguousarray(times), np.ascontiguousarray(states), rates)
     host = deflections(places, accelerations(states, rates, assembly))[:, list(places.plane_of_ball)]
     speed, change = states[:, SPEED, None], rates[:, SPEED, None]
     angle, slip = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]

@@ -14,11 +14,11 @@ def wall_contacts(own: Any, system: System) -> tuple[Matrix, Matrix]:
 
     ``own`` are the states of the balls, (times, n, BALL_STATES).
     """
-    from autobalancer.kernels.wall_contacts import contacts
+    from autobalancer.kernels.balls.wall_contacts import contacts
 
     states = np.ascontiguousarray(own, np.float64)
     gap, force = np.zeros(states.shape[:2]), np.zeros(states.shape[:2])
-    contacts(states, system.rotor, gap, force)
+    contacts(states, system, gap, force)
     return gap, force
 
 

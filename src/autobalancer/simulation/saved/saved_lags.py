@@ -5,24 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.assembly.system import Assembly
-from autobalancer.kernels import race_layout, resolved_layout
-from autobalancer.kernels.race_layout import TABLE_COUNT, TABLE_START, TABLE_STEP, TABLE_VALUES
-from autobalancer.kernels.rotor_layout import BALL_ROWS
+from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.system import Floats, Matrix
 
 
 def saved_lag(assembly: Assembly, number: int, states: Matrix, times: Floats) -> Floats:
     """The lag w - W_f, rad/s, at each of ``states`` (times, n) for the ball of this number; 0 where no fluid lags."""
-    rotor, lag = assembly.system.rotor, np.zeros(times.size)
-    if not (assembly.general or assembly.resolved) or rotor[BALL_ROWS] == 0.0:
-        return lag
-    layout = resolved_layout if assembly.resolved else race_layout
-    columns = resolved_layout.RESOLVED_COLUMNS if assembly.resolved else race_layout.RACE_COLUMNS
-    row = rotor[int(rotor[BALL_ROWS]) + number * columns :][:columns]
-    first, table = int(row[layout.FIRST_MODE]), int(row[layout.LAG_TABLE])
-    lag += states[:, first : first + int(row[layout.MODES])].sum(axis=1)
-    if table != 0:
-        count = int(rotor[table + TABLE_COUNT])
-        known = rotor[table + TABLE_START] + rotor[table + TABLE_STEP] * np.arange(count)
-        lag += np.interp(times, known, rotor[table + TABLE_VALUES :][: 2 * count : 2])
+    system, lag = assembly.system, np.zeros(times.size)
+    ball, fluid = (system.free_balls if assembly.resolved else system.balls)[number], system.fluid
+    lag += states[:, fluid.modes.state[ball.first_mode : ball.first_mode + ball.modes]].sum(axis=1)
+    if ball.lag_table != NONE:
+        table = fluid.tables[ball.lag_table]
+        known = table.start + table.step * np.arange(table.count)
+        lag += np.interp(times, known, fluid.points.value[table.first : table.first + table.count])
     return lag

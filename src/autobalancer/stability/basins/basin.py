@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.fluid_numbers import Lags
-from autobalancer.assembly.system import assemble, start_angles
+from autobalancer.assembly.drive import steady
+from autobalancer.assembly.fluids import Lags
+from autobalancer.assembly.starts import start_angles
+from autobalancer.assembly.system import assemble
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
@@ -23,24 +25,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
 from autobalancer.kernels.settle import settle
-from autobalancer.kernels.system import (
-    BALLS,
-    DRIVE,
-    LINEAR,
-    PRESCRIBED,
-    SEGMENT_COLUMNS,
-    SPEED,
-    START,
-    THETA,
-    UNBALANCE,
-    VX,
-    VY,
-    Floats,
-    Matrix,
-    System,
-    X,
-    Y,
-)
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, System, X, Y, own
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
@@ -147,15 +132,14 @@ def _starts(
 
 def _system(question: Question, ramp: bool) -> System:
     """A copy for one thread: constant speed, or a ramp up to it."""
-    rows = np.zeros((2 if ramp else 1, SEGMENT_COLUMNS))
-    rows[:, 1] = LINEAR
-    rows[-1, DRIVE] = question.speed
-    rows[:, UNBALANCE], rows[:, UNBALANCE + 1] = question.p.unbalance.real, question.p.unbalance.imag
-    rows[-1, START] = 1.0 if ramp else 0.0
-    system = question.assembly.system
-    return system._replace(
-        drive=PRESCRIBED, segments=rows, now=np.zeros(1, np.int64), balls=system.balls.copy(), rotor=system.rotor.copy()
-    )
+    system: System = own(question.assembly.system)
+    drive = steady(question.speed, question.p.unbalance)
+    if ramp:
+        segments = np.concatenate([drive.segments, drive.segments]).view(np.recarray)
+        segments[-1].start = 1.0
+        drive = drive._replace(segments=segments)
+    loads = np.repeat(system.host.loads[:1], len(drive.segments), axis=0)  # a planar rotor has none
+    return system._replace(drive=drive, host=system.host._replace(loads=loads))
 
 
 def _settle(
@@ -188,7 +172,7 @@ def _settle(
         record = record_for((), (), a, 1.0)
         rest = REST * question.speed
         settle(
-            equations(question.assembly),
+            *equations(question.assembly),
             system,
             pair,
             record,

@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 
+from autobalancer.assembly.drive import steady
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.guided_balls import planar
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.kernels.system import BALLS, LINEAR, PRESCRIBED, SEGMENT_COLUMNS, THETA, UNBALANCE, VX, VY, X, Y
+from autobalancer.kernels.system import BALLS, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine
+from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.record import record_for
 from autobalancer.stability.host.planar import Floats, Plane
 
@@ -25,10 +26,7 @@ class Turn:
 
     def __init__(self, machine: Machine, p: Plane, speed: float) -> None:
         self.assembly: Assembly = assemble(machine, rotating=False, contact=False, real=False)
-        segments = np.zeros((1, SEGMENT_COLUMNS))
-        segments[0, 1], segments[0, 2] = LINEAR, speed
-        segments[0, UNBALANCE : UNBALANCE + 2] = p.unbalance.real, p.unbalance.imag
-        self.system = self.assembly.system._replace(drive=PRESCRIBED, segments=segments)
+        self.system = self.assembly.system._replace(drive=steady(speed, p.unbalance))
         self.speed, self.count = speed, p.moment.size
         self.period = 2.0 * math.pi / speed
         self.pair = tableaus.dormand_prince_8()
@@ -50,8 +48,8 @@ class Turn:
             longest=self.period,
         )
         run.state[THETA] = 0.0
-        self.system.now[0] = 0
-        if advance(planar, self.system, self.pair, self.record, run, 10_000_000) != FINISHED:
+        self.system.drive.now[0] = 0
+        if advance(*PLANAR, self.system, self.pair, self.record, run, 10_000_000) != FINISHED:
             raise QuestionError(
                 "steady state: the motion grows without limit within one revolution; the start is too far off"
             )

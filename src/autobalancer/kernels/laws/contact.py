@@ -14,14 +14,14 @@ from autobalancer.kernels.flags import INLINE
 
 
 @njit(**INLINE)
-def normal_force(depth: float, rate: float, stiffness: float, damping: float, hertz: float) -> float:
+def normal_force(depth: float, rate: float, stiffness: float, damping: float, hertz: int) -> float:
     """Force of a contact ``depth`` deep, which grows at ``rate``; it never pulls.
 
     Linear (Spannan 2021, 5.3), or Hertz with the damping of Tsuji et al. (1992), whose restitution depends on no speed.
     """
     if depth <= 0.0:
         return 0.0
-    if hertz == 0.0:
+    if hertz == 0:
         return max(stiffness * depth + damping * rate, 0.0)
     root = math.sqrt(depth)
     return max(stiffness * depth * root + damping * math.sqrt(root) * rate, 0.0)

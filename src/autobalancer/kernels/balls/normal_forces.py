@@ -8,12 +8,10 @@ from typing import Any
 from numba import njit, void
 
 from autobalancer.kernels.flags import COMPILED
-from autobalancer.kernels.pointers import address, data
-from autobalancer.kernels.race_layout import ADHERENCE, MODE, NORMAL, RACE_COLUMNS, ROLLING
-from autobalancer.kernels.rotor_layout import BALL_ROWS
+from autobalancer.kernels.host.drive import enter_segment
+from autobalancer.kernels.pointers import address, data, plain
 from autobalancer.kernels.system import (
     BALLS,
-    START,
     Floats,
     Matrix,
     System,
@@ -32,16 +30,14 @@ def normal_forces(
 
     A ball that can rest does so where its speed is exactly zero. ``work`` is as long as a state.
     """
-    parameters, r = address(p), data(p.rotor)
-    first, count, segments = int(r[BALL_ROWS]), p.balls.shape[0], p.segments.shape[0]
-    p.now[0] = 0
+    parameters, count = plain(address(p)), p.ball_count
+    p.drive.now[0] = 0
     for i in range(times.size):
-        while p.now[0] + 1 < segments and p.segments[p.now[0] + 1, START] <= times[i]:
-            p.now[0] += 1
+        enter_segment(times[i], p.drive)
         for b in range(count):
-            at, rate = first + b * RACE_COLUMNS, states[i, BALLS + count + b]
-            if r[at + ROLLING] > 0.0 or r[at + ADHERENCE] > 0.0:
-                r[at + MODE] = 1.0 if rate > 0.0 else -1.0 if rate < 0.0 else 0.0
+            rate = states[i, BALLS + count + b]
+            if p.balls[b].rolling > 0.0 or p.balls[b].adherence > 0.0:
+                p.guided[b].mode = 1.0 if rate > 0.0 else -1.0 if rate < 0.0 else 0.0
         rhs(times[i], data(states[i]), data(work), parameters)
         for b in range(count):
-            out[i, b] = r[first + b * RACE_COLUMNS + NORMAL]
+            out[i, b] = p.guided[b].normal

@@ -1,4 +1,4 @@
-"""Equations of motion of a planar rotor with guided balls, any number of balls and races.
+"""Equations of motion of a planar rotor with guided balls on smooth circles: the fast path of kernels/balls/guided.py.
 
 Spannan 2021, (4.14)-(4.17), derived again with the displaced fluid and its virtual mass, and with the balls
 eliminated: a ball row reads ``I phi'' = r - s t.A - d w'``, so that only a symmetric system in the acceleration
@@ -8,81 +8,61 @@ unit vectors at the ball, d = c + m eps E cos(gamma - phi), U the unbalance, a =
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import njit
 
-from autobalancer.kernels.contact import touch
-from autobalancer.kernels.drive import drive_value, table_torque, unbalance_value
+from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.host.drive import drive_value, table_torque, unbalance_value
 from autobalancer.kernels.pointers import behind
-from autobalancer.kernels.system import (
-    BALLS,
-    CONTACT,
-    DRAG,
-    INERTIA,
-    LEAN_X,
-    LEAN_Y,
-    MASS,
-    MOMENT,
-    OFFSET_X,
-    OFFSET_Y,
-    PRESCRIBED,
-    PUSH,
-    SPEED,
-    SPIN,
-    THETA,
-    TWIST,
-    VX,
-    VY,
-    Floats,
-    System,
-    X,
-    Y,
-)
+from autobalancer.kernels.records.drive import PRESCRIBED
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
 @njit(**EQUATIONS)
-def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
+def planar(time: float, y: Any, dy: Any, system: Any) -> None:
     """Time derivative ``dy`` of the state ``y`` of :mod:`autobalancer.kernels.system`."""
-    p = behind(system)
-    balls = p.balls
-    count = balls.shape[0]
+    p = behind(system_at(system))
+    rotor, count = p.planar, p.ball_count
     x1, y1, vx, vy = y[X], y[Y], y[VX], y[VY]
     speed, acceleration = y[SPEED], 0.0
-    drive, drive_rate = drive_value(time, p)
-    if p.drive == PRESCRIBED:
+    drive, drive_rate = drive_value(time, p.drive)
+    if p.drive.kind == PRESCRIBED:
         speed, acceleration = drive, drive_rate
 
     # axes of the frame: rotor-fixed vectors appear turned by `turn`, space-fixed ones by its inverse
     gx, gy = p.gravity_x, p.gravity_y
     heavy = gx != 0.0 or gy != 0.0
     turn_sin, turn_cos, frame_speed = 0.0, 1.0, speed
-    if p.rotating != 1.0:
+    if p.rotating != 1:
         turn_sin, turn_cos = sine_cosine(y[THETA])
         frame_speed = 0.0
     elif heavy:
         s, c = sine_cosine(y[THETA])
         gx, gy = c * gx + s * gy, c * gy - s * gx
 
-    ux, uy = unbalance_value(time, p)
+    ux, uy = unbalance_value(time, p.drive)
     ux, uy = turn_cos * ux - turn_sin * uy, turn_sin * ux + turn_cos * uy
     square = speed * speed
-    force_x = -p.stiffness_x * x1 - p.damping_x * vx + ux * square
-    force_y = -p.stiffness_y * y1 - p.damping_y * vy + uy * square
+    force_x = -rotor.stiffness_x * x1 - rotor.damping_x * vx + ux * square
+    force_y = -rotor.stiffness_y * y1 - rotor.damping_y * vy + uy * square
     arm_x, arm_y = -uy, ux  # column that couples A with w'
-    mass_xx, mass_xy, mass_yy = p.mass, 0.0, p.mass
+    mass_xx, mass_xy, mass_yy = rotor.mass, 0.0, rotor.mass
     inertia = p.polar_inertia
     torque = ux * gy - uy * gx
 
-    touch(y, balls, count)
+    touch(y, p)
     for i in range(count):
+        ball, moving = p.balls[i], p.guided[i]
         ball_speed = y[BALLS + count + i]
         in_space = speed + ball_speed
-        moment, spin = balls[i, MOMENT], balls[i, SPIN]
+        moment, spin = ball.moment, ball.spin
         s, c = sine_cosine(y[BALLS + i])
         nx, ny = turn_cos * c - turn_sin * s, turn_sin * c + turn_cos * s
         lean_x, lean_y = -moment * ny, moment * nx
-        row = balls[i, CONTACT] - balls[i, DRAG] * ball_speed
+        row = moving.contact - ball.drag * ball_speed
         pull = moment * in_space * in_space
         force_x += pull * nx
         force_y += pull * ny
@@ -90,15 +70,15 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
         arm_y += lean_y
         if heavy:
             row += lean_x * gx + lean_y * gy
-            force_x += balls[i, MASS] * gx
-            force_y += balls[i, MASS] * gy
+            force_x += ball.mass * gx
+            force_y += ball.mass * gy
             torque += lean_x * gx + lean_y * gy
-        ec, es = balls[i, OFFSET_X], balls[i, OFFSET_Y]
+        ec, es = ball.center_x, ball.center_y
         if ec != 0.0 or es != 0.0:
             along = moment * (ec * c + es * s)  # m eps E cos(gamma - phi)
             across = moment * (es * c - ec * s)  # m eps E sin(gamma - phi)
-            ex = balls[i, MASS] * (turn_cos * ec - turn_sin * es)
-            ey = balls[i, MASS] * (turn_sin * ec + turn_cos * es)
+            ex = ball.mass * (turn_cos * ec - turn_sin * es)
+            ey = ball.mass * (turn_sin * ec + turn_cos * es)
             force_x += ex * square
             force_y += ey * square
             arm_x -= ey
@@ -108,7 +88,7 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
             inertia += 2.0 * along
             torque += ex * gy - ey * gx - across * ball_speed * (in_space + speed)
         # the ball row, divided by its inertia, put into the rows of host and rotor
-        inverse = 1.0 / balls[i, INERTIA]
+        inverse = 1.0 / ball.inertia
         push, twist = row * inverse, spin * inverse
         share_x, share_y = lean_x * inverse, lean_y * inverse
         mass_xx -= lean_x * share_x
@@ -120,8 +100,8 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
         arm_y -= lean_y * twist
         inertia -= spin * twist
         torque -= spin * push
-        balls[i, PUSH], balls[i, TWIST] = push, twist
-        balls[i, LEAN_X], balls[i, LEAN_Y] = share_x, share_y
+        moving.push, moving.twist = push, twist
+        moving.lean_x, moving.lean_y = share_x, share_y
 
     # A = a - b w'; only one product waits for w', because it comes last and after a division
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
@@ -129,8 +109,8 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
     wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x
     ax, ay = (mass_yy * force_x - mass_xy * force_y) * inverse, (mass_xx * force_y - mass_xy * force_x) * inverse
     bx, by = wx * inverse, wy * inverse
-    if p.drive != PRESCRIBED:
-        torque += drive + table_torque(speed, p) - p.torque_damping * speed
+    if p.drive.kind != PRESCRIBED:
+        torque += drive + table_torque(speed, p.drive) - p.drive.damping * speed
         needed = torque * determinant - wx * force_x - wy * force_y
         acceleration = needed / (inertia * determinant - wx * arm_x - wy * arm_y)
 
@@ -141,7 +121,8 @@ def planar(time: float, y: Floats, dy: Floats, system: System) -> None:
     dy[THETA] = speed
     dy[SPEED] = acceleration
     for i in range(count):
-        free = balls[i, PUSH] - balls[i, LEAN_X] * ax - balls[i, LEAN_Y] * ay
-        bound = balls[i, TWIST] - balls[i, LEAN_X] * bx - balls[i, LEAN_Y] * by
+        moving = p.guided[i]
+        free = moving.push - moving.lean_x * ax - moving.lean_y * ay
+        bound = moving.twist - moving.lean_x * bx - moving.lean_y * by
         dy[BALLS + i] = y[BALLS + count + i]
         dy[BALLS + count + i] = free - bound * acceleration

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from numba import njit
 
@@ -14,28 +15,27 @@ STEPS = 20
 
 
 @njit(**INLINE)
-def orbit(r, shape: int, mean: float, c: float, s: float):  # type: ignore[no-untyped-def]
-    """Radius and its first two derivatives at the angle with cosine c and sine s; a circle where ``shape`` is 0."""
+def orbit(waves: Any, ball: Any, mean: float, c: float, s: float) -> tuple[float, float, float]:
+    """Radius and its first two derivatives at the angle with cosine c and sine s; a circle where the ball has no waves."""
     radius, first, second = mean, 0.0, 0.0
-    if shape > 0:
-        cosine, sine = c, s
-        for h in range(1, int(r[shape]) + 1):
-            even, odd = r[shape + 2 * h - 1], r[shape + 2 * h]
-            radius += even * cosine + odd * sine
-            first += h * (odd * cosine - even * sine)
-            second -= h * h * (even * cosine + odd * sine)
-            cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+    cosine, sine = c, s
+    for h in range(1, ball.waves + 1):
+        wave = waves[ball.first_wave + h - 1]
+        radius += wave.cosine * cosine + wave.sine * sine
+        first += h * (wave.sine * cosine - wave.cosine * sine)
+        second -= h * h * (wave.cosine * cosine + wave.sine * sine)
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
     return radius, first, second
 
 
 @njit(**INLINE)
-def closest(r, shape: int, mean: float, x: float, z: float, c: float, s: float):  # type: ignore[no-untyped-def]
+def closest(waves: Any, ball: Any, mean: float, x: float, z: float, c: float, s: float) -> tuple[float, float, float]:
     """How far (x, z) is outside the orbit, and the outward normal of the orbit there; c and s are its direction.
 
     Newton's method for (P - C).C' = 0 from the point at the same angle. The distance is exact up to rounding where it is
     less than the radius of curvature, its gradient is the normal, and so a force that depends on it has a potential.
     """
-    radius, first, second = orbit(r, shape, mean, c, s)
+    radius, first, second = orbit(waves, ball, mean, c, s)
     out, along = x * c + z * s - radius, 0.0
     path = radius * radius + first * first
     for _ in range(STEPS):
@@ -45,7 +45,7 @@ def closest(r, shape: int, mean: float, x: float, z: float, c: float, s: float):
         )  # the bound keeps a far point on its way downhill
         turned, kept = sine_cosine(step)
         c, s = c * kept - s * turned, s * kept + c * turned
-        radius, first, second = orbit(r, shape, mean, c, s)
+        radius, first, second = orbit(waves, ball, mean, c, s)
         out, along = x * c + z * s - radius, z * c - x * s
         path = radius * radius + first * first
         if abs(step) < CLOSE:

@@ -1,0 +1,230 @@
+"""A guided ball: on a path of any shape, with any drag, rolling resistance and rest by adherence, also where its race tilts.
+
+Symbols, in the axes of the frame: a ball at rho = E + eps n from the axis, its path tau = d rho/d phi with the length L
+per angle, n_hat = -i tau/L outward normal. With A the acceleration of the station and k what is known of the rest,
+
+    z'' = A + tau phi'' + i rho w' + k,    k = d tau/d phi phi'^2 + 2 i w tau phi' - w^2 rho
+    I phi'' = r - m tau.A - c w' - f N,    N = -n_hat.m (z'' - g),    I = (inertia) L^2,    c = m rho x tau - j m r L
+
+r holds centrifugal force, weight, drag and contact, N also what balls that touch press each other onto the wall; f = mu L is
+the arm of rolling resistance against the motion. The normal force N depends on the accelerations itself: it is put in, which
+leaves a system that is linear but not symmetric. A ball at rest on its race has phi'' = 0 instead, and r - m tau.A - c w' is
+what must hold it. Derived from the kinetic energy of ball, rotor and spin.
+
+A station has two rows (deflection), or four (slope s too) where balls move with their full inertia on a race that tilts: to
+second order in the slope the ball then has the axial motion s.rho and less reach across the axis, rho - (s.rho) s/2. With
+h = rho x rho' its kinetic energy grows by m/2 ((s'.rho)^2 + h (s' x s)), its potential by m (a + g.s/2) s.rho, where a is the
+acceleration of gravity along the axis. Without (Rodrigues et al. 2011, 1) balls feel the deflection of their station only.
+
+Everything here is a function of numbers; kernels/balls/rates.py has the arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from numba import njit
+
+from autobalancer.kernels.choice import where
+from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.host.linear import Motion
+
+
+class Path(NamedTuple):
+    """Where a ball is on its path, and how the path goes on; m, m^2."""
+
+    x: float  # rho
+    y: float
+    along_x: float  # tau
+    along_y: float
+    bend_x: float  # d tau / d phi
+    bend_y: float
+    out_x: float  # n_hat
+    out_y: float
+    length: float  # L
+    growth: float  # L dL / d phi
+    rise: float  # rho.tau
+    sweep: float  # rho x tau
+
+
+class Row(NamedTuple):
+    """I phi'' = push - lean.A - spin w' before friction; u and v go with the slope."""
+
+    push: float
+    spin: float
+    x: float
+    y: float
+    u: float
+    v: float
+
+
+class Normal(NamedTuple):
+    """N = push - (x, y, u, v).A - twist w'."""
+
+    push: float
+    twist: float
+    x: float
+    y: float
+    u: float
+    v: float
+
+
+class Share(NamedTuple):
+    """What the ball gives its station, R - w' arm, and the rotor, with phi'' = 0; its part of S is known from its mass."""
+
+    x: float
+    y: float
+    u: float
+    v: float
+    arm_x: float
+    arm_y: float
+    arm_u: float
+    arm_v: float
+    torque: float
+    inertia: float
+
+
+class Slope(NamedTuple):
+    """How a race tilts: slope of its axis along x and y, and its rate; and gravity along the axis."""
+
+    x: float
+    y: float
+    rate_x: float
+    rate_y: float
+    axial_gravity: float
+
+
+@njit(**INLINE)
+def circle(orbit: float, ex: float, ey: float, nx: float, ny: float) -> Path:
+    """A smooth circle around (ex, ey)."""
+    tx, ty = -orbit * ny, orbit * nx
+    return Path(
+        ex + orbit * nx, ey + orbit * ny, tx, ty, -orbit * nx, -orbit * ny, nx, ny,
+        orbit, 0.0, ex * tx + ey * ty, orbit * (orbit + ex * nx + ey * ny),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def wavy(radius: float, first: float, second: float, ex: float, ey: float, nx: float, ny: float) -> Path:
+    """A path with this radius and its derivatives with respect to the angle."""
+    tx, ty = first * nx - radius * ny, first * ny + radius * nx
+    length = math.sqrt(radius * radius + first * first)
+    return Path(
+        ex + radius * nx, ey + radius * ny, tx, ty,
+        (second - radius) * nx - 2.0 * first * ny, (second - radius) * ny + 2.0 * first * nx,
+        ty / length, -tx / length, length, first * (second + radius),
+        radius * first + ex * tx + ey * ty, radius * radius + ex * ty - ey * tx,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def row(ball: Any, path: Path, motion: Motion, rate: float, drag: float, contact: float) -> Row:
+    """The ball's own row on a race that does not tilt; ``drag`` is a force, ``contact`` a torque."""
+    lean_x, lean_y = ball.mass * path.along_x, ball.mass * path.along_y
+    push = ball.mass * motion.speed * motion.speed * path.rise + lean_x * motion.gravity_x + lean_y * motion.gravity_y
+    push += contact - drag * path.length - ball.stretch * path.growth * rate * rate
+    return Row(push, ball.mass * path.sweep - ball.roll * path.length, lean_x, lean_y, 0.0, 0.0)
+
+
+@njit(**INLINE)
+def known_acceleration(path: Path, speed: float, rate: float) -> tuple[float, float]:
+    """k, of the ball against its station."""
+    square, turning = rate * rate, 2.0 * speed * rate
+    return (
+        path.bend_x * square - turning * path.along_y - speed * speed * path.x,
+        path.bend_y * square + turning * path.along_x - speed * speed * path.y,
+    )
+
+
+@njit(**INLINE)
+def normal(mass: float, path: Path, motion: Motion, known: tuple[float, float], outward: float) -> Normal:
+    """The normal force on a race that does not tilt; ``outward`` is what other balls press."""
+    out_x, out_y = mass * path.out_x, mass * path.out_y
+    push = out_x * (motion.gravity_x - known[0]) + out_y * (motion.gravity_y - known[1]) + outward
+    return Normal(push, out_y * path.x - out_x * path.y, out_x, out_y, 0.0, 0.0)
+
+
+@njit(**INLINE)
+def share(ball: Any, path: Path, motion: Motion, known: tuple[float, float], rate: float) -> Share:
+    """What station and rotor get on a race that does not tilt."""
+    mass, felt_x, felt_y = ball.mass, motion.gravity_x - known[0], motion.gravity_y - known[1]
+    arm_x, arm_y = -mass * path.y, mass * path.x
+    return Share(
+        mass * felt_x, mass * felt_y, 0.0, 0.0, arm_x, arm_y, 0.0, 0.0,
+        arm_x * felt_x + arm_y * felt_y + ball.roll * path.growth / path.length * rate * rate,
+        mass * (path.x * path.x + path.y * path.y) + ball.own_spin,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def tilting_row(its: Row, mass: float, path: Path, motion: Motion, slope: Slope) -> Row:
+    """The ball's row with what the tilt adds."""
+    sway, spin, weight = _sway(mass, path, motion, slope)
+    push = sway * (slope.rate_x * path.along_x + slope.rate_y * path.along_y) + mass * spin * path.rise * motion.speed
+    push -= weight * (slope.x * path.along_x + slope.y * path.along_y)
+    arm = 0.5 * mass * path.sweep
+    return Row(its.push + push, its.spin, its.x, its.y, arm * slope.y, -arm * slope.x)
+
+
+@njit(**INLINE)
+def tilting_normal(force: Normal, mass: float, path: Path, motion: Motion, slope: Slope, rate: float) -> Normal:
+    """The normal force, in the plane of the race, with what the tilt adds."""
+    sway, spin, weight = _sway(mass, path, motion, slope)
+    out = path.x * path.out_x + path.y * path.out_y
+    push = sway * (slope.rate_x * path.out_x + slope.rate_y * path.out_y)
+    push += mass * spin * (path.length * rate + motion.speed * out)
+    push -= weight * (slope.x * path.out_x + slope.y * path.out_y)
+    arm = 0.5 * mass * (path.x * path.out_y - path.y * path.out_x)
+    return Normal(force.push + push, force.twist, force.x, force.y, arm * slope.y, -arm * slope.x)
+
+
+@njit(**INLINE)
+def tilting_share(part: Share, mass: float, path: Path, motion: Motion, slope: Slope, rate: float) -> Share:
+    """What station and rotor get, with what the tilt adds."""
+    sway, spin, weight = _sway(mass, path, motion, slope)
+    speed, sag = motion.speed, 0.5 * mass * (slope.x * path.x + slope.y * path.y)
+    moving_x, moving_y = path.along_x * rate - speed * path.y, path.along_y * rate + speed * path.x
+    known = 2.0 * mass * (slope.rate_x * moving_x + slope.rate_y * moving_y) + weight
+    bend = path.x * path.bend_y - path.y * path.bend_x  # d sweep / d phi
+    spun = 0.5 * mass * (bend * rate * rate + 2.0 * path.rise * rate * speed)
+    whole = 0.5 * mass * (path.x * path.x + path.y * path.y)
+    torque = sway * (slope.rate_y * path.x - slope.rate_x * path.y) - mass * spin * path.rise * rate
+    torque -= weight * (slope.y * path.x - slope.x * path.y)
+    return Share(
+        part.x, part.y,
+        -known * path.x - sag * motion.gravity_x - spun * slope.y,
+        -known * path.y - sag * motion.gravity_y + spun * slope.x,
+        part.arm_x, part.arm_y, whole * slope.y, -whole * slope.x, part.torque + torque, part.inertia,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def _sway(mass: float, path: Path, motion: Motion, slope: Slope) -> tuple[float, float, float]:
+    """m s'.rho, s' x s, and the weight along the axis as the tilted race sees it."""
+    sway = mass * (slope.rate_x * path.x + slope.rate_y * path.y)
+    spin = slope.rate_x * slope.y - slope.rate_y * slope.x
+    weight = mass * (slope.axial_gravity + 0.5 * (motion.gravity_x * slope.x + motion.gravity_y * slope.y))
+    return sway, spin, weight
+
+
+@njit(**INLINE)
+def rubbing_arm(ball: Any, path: Path, mode: float, force: float) -> float:
+    """Arm f of rolling resistance against the motion; a ball that nothing presses on its race does not rub."""
+    return where(force > 0.0, mode * ball.rolling * path.length, 0.0)
+
+
+@njit(**INLINE)
+def rubbed(its: Row, force: Normal, arm: float) -> Row:
+    """The ball's row with friction of that arm."""
+    return Row(
+        its.push - arm * force.push, its.spin - arm * force.twist,
+        its.x - arm * force.x, its.y - arm * force.y, its.u - arm * force.u, its.v - arm * force.v,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def solved(its: Row, inverse: float, acceleration: float) -> Row:
+    """phi'' itself: the row times the inverse of its inertia (0 at rest), and a known acceleration of the rotor put in."""
+    push = (its.push - its.spin * acceleration) * inverse
+    return Row(push, its.spin * inverse, its.x * inverse, its.y * inverse, its.u * inverse, its.v * inverse)

@@ -1,0 +1,41 @@
+"""The loop over the balls of a linear rotor, whatever they are.
+
+A ball model gives three functions:
+
+``prepare(time, y, p, motion)``                         forces among balls, into its rows
+``gather(time, y, p, motion, b, kind)``                 the force of ball b on its station, into the work space of the rotor;
+                                                        returns its torque and inertia there
+``recover(y, dy, p, motion, b, acceleration, kind)``    the rates of ball b, once the accelerations of the stations
+                                                        (``work.one``) and of the rotor are known; whether it was taken wrongly
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.host.linear import alone, together, write_rotor
+from autobalancer.kernels.host.shaking import shaken
+from autobalancer.kernels.laws.lag import relax
+from autobalancer.kernels.pointers import behind
+from autobalancer.kernels.system import system_at
+
+
+@njit(**INLINE)
+def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # type: ignore[no-untyped-def]
+    """Time derivative ``dy`` of the state ``y``; ``kind`` goes to the functions. Whether any ball was taken wrongly."""
+    p = behind(system_at(system))
+    motion = shaken(time, y, p, alone(time, y, system))
+    prepare(time, y, p, motion)
+    torque, inertia = motion.torque, p.polar_inertia
+    for b in range(p.ball_count):
+        its_torque, its_inertia = gather(time, y, p, motion, b, kind)
+        torque += its_torque
+        inertia += its_inertia
+    acceleration = together(system, motion.acceleration, torque, inertia)
+    write_rotor(y, dy, system, motion.speed, acceleration)
+    wrong = False
+    for b in range(p.ball_count):
+        wrong |= recover(y, dy, p, motion, b, acceleration, kind)
+    relax(y, dy, p.fluid, acceleration)
+    return wrong

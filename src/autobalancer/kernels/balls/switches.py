@@ -1,0 +1,172 @@
+"""Balls that come to rest on their race and leave it again: found inside a step, so that rest is exact.
+
+A ball rolls with the sign ``MODE`` of its speed, by which rolling resistance works; where its speed reaches zero it rests
+if adherence can hold it (|NEED| <= mu L N), else it rolls the way it is pushed. A ball at rest leaves where adherence
+can hold it no longer.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
+from autobalancer.kernels.integrators.memory import EVALUATIONS, TAKEN, Memory
+from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at
+from autobalancer.kernels.pointers import behind, data
+from autobalancer.kernels.system import BALLS, SPEED, System, system_at
+
+ROUNDING = 1.0 + 1e-9  # a ball leaves its rest with an acceleration whose sign is not one of rounding
+SHORT = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
+
+
+@njit(**COMPILED)
+def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
+    """The switch of guided balls on real races."""
+    pair = pair_at(pair)
+    p, (_, m) = behind(system_at(parameters)), behind(pair)
+    if ask == TAKE:
+        _take(p, m)
+    elif ask == FORGET:
+        _forget(p, m)
+    elif ask == DUE:
+        return 1.0 if _due(p, m) else 0.0
+    elif ask == CUT:
+        return _cut(time, rates, parameters, pair)
+    elif ask == PASS:
+        _pass(time, rates, parameters, pair)
+    elif ask == SHORTEST:
+        return SHORT / max(1.0, abs(m.start[SPEED]))
+    return 0.0
+
+
+@njit(**INLINE)
+def _loose(ball: Any, moving: Any) -> bool:
+    """Whether adherence cannot hold this ball, after the equations were evaluated."""
+    path = math.sqrt(moving.held_lean_x**2 + moving.held_lean_y**2) / ball.mass
+    return abs(moving.need) > ROUNDING * ball.adherence * path * max(moving.normal, 0.0)
+
+
+@njit(**INLINE)
+def _rubs(ball: Any) -> bool:
+    return ball.rolling > 0.0 or ball.adherence > 0.0
+
+
+@njit(**INLINE)
+def _forget(p: System, m: Memory) -> None:
+    """Every ball that does not move rests until it is found loose.
+
+    One that is hit just as it breaks loose would else turn back within less time than angles have digits for.
+    """
+    for b in range(p.ball_count):
+        if _rubs(p.balls[b]) and m.state[BALLS + p.ball_count + b] == 0.0:
+            p.guided[b].mode = 0.0
+
+
+@njit(**INLINE)
+def _take(p: System, m: Memory) -> None:
+    """Every ball that moves rolls the way it moves."""
+    for b in range(p.ball_count):
+        speed, moving = m.state[BALLS + p.ball_count + b], p.guided[b]
+        if _rubs(p.balls[b]) and (moving.mode * speed < 0.0 or (moving.mode == 0.0 and speed != 0.0)):
+            moving.mode = math.copysign(1.0, speed)
+
+
+@njit(**INLINE)
+def _due(p: System, m: Memory) -> bool:
+    """Whether a ball stopped or broke loose in the step just taken, whose end was evaluated last."""
+    due = False
+    for b in range(p.ball_count):
+        ball, moving = p.balls[b], p.guided[b]
+        if _rubs(ball):
+            if moving.mode != 0.0:
+                due = due or moving.mode * m.state[BALLS + p.ball_count + b] < 0.0
+            else:
+                due = due or _loose(ball, moving)
+    return due
+
+
+@njit(**COMPILED)
+def _crossing(place, way, pair):  # type: ignore[no-untyped-def]
+    """Where a speed that ends on the other side passes zero for the last time; 0 if it was never seen on this side."""
+    _, m = behind(pair)
+    low, high = 0.0, 1.0
+    seen = way * data(m.start)[place] > 0.0
+    for piece in range(7, 0, -1):
+        if way * component(place, piece / 8.0, m) > 0.0:
+            low, seen = piece / 8.0, True
+            break
+        high = piece / 8.0
+    if not seen:
+        return 0.0
+    middle = 0.5 * (low + high)
+    while low < middle < high:
+        if way * component(place, middle, m) < 0.0:
+            high = middle
+        else:
+            low = middle
+        middle = 0.5 * (low + high)
+    return high
+
+
+@njit(**COMPILED)
+def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
+    """The fraction of the step after which the first ball stops or breaks loose; balls that stop there get the mode of rest.
+
+    Judged by the crossing and not by the state at the cut, whose speed may keep its old sign by rounding.
+    It is 0 where a ball that broke loose seems to turn back at once: the step is too long for its motion.
+    """
+    (t, m), p = behind(pair), behind(system_at(parameters))
+    polynomials(m.state.size, t, m)
+    first, resting = 1.0, False
+    for b in range(p.ball_count):
+        mode, place = p.guided[b].mode, BALLS + p.ball_count + b
+        if _rubs(p.balls[b]):
+            if mode == 0.0:
+                resting = True
+            elif mode * m.state[place] < 0.0:
+                first = min(first, _crossing(place, mode, pair))
+    if first == 0.0:
+        return first
+    if resting:
+        low, high, x = 0.0, first, first
+        for _ in range(48):
+            evaluate(x, pair, data(m.spare))
+            rhs(time + x * m.clock[TAKEN], data(m.spare), data(m.trial), parameters)
+            m.counts[EVALUATIONS] += 1
+            loose = False
+            for b in range(p.ball_count):
+                ball, moving = p.balls[b], p.guided[b]
+                loose = loose or (moving.mode == 0.0 and _rubs(ball) and _loose(ball, moving))
+            if loose:
+                high = x
+            else:
+                low = x
+            if low == first or high - low < 1e-10:
+                break
+            x = 0.5 * (low + high)
+        first = high
+    for b in range(p.ball_count):
+        mode, place = p.guided[b].mode, BALLS + p.ball_count + b
+        passed = _rubs(p.balls[b]) and mode * m.state[place] < 0.0
+        if passed and _crossing(place, mode, pair) <= first:
+            p.guided[b].mode = 0.0
+    return first
+
+
+@njit(**COMPILED)
+def _pass(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
+    """At the end of a cut step, which is in ``m.state``: balls that stopped rest or turn round, balls that are loose roll."""
+    (_, m), p = behind(pair), behind(system_at(parameters))
+    for b in range(p.ball_count):
+        if _rubs(p.balls[b]) and p.guided[b].mode == 0.0:
+            m.state[BALLS + p.ball_count + b] = 0.0
+    rhs(time, data(m.state), data(m.trial), parameters)
+    m.counts[EVALUATIONS] += 1
+    for b in range(p.ball_count):
+        ball, moving = p.balls[b], p.guided[b]
+        if _rubs(ball) and moving.mode == 0.0 and _loose(ball, moving):
+            moving.mode = math.copysign(1.0, moving.need)

@@ -1,0 +1,51 @@
+"""Balls of one race that touch, and partitions of a race: springs and dampers that never pull, and friction.
+
+Rolling balls rub where they touch. Friction takes from each ball what its part of the slip gives it, laws/touching_balls.py.
+A ball at a partition hardly rolls, so nothing rubs there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.system import BALLS, System
+
+
+@njit(**INLINE)
+def touch(y: Any, p: System) -> None:
+    """Find for each guided ball the torque of what it touches, and what this presses it on the wall.
+
+    Balls are numbered in their order around the race, which contact preserves.
+    """
+    count, moving = p.ball_count, p.guided
+    for i in range(count):
+        moving[i].contact = 0.0
+        moving[i].outward = 0.0
+    for i in range(count):
+        angle, rate, pair = y[BALLS + i], y[BALLS + count + i], p.contacts[i]
+        if pair.hard > 0.0:
+            other = pair.next
+            deep = pair.touch - (y[BALLS + other] - angle + pair.wrap)
+            if deep > 0.0:
+                its = y[BALLS + count + other]
+                pressed = pair.hard * deep - pair.soft * (its - rate)
+                if pressed > 0.0:
+                    moving[i].contact -= pressed
+                    moving[other].contact += pressed
+                    moving[i].outward += pressed * pair.out
+                    moving[other].outward += pressed * pair.out_next
+                    if pair.rub > 0.0:
+                        rub = pressed * pair.rub * math.tanh((pair.arm * rate + pair.arm_next * its) * pair.grip)
+                        moving[i].contact -= pair.arm * rub
+                        moving[other].contact -= pair.arm_next * rub
+                        moving[i].outward -= rub / p.balls[i].orbit
+                        moving[other].outward += rub / p.balls[other].orbit
+        if pair.wall_hard > 0.0:
+            if angle < pair.wall_low:
+                moving[i].contact += max(pair.wall_hard * (pair.wall_low - angle) - pair.wall_soft * rate, 0.0)
+            elif angle > pair.wall_high:
+                moving[i].contact -= max(pair.wall_hard * (angle - pair.wall_high) + pair.wall_soft * rate, 0.0)

@@ -1,0 +1,1 @@
+"""The rotor: what drives and shakes it, and how it moves under the forces of its balls."""

@@ -1,0 +1,1 @@
+"""Laws of contact, drag and slipstream for compiled equations."""

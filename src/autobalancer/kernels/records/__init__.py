@@ -1,0 +1,1 @@
+"""The numbers of compiled equations by name: one record for a ball, a contact, a wave, ..., each with units and meanings."""

@@ -1,0 +1,86 @@
+"""A ball that is guided on the path of its race."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from autobalancer.kernels.fields import Field, Record
+
+BALL = Record(
+    Field("station", "", "number of its balancer", kind=np.int64),
+    Field("mass", "kg", "effective mass, less the fluid it displaces"),
+    Field("moment", "kg m", "effective mass times orbit radius"),
+    Field("inertia", "kg m^2", "inertia of its angle: mass, virtual mass, rolling"),
+    Field("stretch", "kg", "inertia of its angle over the square of the path per angle"),
+    Field("spin", "kg m^2", "coupling with the rotor angle on a circle around the axis: m eps^2 - j m r eps"),
+    Field("roll", "kg m", "j m r with its own mass and radius"),
+    Field("own_spin", "kg m^2", "j m r^2, inertia of its spin"),
+    Field("drag", "N m s", "drag torque over its speed in the rotor"),
+    Field("viscous", "N s/m", "drag force over velocity, where drag is linear"),
+    Field("orbit", "m", "orbit radius"),
+    Field("center_x", "m", "center of its race in the rotor"),
+    Field("center_y", "m", "center of its race in the rotor"),
+    Field("rolling", "1", "rolling resistance"),
+    Field("adherence", "1", "greatest force that holds it at rest, over the normal force"),
+    Field("waves", "", "how many harmonics its path has", kind=np.int64),
+    Field("first_wave", "", "number of the first of them", kind=np.int64),
+    Field("drag_curve", "", "number of the table of its drag; NONE: linear", kind=np.int64),
+    Field("slipstream", "", "number of its line; NONE: no slipstream", kind=np.int64),
+    Field("lag_table", "", "number of the table of the fluid's lag; NONE: none", kind=np.int64),
+    Field("modes", "", "how many relaxation modes its fluid has", kind=np.int64),
+    Field("first_mode", "", "number of the first of them", kind=np.int64),
+)
+"""What a guided ball is. The path is a circle, or has waves."""
+
+WAVE = Record(
+    Field("cosine", "m", "times the cosine of so many times the angle"),
+    Field("sine", "m", "times the sine"),
+)
+"""One harmonic of the radius of a path: cosine and sine amplitude."""
+
+CONTACT = Record(
+    Field("next", "", "number of the next ball of its race", kind=np.int64),
+    Field("wrap", "rad", "what to add to the angle of the next ball, so that it is ahead"),
+    Field("touch", "rad", "angle between them when they touch"),
+    Field("hard", "N m/rad", "stiffness of their contact; 0: they never touch"),
+    Field("soft", "N m s/rad", "its damping"),
+    Field("wall_low", "rad", "angle at the partition behind"),
+    Field("wall_high", "rad", "angle at the partition ahead"),
+    Field("wall_hard", "N m/rad", "stiffness of partitions; 0: there are none"),
+    Field("wall_soft", "N m s/rad", "their damping"),
+    Field("rub", "1", "friction between the balls"),
+    Field("grip", "s/rad", "sharpness of its onset"),
+    Field("arm", "1", "arm of friction, over that of the contact"),
+    Field("arm_next", "1", "that of the next ball"),
+    Field("out", "1/m", "what the contact presses this ball on the wall"),
+    Field("out_next", "1/m", "what it presses the next one on the wall"),
+)
+"""A ball with the next of its race and with the partitions beside it; friction after laws/touching_balls.py."""
+
+GUIDED = Record(
+    Field("mode", "1", "+1 or -1: rolling that way; 0: at rest on the race"),
+    Field("contact", "N m", "torque of what it touches"),
+    Field("outward", "N", "what this presses it on the wall"),
+    Field("push", "rad/s^2", "of its row"),
+    Field("twist", "1", "of its row"),
+    Field("lean_x", "1/m", "of its row"),
+    Field("lean_y", "1/m", "of its row"),
+    Field("lean_u", "1", "of its row"),
+    Field("lean_v", "1", "of its row"),
+    Field("held_push", "N m", "of the torque that would hold it at rest"),
+    Field("held_twist", "kg m^2", "of the same"),
+    Field("held_lean_x", "kg m", "of the same"),
+    Field("held_lean_y", "kg m", "of the same"),
+    Field("held_lean_u", "kg m^2", "of the same"),
+    Field("held_lean_v", "kg m^2", "of the same"),
+    Field("normal_push", "N", "of the normal force"),
+    Field("normal_twist", "kg m", "of the same"),
+    Field("normal_x", "kg", "of the same"),
+    Field("normal_y", "kg", "of the same"),
+    Field("normal_u", "kg m", "of the same"),
+    Field("normal_v", "kg m", "of the same"),
+    Field("need", "N m", "torque that holds it at rest"),
+    Field("normal", "N", "normal force of the race"),
+)
+"""What a guided ball does, as found by the last evaluation; ``mode`` alone lasts. Its row is
+phi'' = push - lean.A - twist w', with A the acceleration of its station (u, v: of its slope)."""
