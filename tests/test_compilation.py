@@ -86,9 +86,9 @@ def test_a_second_process_compiles_nothing(second: str) -> None:
     assert "index saved to" not in second
     loaded = [line for line in second.splitlines() if "data loaded from" in line]
     for kernel in (
-        "guided_balls.planar",
-        "stations.spatial",
-        "guided_race.real_race",
+        "planar.planar",
+        "smooth_races.guided",
+        "rough_races.guided_rough",
         "settle",
         "verlet",
         "characteristic",
