@@ -18,16 +18,14 @@ SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, MODULES = 300, 12, 20
 
-LONG = {
-    "assembly/system.py": "fills the columns of all equations; shrinks as these become records",
-}
+LONG = {}
 MANY = {
     "plots/chamber/film.py animate_chamber": "everything one may wish of a film",
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
     "studies/frequency_response.py frequency_response": "everything one may ask of a stepped measurement",
 }
-FULL = {"kernels": "equations and laws of all bodies; a room for each follows their records"}
+FULL: dict[str, str] = {}
 INNER = {
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
