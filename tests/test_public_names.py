@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import ast
+import pickle
+import pydoc
 import re
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
 
 import autobalancer as ab
 from autobalancer.cli import app
-from autobalancer.errors import QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.public_names import ABOUT, NAMES, function_of
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -114,3 +118,46 @@ def test_functions_refuse_what_belongs_to_the_other_kind_of_machine() -> None:
         ab.simulate(ab.example("single_layer"), tolerance=1e-6)
     with pytest.raises(QuestionError, match="simulate: no argument 'settle' for balls in races; there are duration"):
         ab.simulate(ab.example("discoidal"), settle=False)
+
+
+def test_a_function_is_known_by_its_public_name_in_help_and_in_tracebacks() -> None:
+    for space, names in NAMES.items():
+        home = getattr(ab, space) if space else ab
+        for name in names:
+            value = getattr(home, name)
+            assert getattr(value, "__name__", name) == name, f"{space}.{name}"
+            assert pickle.loads(pickle.dumps(value)) is value, f"{space}.{name}"
+    with pytest.raises(TypeError, match=r"^stepped_response\(\) missing 2 required keyword-only arguments"):
+        ab.stepped_response(ab.example("discoidal"), speeds=[100.0])
+    assert pydoc.plaintext.document(ab.stability.map).startswith("map(machine: ")
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ab.stability.borders,
+        ab.stability.averaged_border,
+        ab.rotor.modes,
+        lambda machine: ab.sweep(machine, {"rotor.mass": [1.0, 2.0]}),
+        lambda machine: ab.stepped_response(machine, [100.0], dwell=1.0, window=0.5),
+        ab.measure.balls_of,
+    ],
+)
+def test_a_question_of_races_says_what_it_wants_and_what_deep_chambers_have(asked: Callable[[Any], Any]) -> None:
+    with pytest.raises(
+        AutobalancerError, match=r"machine: its balls move freely in chambers.*races.*simulate.*amplitudes"
+    ):
+        asked(ab.example("deep_chamber"))
+    with pytest.raises(AutobalancerError, match=r"deep_chamber\.toml: its balls move freely in chambers.*races"):
+        asked(ab.catalog.example_path("deep_chamber"))
+    with pytest.raises(
+        QuestionError, match=r"machine: given a dict; wanted is a machine, as of load_machine or example"
+    ):
+        asked({"mass": 1.0})
+
+
+def test_a_question_of_deep_chambers_says_what_it_wants() -> None:
+    with pytest.raises(QuestionError, match=r"its balls run in races, and this question is for deep chambers.*sweep"):
+        ab.chamber.amplitudes(ab.example("discoidal"), [2], [0.5], duration=0.1)
+    with pytest.raises(QuestionError, match="machine: given 5; wanted is a machine"):
+        ab.check(5)

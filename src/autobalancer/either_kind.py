@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import read_machine
+from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import Progress
@@ -66,7 +66,7 @@ def simulate(
     QuestionError
         If an argument is not possible, or belongs to the other kind of machine.
     """
-    described = _described(machine)
+    described = any_machine(machine)
     common = {"duration": duration, "seed": seed, "progress": progress, "keep_on_interrupt": keep_on_interrupt}
     if isinstance(described, ChamberMachine):
         from autobalancer.simulation.chamber.run import simulate_chamber
@@ -92,7 +92,7 @@ def check(machine: AnyMachine) -> Summary | ChamberSummary:
     MachineError
         If the machine is not possible as described.
     """
-    described = _described(machine)
+    described = any_machine(machine)
     if isinstance(described, ChamberMachine):
         from autobalancer.simulation.chamber.summary import chamber_summary
 
@@ -191,10 +191,6 @@ def animate(run: xr.Dataset, path: str | Path, **options: Any) -> Path:
     from autobalancer.plots.film.animation import animate_races
 
     return _asked("animate", animate_races, "balls in races", run, {"path": path, **options})
-
-
-def _described(machine: AnyMachine) -> Machine | ChamberMachine:
-    return machine if isinstance(machine, Machine | ChamberMachine) else read_machine(machine)
 
 
 def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: dict[str, Any]) -> R:

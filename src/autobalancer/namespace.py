@@ -28,9 +28,19 @@ def public(space: str, names: dict[str, Any]) -> tuple[Callable[[str], Any], Cal
         elif name in homes:
             module, _, attribute = homes[name].partition(":")
             value = getattr(import_module(f"{PACKAGE}.{module}"), attribute or name)
+            if attribute:
+                _rename(value, name, names["__name__"])
         else:
             raise AttributeError(f"module {names['__name__']!r} has no attribute {name!r}{'' if space else hint(name)}")
         names[name] = value
         return value
 
     return get, lambda: sorted([*listed, *(["__version__"] if not space else [])]), listed
+
+
+def _rename(function: Any, name: str, module: str) -> None:
+    """Give a function the name under which users know it, for ``help()``, tracebacks, progress bars and pickles."""
+    while function is not None:
+        function.__name__ = function.__qualname__ = name
+        function.__module__ = module
+        function = getattr(function, "__wrapped__", None)

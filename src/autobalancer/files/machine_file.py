@@ -18,6 +18,10 @@ from autobalancer.machine.part import ImpossiblePart, Part, spell
 from autobalancer.safe_file import write_text_safely
 
 LISTED = 20  # problems named in one message
+FREE_BALLS = (
+    "its balls move freely in chambers, and this question is for balls in races. For chambers there are check, simulate, "
+    "plot and animate, and for many runs chamber amplitudes (in Python ab.chamber.amplitudes)"
+)
 
 
 def load_machine(path: str | Path) -> Machine:
@@ -107,10 +111,7 @@ def parse_any(text: str, source: str = "machine text", *, folder: str | Path = "
 
 def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
     if isinstance(found, ChamberMachine):
-        raise MachineFileError(
-            f"{source}: its balls move freely in chambers, and this function is for balls in races. For chambers use "
-            "'autobalancer check', 'simulate', 'plot', 'animate' and 'chamber'; in Python ab.check, ab.simulate and ab.chamber"
-        )
+        raise MachineFileError(f"{source}: {FREE_BALLS}")
     return found
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from autobalancer.assembly.profile import SpeedProfile
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.flow.annulus import Annulus, Floats, annulus_of
 from autobalancer.flow.choice import expected
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl
@@ -140,7 +140,7 @@ def _chamber(
     if isinstance(chamber, Annulus):
         annulus, machine, name = chamber, None, "annulus"
     else:
-        machine = chamber if isinstance(chamber, Machine) else load_machine(chamber)
+        machine = balls_in_races(chamber)
         annulus, name = annulus_of(machine, balancer, race), machine.name
     if speed is None:
         if machine is None:

@@ -13,7 +13,7 @@ import xarray as xr
 from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, rows_at
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.equivalent_parts import planar_machine
 from autobalancer.rotordynamics.equivalent_range import border, deviation, other_share
@@ -102,8 +102,7 @@ def equivalent_planar(
     MachineError
         If the rotor is not possible as described, or the place is not on it.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     for name, given, allowed in (("method", method, METHODS), ("frequency", frequency, get_args(Kind))):
         if given not in allowed:
             raise QuestionError(f"equivalent_planar: {name}: given {given!r}; must be one of {', '.join(allowed)}")

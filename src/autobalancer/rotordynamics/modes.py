@@ -64,9 +64,9 @@ def eigenfrequencies(
     """
     speed = argument("speed", speed, "rad/s")
     machine, model = rotor_of(machine, balls=balls)
-    omega = float(checked_speeds(speed, model, "eigenfrequencies")[0])
-    check_count(modes, "eigenfrequencies")
-    at, axis = chosen_places(machine, model, stations, "eigenfrequencies"), along_axis(machine, model)
+    omega = float(checked_speeds(speed, model, "modes")[0])
+    check_count(modes, "modes")
+    at, axis = chosen_places(machine, model, stations, "modes"), along_axis(machine, model)
     every = free_motions(model, omega)
     found = every.lowest(modes)
     ellipses, station_ellipses = (ellipses_of(model, found.vector, places) for places in (axis, at))

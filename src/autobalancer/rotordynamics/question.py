@@ -12,7 +12,8 @@ import numpy as np
 from autobalancer.assembly.rotors import LateralModel, Rows, lateral_model, reference, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 
@@ -30,8 +31,7 @@ class Places:
 
 def rotor_of(machine: Machine | str | Path, *, balls: bool) -> tuple[Machine, LateralModel]:
     """The machine and its model, with the masses of the balls on the rotor or without balls."""
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     model = lateral_model(machine)
     return machine, with_ball_mass(machine, model) if balls else model
 

@@ -76,7 +76,7 @@ def unbalance_response(
     ball_angles = None if ball_angles is None else list_argument("ball_angles", ball_angles, "rad")
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = unbalance_argument(unbalance)
-    owner = "unbalance_response"
+    owner = "response"
     machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
     omega = checked_speeds(speeds, model, owner)
     if quantity not in UNITS:
@@ -124,7 +124,7 @@ def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:
         found = np.linalg.solve(dynamic, (square * force)[:, 0, :, None])[..., 0]
     except np.linalg.LinAlgError:
         raise QuestionError(
-            "unbalance_response: one of the speeds is a critical speed without any damping, where nothing limits the "
+            "response: one of the speeds is a critical speed without any damping, where nothing limits the "
             "response; leave it out, or give the supports damping"
         ) from None
     if model.isotropic:

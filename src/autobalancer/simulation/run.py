@@ -18,7 +18,8 @@ from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import DurationWarning, QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import (
     ACCEPTED,
@@ -128,8 +129,7 @@ def simulate_races(
     DurationWarning
         If the run will take more than a minute because the machine is stiff; the cause is named.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     end = _duration(machine, duration)
     if max_steps < 1:
         raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")

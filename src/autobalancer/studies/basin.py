@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import read_machine
+from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
@@ -89,7 +89,7 @@ def basin(
     """
     speed, acceleration = argument("speed", speed, "rad/s"), optional_argument("acceleration", acceleration, "rad/s^2")
     hold = optional_argument("hold", hold, "s")
-    machine = _plain(read_machine(machine) if isinstance(machine, (str, Path)) else machine)
+    machine = _plain(any_machine(machine))
     if not any(race.balls for balancer in machine.balancers for race in balancer.races):
         raise QuestionError("basin: the machine has no balls")
     for name, value, unit in (
@@ -123,6 +123,6 @@ def _plain(machine: Machine | ChamberMachine) -> Machine:
         raise QuestionError(
             "basin: is for balls in races; here they move freely in chambers, and a seed draws their start. For 50 starts: "
             "autobalancer chamber amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "
-            "your numbers; in Python chamber_amplitudes(..., seeds=range(50)). One of them: autobalancer simulate FILE --seed 7"
+            "your numbers; in Python ab.chamber.amplitudes(..., seeds=range(50)). For one: autobalancer simulate FILE --seed 7"
         )
     return machine

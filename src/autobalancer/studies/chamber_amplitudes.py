@@ -10,6 +10,7 @@ from typing import Any
 import xarray as xr
 
 from autobalancer.errors import MachineError, QuestionError
+from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
@@ -23,7 +24,7 @@ from autobalancer.units import argument, optional_argument
 
 
 def chamber_amplitudes(
-    machine: ChamberMachine,
+    machine: ChamberMachine | str | Path,
     counts: Sequence[int] | Mapping[str, Sequence[int]],
     frictions: Sequence[float],
     *,
@@ -73,7 +74,7 @@ def chamber_amplitudes(
     QuestionError
         For an empty list, or a machine with several chambers.
     """
-    duration = argument("duration", duration, "s")
+    machine, duration = balls_in_chambers(machine), argument("duration", duration, "s")
     step = optional_argument("step", step, "s")
     sample = argument("sample", sample, "s")
     last = optional_argument("last", last, "s")

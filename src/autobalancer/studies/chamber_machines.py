@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 
@@ -13,7 +15,7 @@ LAYERS = ("deep", "single")
 
 
 def chamber_variant(
-    machine: ChamberMachine, *, balls: int, friction: float | None = None, layers: str = "deep"
+    machine: ChamberMachine | str | Path, *, balls: int, friction: float | None = None, layers: str = "deep"
 ) -> ChamberMachine:
     """A machine with another number of balls of the same total mass, in its deep chamber or in one of a single layer.
 
@@ -37,6 +39,7 @@ def chamber_variant(
     """
     if layers not in LAYERS:
         raise QuestionError(f"layers: given {layers!r}; must be one of {', '.join(LAYERS)}")
+    machine = balls_in_chambers(machine)
     if len(machine.chambers) != 1 or len(machine.chambers[0].balls) != 1:
         raise QuestionError(
             "machine: has several chambers or groups of balls; the study is of one chamber with equal balls"

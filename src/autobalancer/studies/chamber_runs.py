@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import AutobalancerError
+from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
@@ -20,7 +22,7 @@ PART = 1000  # samples
 def archived_run(
     archive: Archive,
     name: str,
-    machine: ChamberMachine,
+    machine: ChamberMachine | str | Path,
     *,
     duration: float | str,
     parameters: Mapping[str, Any] | None = None,
@@ -71,6 +73,7 @@ def archived_run(
     step = optional_argument("step", step, "s")
     sample = argument("sample", sample, "s")
     last = optional_argument("last", last, "s")
+    machine = balls_in_chambers(machine)
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)

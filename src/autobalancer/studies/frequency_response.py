@@ -16,7 +16,8 @@ import xarray as xr
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
@@ -121,8 +122,7 @@ def frequency_response(
     window = argument("window", window, "s")
     acceleration = optional_argument("acceleration", acceleration, "rad/s^2")
     longest = optional_argument("longest", longest, "s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     chosen = checked_speeds(speeds)
     plan = checked_plan(dwell, window, acceleration, settle, longest, tolerance, max_steps)
     if direction not in ("up", "down", "both") or start not in ("carried", "fixed"):

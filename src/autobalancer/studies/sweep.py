@@ -16,7 +16,8 @@ from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import MachineError, QuestionError, UnitError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
@@ -95,8 +96,7 @@ def sweep(
         If a combination makes no possible machine; the message names it. Nothing has run by then.
     """
     duration = optional_argument("duration", duration, "s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if duration is None and machine.run is None:
         raise QuestionError("duration: the machine has no 'run.duration'; give one here")
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):

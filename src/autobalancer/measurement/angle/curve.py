@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.laws.drag_coefficient import DragLaw, linear
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.statics import Floats, TurnedRace, equilibrium_angles
@@ -60,7 +60,7 @@ def angle_machine(machine: Machine | str | Path) -> AngleMachine:
     QuestionError
         If the axis is vertical, there is not exactly one ball, no fluid or no drag, or the race is not round.
     """
-    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    machine = balls_in_races(machine)
     balls = resolve(machine)
     if machine.axis != "horizontal":
         raise QuestionError(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.states.polygon import directions
 from autobalancer.units import argument
@@ -68,7 +68,7 @@ def balls_of(machine: Machine | str | Path) -> RaceBalls:
     QuestionError
         If there are no balls, several races, or the race is off the axis.
     """
-    balls = resolve(machine if isinstance(machine, Machine) else load_machine(machine))
+    balls = resolve(balls_in_races(machine))
     if len({(ball.balancer, ball.race) for ball in balls}) != 1:
         raise QuestionError("stability from a receptance: the machine must have one race with balls")
     if any(ball.eccentricity for ball in balls):

@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from autobalancer.catalog.resolve import fluid_numbers
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import DragTorque, Machine
 from autobalancer.measurement.loop.balls import RaceBalls, degrees, positions, spread
 from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
@@ -183,7 +183,7 @@ def least_drag_factor(model: PoleModel, balls: RaceBalls, states: list[Floats], 
 
 def viscosity_of(machine: Machine | str | Path) -> float | None:
     """Kinematic viscosity (m^2/s) of the fluid in the race, if the drag follows from it, in proportion."""
-    machine = machine if isinstance(machine, Machine) else load_machine(machine)
+    machine = balls_in_races(machine)
     race = machine.balancers[0].races[0]
     if race.fluid is None or isinstance(race.drag, DragTorque):
         return None

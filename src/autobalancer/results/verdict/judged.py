@@ -144,9 +144,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         If the run is not one of balls in races.
     """
     if "place" not in run.coords:
-        raise QuestionError(
-            "verdict: needs a run of balls in races from simulate; of a deep chamber ask chamber_verdict"
-        )
+        raise QuestionError("verdict: needs a run of balls in races from simulate; that of a deep chamber has no races")
     notes = tuple(line for name in NOTES if name in run.attrs for line in str(run.attrs[name]).split("\n"))
     peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
     stopped = ""

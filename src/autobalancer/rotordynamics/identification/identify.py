@@ -13,7 +13,7 @@ import xarray as xr
 
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.identification.between import with_curves
 from autobalancer.rotordynamics.identification.determination import determination
@@ -88,8 +88,7 @@ def identify(
     MachineError
         If the rotor is not possible as described.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     sought = unknowns(machine, free)
     if not measurements:
         raise QuestionError("identify: measurements: given none; give at least one")

@@ -44,9 +44,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     last = optional_argument("last", last, "s")
     described = unbalance_of(run)
     if described is None:
-        raise QuestionError(
-            "chamber_verdict: the run does not say of which machine it is; give one of simulate_chamber"
-        )
+        raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
     machine = parse_any(str(run.attrs["machine"]))
     assert isinstance(machine, ChamberMachine)
     last = optional_argument("last", last, "s")

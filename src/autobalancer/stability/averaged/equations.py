@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Complexes, Floats, Plane, plane
 from autobalancer.stability.states.linear import kept
@@ -34,7 +34,7 @@ def averaged_plane(machine: Given, unbalance: complex | float | str | None = Non
     unbalance = unbalance_argument(unbalance)
     if isinstance(machine, Plane):
         return machine if unbalance is None else replace(machine, unbalance=complex(unbalance))
-    return plane(machine if isinstance(machine, Machine) else load_machine(machine), unbalance)
+    return plane(balls_in_races(machine), unbalance)
 
 
 def stiffness_xy(p: Plane, speed: float) -> tuple[complex, complex]:

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.continuation.family import Family
@@ -89,8 +90,7 @@ def branches(
         For an unknown parameter or state, an empty range, orthotropic supports, gravity in the plane, no balls.
     """
     speed = optional_argument("speed", speed, "rad/s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if from_state not in STATES:
         raise QuestionError(
             f"from_state: given {from_state!r}; must be balanced, mixed, coincident, in line, stalled or all"

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.continuation.curves import Curve, FoldCurve, HopfCurve, curve_from
@@ -70,8 +71,7 @@ def bifurcation_curves(
         If there is no such point along the first parameter, or a parameter or range is not possible.
     """
     speed = optional_argument("speed", speed, "rad/s")
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if kind not in ("Hopf", "fold"):
         raise QuestionError(f"kind: given {kind!r}; must be Hopf or fold")
     if parameter == second:

@@ -14,7 +14,7 @@ from autobalancer.assembly.profile import greatest_rise, highest_prescribed
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.laws.resting import rest_ends
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
@@ -64,8 +64,7 @@ def held_by_friction(
         If the machine has no balls, balls feel the tilt of their race, or the speed is not above zero.
     """
     unbalance = unbalance_argument(unbalance)
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     balls = resolve(machine)
     if not balls:
         raise QuestionError("held by friction: the machine has no balls")

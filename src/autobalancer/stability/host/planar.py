@@ -85,7 +85,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     if not isinstance(rotor, PlanarRotor):
         raise QuestionError(
             f"rotor: given one of kind {rotor.kind!r}; this analysis supports planar rotors only. For any rotor use "
-            f"equilibria, eigenvalues, border_speeds, stable_windows or border_curve; {STAND_IN}"
+            f"equilibria, eigenvalues, borders, stable_windows or border_curve; {STAND_IN}"
         )
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(

@@ -13,7 +13,8 @@ import xarray as xr
 from autobalancer.assembly.quantities import dimension_of, label_of, si_value
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, plane
@@ -79,8 +80,7 @@ def border_curve(
     MachineError
         If a value makes no possible machine; the message names it.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if values is None:
         if parameter != "unbalance" or not isinstance(machine.rotor, PlanarRotor):
             raise QuestionError(

@@ -11,7 +11,7 @@ import numpy as np
 
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
@@ -85,8 +85,7 @@ def minimum_drag(
 def _minimum(
     machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
 ) -> float:
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if which not in VARIABLES:
         raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
     wanted = _speed(speed)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.averaged.border import averaged_border
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
@@ -84,8 +84,7 @@ def border_speeds(
         unknown.
     """
     unbalance = unbalance_argument(unbalance)
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     return Borders(borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to)))
 
 

@@ -20,7 +20,8 @@ from autobalancer.assembly.quantities import (
     with_quantity,
 )
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
@@ -91,8 +92,7 @@ def stability_map(
     MachineError
         If a combination makes no possible machine; the message names it.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     if len(axes) != 2:
         raise QuestionError(f"stability map: given {len(axes)} parameters; give two, such as 'speed' and 'viscosity'")
     if positions not in ("worst", "best"):

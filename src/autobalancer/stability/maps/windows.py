@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest, without
@@ -71,8 +71,7 @@ def stable_windows(
     highest = argument("highest", highest, "rad/s")
     lowest = optional_argument("lowest", lowest, "rad/s")
     unbalance = unbalance_argument(unbalance)
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     p = described(machine, unbalance, float(highest))
     low = 0.05 * lower_critical_speed(p) if lowest is None else float(lowest)
     if not (0.0 < low < highest < math.inf):

@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, machine_text
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Complexes, plane
@@ -61,8 +62,7 @@ def equilibria(
     """
     speed = argument("speed", speed, "rad/s")
     unbalance = unbalance_argument(unbalance)
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     st = host_of(machine, unbalance)
     states = without_exchanges(st, states_of(st, speed))
     rows = [judged(st, speed, state) for state in states]
@@ -143,8 +143,7 @@ def eigenvalues(
     """
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = unbalance_argument(unbalance)
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     st = host_of(machine, unbalance)
     rows: list[tuple[float, StationState, Complexes, str]] = []
     missing = []

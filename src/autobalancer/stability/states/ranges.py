@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.units import unbalance_argument
@@ -16,7 +18,9 @@ from autobalancer.units import unbalance_argument
 CLOSE = 1e-7  # of a speed: how closely a change of the verdict is located
 
 
-def stability_ranges(machine: Machine, found: xr.Dataset, unbalance: complex | float | str | None = None) -> xr.Dataset:
+def stability_ranges(
+    machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None
+) -> xr.Dataset:
     """Ranges of speed in which a state keeps its verdict.
 
     Parameters
@@ -35,7 +39,7 @@ def stability_ranges(machine: Machine, found: xr.Dataset, unbalance: complex | f
         Along ``range``: ``from_speed``, ``to_speed`` (rad/s), ``verdict``, the greatest ``growth_rate`` at the speeds of
         ``found`` (1/s), and the ``leading_motion`` there.
     """
-    unbalance = unbalance_argument(unbalance)
+    machine, unbalance = balls_in_races(machine), unbalance_argument(unbalance)
     speeds, rates, verdicts, motions = (
         found[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
     )

@@ -16,7 +16,7 @@ from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.fluid_lag import diffusing_lags
@@ -96,8 +96,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     MachineError
         If the machine is not possible as described.
     """
-    if not isinstance(machine, Machine):
-        machine = load_machine(machine)
+    machine = balls_in_races(machine)
     balls = resolve(machine)
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
