@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from autobalancer.assembly.resolved import ball_states
+from autobalancer.assembly.resolved.balls import ball_states
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalancer.assembly.resolved import is_resolved
+from autobalancer.assembly.resolved.balls import is_resolved
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine

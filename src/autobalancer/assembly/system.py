@@ -16,7 +16,7 @@ from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
 from autobalancer.assembly.guided import ball_inertia, ball_rows, is_real, moving_rows, put_on_races
 from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import with_mass_spread
-from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, resolved_size, start_states
+from autobalancer.assembly.resolved.balls import free_rows, is_resolved, resolved_scales, resolved_size, start_states
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.spatial import Parts, pulled, spatial_parts, struck, top_speed, turned
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles

@@ -14,7 +14,7 @@ import xarray as xr
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.resolved import is_resolved
+from autobalancer.assembly.resolved.balls import is_resolved
 from autobalancer.assembly.starts import start_angles
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve

@@ -9,7 +9,7 @@ import numpy as np
 from autobalancer.assembly.drive import unbalance_at
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, coordinates, deflections, support_forces, turning_mass
-from autobalancer.assembly.resolved import ball_states
+from autobalancer.assembly.resolved.balls import ball_states
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.records.resolved import BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix

@@ -10,7 +10,7 @@ import numpy as np
 
 from autobalancer.assembly.contacts import restitution
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
-from autobalancer.assembly.resolved_walls import (
+from autobalancer.assembly.resolved.walls import (
     damping_number,
     orbit_at,
     refuse_sharp_waves,
