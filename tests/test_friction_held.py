@@ -17,13 +17,16 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.profile import greatest_rise
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.machine import Machine
+from autobalancer.results.number_text import moment_text
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.states.stations import required
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"
+RACE = "balancers[1].races[1]"
 
 
 def machine(adherence: float, rolling: float | None = None, name: str = "discoidal.toml") -> Machine:
@@ -172,6 +175,70 @@ def test_balls_that_settled_above_the_border_keep_their_places_in_a_slow_rise_an
         moved.append(float(np.abs(angle[-1] - angle[settled]).max()))
     assert moved[0] < 1e-9
     assert moved[1] > 0.01
+
+
+OFF = """
+name = "a race off the axis, with friction"
+axis = "vertical"
+rotor = { kind = "planar", mass = "8 kg", critical_speed = "900 rpm", damping_ratio = "4 %" }
+unbalances = [{ moment = "500 g*mm" }]
+drive = { kind = "speed", profile = { kind = "ramp", end = "4000 rpm", duration = "60 s" } }
+run = { duration = "90 s" }
+[[balancers]]
+[[balancers.races]]
+bearing = "61832"
+width = "14 mm"
+height = "14 mm"
+eccentricity = "25 um"
+fluid = { name = "silicone oil 20" }
+drag = { law = "sphere_on_plane", range = "whole" }
+friction = { rolling_resistance = 5e-5, adherence = 1e-4 }
+balls = [{ count = 2, material = "steel" }]
+"""
+
+
+def test_friction_and_an_eccentric_race_hold_more_than_each_alone_and_no_run_exceeds_what_is_said() -> None:
+    off = parse_machine(OFF)
+    both = ab.stability.held_by_friction(off).planes[0]
+    centered = ab.stability.held_by_friction(with_parameter(off, f"{RACE}.eccentricity", 0.0)).planes[0]
+    p, speed = plane(off), 4000 * math.pi / 30
+    assert both.eccentric_residual == pytest.approx(25e-6 * abs(p.dynamic_stiffness(speed)) / speed**2, rel=1e-9)
+    rising = ab.basin(off, speed, random=4, acceleration=7.0)["residual_unbalance"].values
+    assert (rising > both.eccentric_residual + centered.worst_residual).all()  # the numbers one by one say less
+    assert (rising < both.worst_residual).all()
+    # released at rest: the residual of a run contains what the eccentric race leaves
+    left = ab.basin(off, speed, random=200)["residual_unbalance"].values
+    assert both.median_residual == pytest.approx(float(np.median(left)), rel=0.2)
+    assert (left < both.residual_95).mean() == pytest.approx(0.95, abs=0.06)
+    assert (left < both.greatest_residual).all()
+    assert "190 g mm of it is left by the eccentric race" in both.sentence
+    assert "eccentric" not in centered.sentence
+
+
+def test_the_eccentricity_counts_where_balls_start_to_move() -> None:
+    """Against the unbalance it brings the race back to the axis: no ball moves where the whirl alone would move it."""
+    off = with_parameter(parse_machine(OFF), f"{RACE}.eccentricity", "60 um")
+    found = ab.stability.held_by_friction(off).planes[0]
+    assert found.unbalance_whirl < found.held_whirl
+    assert found.holds
+    off = with_parameter(off, "drive.profile", {"kind": "constant", "speed": "4000 rpm"})
+    off = with_parameter(off, f"{RACE}.balls[1].start_angles", ["20 deg", "200 deg"])
+
+    def way(one: Machine) -> float:
+        angle = ab.simulate(one, duration=3.0)["ball_angle_in_rotor"].values
+        return float(np.abs(angle[-1] - angle[0]).max())
+
+    assert way(off) < 1e-3  # the whirl that decays after the start moves them a little
+    assert way(with_parameter(off, f"{RACE}.eccentricity", 0.0)) > 0.1
+
+
+def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
+    found = ab.stability.held_by_friction(with_parameter(parse_machine(OFF), f"{RACE}.eccentricity", 0.0)).planes[0]
+    said = dict(found.rows)
+    assert found.trapped_share > 0.0
+    assert found.greatest_residual > found.worst_residual
+    assert said["residual"].endswith("where balls stop on their way to balance")
+    assert said["trapped"].endswith(f"with up to {moment_text(found.greatest_residual)}")
 
 
 # what is said -----------------------------------------------------------------------------------------------------------

@@ -85,7 +85,7 @@ def borders(
         print_csv(table)
         return
     _print(described.name, answer)
-    for name, text in friction_rows(held, speed_text):
+    for name, text in friction_rows(held, speed_text, brief=True):
         say(f"{name}: {text}", indent="  ")
     if curve is not None:
         print_sheet(table, f"over {curve[str(next(iter(curve.dims)))].attrs['long_name']}")

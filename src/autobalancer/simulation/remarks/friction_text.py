@@ -31,7 +31,12 @@ def friction_text(machine: Machine, orbits: dict[tuple[int, int], float], run: x
         return "the weight of the balls moves them in each turn at the last speed; friction does not hold them at rest"
     low, high = max(min(held), 0.0), max(held)
     span = length_text(high) if math.isclose(low, high) else f"{length_text(low)} to {length_text(high)}"
-    return f"friction holds balls at rest while their race is less than {span} off the axis of rotation"
+    text = f"friction holds balls at rest while their race is less than {span} off the axis of rotation"
+    if not any(race.eccentricity for balancer in machine.balancers for race in balancer.races):
+        return text
+    return (
+        text + "; an eccentric race can be farther off, and balls near the line of its whirl are held, too (see check)"
+    )
 
 
 def _last_speed(run: xr.Dataset) -> float:

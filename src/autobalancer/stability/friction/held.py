@@ -126,14 +126,19 @@ def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
 
 
 def unbalance_whirl(st: Stations, speed: float) -> Floats:
-    """How far each station whirls under all that does not move, (P,) m; on anisotropic supports at most."""
-    load = st.fixed_load * speed**2
+    """How far the races of each station run beside the axis of rotation under all that does not move, (P,) m; at most."""
+    load, center = st.fixed_load * speed**2, race_centers(st)
     if st.isotropic:
-        return np.abs(st.rows @ st.compliance(speed) @ load)
+        return np.abs(st.rows @ st.compliance(speed) @ load + center)
     pairs = st.model.pairs
     both = st.whole_compliance(speed)[:, : 2 * pairs] @ np.concatenate([load, -1j * load])
     x, y = st.rows @ both[:pairs], st.rows @ both[pairs : 2 * pairs]
-    return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x.conj() + 1j * y.conj())))
+    return np.asarray(np.abs(0.5 * (x + 1j * y) + center) + 0.5 * np.abs(x.conj() + 1j * y.conj()))
+
+
+def race_centers(st: Stations) -> Complexes:
+    """Mean center of the races of each station in the rotor, (P,) m."""
+    return np.array([st.offset[st.station == place].mean() for place in range(len(st.names))], np.complex128)
 
 
 def _races(st: Stations, speed: float, balls: tuple[Ball, ...], holding: Floats, rolling: Floats) -> Races:
@@ -163,23 +168,25 @@ def _shaken(races: Races, weight: float) -> Races:
 def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: float) -> tuple[HeldPlane, ...]:
     count = range(len(st.names))
     held = np.array([_held(races, place, weight) for place in count])
-    center = np.array([races.offset[races.place == place].mean() for place in count])
+    center = race_centers(st)
     stiff = np.asarray(np.linalg.pinv(races.host, rcond=1e-11), np.complex128)  # moment per whirl, kg
     needed = np.abs(required(st, speed))
+    centered = np.abs(required(st, speed, center))  # so that the races run true, with the axis beside them
+    eccentric = np.abs(stiff @ center)
     alone = unbalance_whirl(st, speed)
     damped = bool(np.any(st.model.damping != 0.0))
     passed = [critical for critical in st.critical_speeds if critical <= speed]
     below = [unbalance_whirl(st, critical) if damped else np.full(alone.size, math.inf) for critical in passed]
     greatest = np.max([alone, *below], axis=0)
-    residual = np.abs((whirl + center) @ stiff.T)
-    worst = _worst(races, stiff, needed, held)
-    if yields(st, speed):  # balls gather on the heavy side
-        worst = needed + np.bincount(races.place, races.moment, needed.size)
+    residual, held_back = np.abs(whirl @ stiff.T), np.abs((whirl + center) @ stiff.T)
+    total = needed + np.bincount(races.place, races.moment, needed.size)
+    most = total if yields(st, speed) else _worst(races, stiff, centered, held)  # else balls gather on the heavy side
+    worst = np.minimum(most + eccentric, total)
     found = []
     for place, name in enumerate(st.names):
         here = races.place == place
         loads = float(np.abs(stiff[place]) @ np.maximum(held, 0.0))
-        total = needed[place] + races.moment[here].sum()
+        whole = centered[place] + races.moment[here].sum()
         deflection = np.abs(whirl[:, place])
         found.append(
             HeldPlane(
@@ -191,16 +198,18 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 largest_whirl=float(greatest[place]),
                 required=float(needed[place]),
                 capability=float(st.capability[place]),
-                held_residual=min(loads, float(total)),
+                held_residual=min(loads, float(total[place])),
                 worst_residual=float(worst[place]),
+                eccentric_residual=float(eccentric[place]),
+                greatest_residual=float(residual[:, place].max()),
                 median_residual=float(np.median(residual[:, place])),
                 residual_95=float(np.quantile(residual[:, place], 0.95)),
-                trapped_share=float((residual[:, place] > worst[place] * (1.0 + 1e-9)).mean()),
+                trapped_share=float((held_back[:, place] > most[place] * (1.0 + 1e-9)).mean()),
                 median_whirl=float(np.median(deflection)),
                 whirl_95=float(np.quantile(deflection, 0.95)),
                 rest_interval=_interval(_shaken(races, weight), here, complex(races.host[place, place])),
                 greatest_acceleration=max(float(held[place]), 0.0) * speed**2 / float(races.orbit[here].max()),
-                heavy_interval=math.asin(min(loads / total, 1.0)) if loads < total else math.pi,
+                heavy_interval=math.asin(min(loads / whole, 1.0)) if loads < whole else math.pi,
             )
         )
     return tuple(found)

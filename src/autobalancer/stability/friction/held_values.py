@@ -16,11 +16,12 @@ class HeldPlane:
     """What friction does to the balls of one plane at one speed; SI.
 
     ``held_whirl``: distance of the race from the axis of rotation below which no ball at rest moves, at any angle.
-    ``unbalance_whirl``: what the unbalance makes there while the balls are spread evenly, and ``largest_whirl`` the greatest
-    at a critical speed on the way up. ``held_residual``: residual
-    unbalance that makes the held whirl; the balls may rest at any smaller one. ``worst_residual``: the largest at which
-    they can stop on their way to balance. ``median_residual`` and ``residual_95``: half, and 95 %, of the balls released at
-    rest at this constant speed at random places end below; ``trapped_share`` of them end above the worst one, with balls in
+    ``unbalance_whirl``: what the unbalance, and the eccentricity of the race, make there while the balls are spread evenly,
+    and ``largest_whirl`` the greatest at a critical speed on the way up. ``held_residual``: residual unbalance that makes the
+    held whirl; the balls may rest at any smaller one. ``worst_residual``: the largest at which they can stop on their way to
+    balance, with ``eccentric_residual``, which a race off the axis leaves without friction, too. ``median_residual`` and
+    ``residual_95``: half, and 95 %, of the balls released at rest at this constant speed at random places end below,
+    ``greatest_residual`` all of them; ``trapped_share`` of them are held farther from balance than the worst, with balls in
     line that balance next to nothing.
     ``rest_interval``: to each side of its balanced place a ball stays within it while the others stand right.
     ``heavy_interval``: balls that stand within it about the heavy place all stay there, and add to the unbalance. Angles in rad.
@@ -41,6 +42,8 @@ class HeldPlane:
     worst_residual: float
     median_residual: float
     residual_95: float
+    eccentric_residual: float
+    greatest_residual: float
     trapped_share: float
     median_whirl: float
     whirl_95: float
@@ -55,39 +58,65 @@ class HeldPlane:
         return self.unbalance_whirl <= self.held_whirl
 
     @property
-    def sentence(self) -> str:
-        """All that in words."""
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """All that in words: labels, the first of them empty, and texts."""
         if self.held_whirl <= 0.0:
-            return "the weight of the balls moves them in each turn; friction does not hold them at rest"
+            return (("", "the weight of the balls moves them in each turn; friction does not hold them at rest"),)
+        off = self.eccentric_residual > 0.0
         first = (
-            f"balls at rest stay put below a whirl of {length_text(self.held_whirl)}; the unbalance of "
-            f"{moment_text(self.required)} alone makes {length_text(self.unbalance_whirl)}"
+            f"balls at rest stay put while their race is less than {length_text(self.held_whirl)} off the axis of rotation; "
+            f"the unbalance of {moment_text(self.required)} {'and the eccentricity' if off else 'alone'} "
+            f"{'make' if off else 'makes'} {length_text(self.unbalance_whirl)}"
         )
-        residual = f"residual up to {moment_text(self.worst_residual)}"
-        often = f"{RELEASED}: median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
+        found = [("", first), ("residual", self._worst), ("starts", self._starts)]
         if self.trapped_share > 0.0:
             ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
-            often += f", {100.0 * self.trapped_share:.2g} % {ended}"
-        if self.holds:
-            before = (
-                f"; on the way up the whirl of {length_text(self.largest_whirl)} at a critical speed may have moved them"
-                if self.largest_whirl > self.held_whirl
-                else "; nor does any whirl on the way up"
+            share = f"{100.0 * self.trapped_share:.2g} % of them end {ended}"
+            found.append(("trapped", f"{share}, with up to {moment_text(self.greatest_residual)}"))
+        if not self.holds:
+            near = f"each ball rests within {_deg(self.rest_interval)} of its balanced place"
+            return *found, (
+                "places",
+                f"{near}, and balls within {_deg(self.heavy_interval)} of the heavy place stay there",
             )
-            return f"{first}: THE BALLS WILL NOT MOVE at this speed{before}; {residual}, unbalance and balls together; {often}"
-        return (
-            f"{first}; {residual}; {often}; each ball rests within {_deg(self.rest_interval)} of its balanced place, and "
-            f"balls within {_deg(self.heavy_interval)} of the heavy place stay there"
+        before = (
+            f"on the way up the whirl of {length_text(self.largest_whirl)} at a critical speed may have moved them"
+            if self.largest_whirl > self.held_whirl
+            else "nor does any whirl on the way up"
         )
+        return found[0], ("moving", f"THE BALLS WILL NOT MOVE at this speed; {before}"), *found[1:]
+
+    @property
+    def settled_rows(self) -> tuple[tuple[str, str], ...]:
+        """What is left if the balls settle at this speed, and the speed then rises without moving them."""
+        rise = (
+            f"they stay while the speed then rises by less than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
+        )
+        return ("", f"balls that settle there: {self._worst}"), ("starts", self._starts), ("rise", rise)
+
+    @property
+    def sentence(self) -> str:
+        """The rows as one text."""
+        return "; ".join(text for _, text in self.rows)
 
     @property
     def settled_sentence(self) -> str:
-        """What is left if the balls settle at this speed, and the speed then rises without moving them."""
-        return (
-            f"balls that settle there: residual up to {moment_text(self.worst_residual)}; {RELEASED}: median "
-            f"{moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}; they stay while the speed "
-            f"then rises by less than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
-        )
+        """The rows of balls that settle as one text."""
+        return "; ".join(text for _, text in self.settled_rows)
+
+    @property
+    def _worst(self) -> str:
+        most = f"at most {moment_text(self.worst_residual)}"
+        if self.holds:
+            return f"{most}, unbalance and balls together"
+        where = f"{most} where balls stop on their way to balance"
+        if self.eccentric_residual > 0.0:
+            where += f"; {moment_text(self.eccentric_residual)} of it is left by the eccentric race, and friction holds the rest"
+        return where
+
+    @property
+    def _starts(self) -> str:
+        return f"{RELEASED}: median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
 
     @property
     def carried_on(self) -> bool | None:

@@ -30,20 +30,23 @@ def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
         *_planes(found, said),
         *(friction_rows(found.friction, said) if found.friction is not None else ()),
         *(_settled(found.friction_settled, said) if found.friction_settled is not None else ()),
-        *([("race eccentricity", found.off_center.sentence)] if found.off_center and found.off_center.sentence else ()),
+        *_eccentricity(found),
         *_borders(found, said),
         *([("highest speed", said(found.highest_speed))] if found.highest_speed is not None else ()),
     ]
 
 
-def friction_rows(held: HeldByFriction, said: SpeedText) -> list[Row]:
-    """What friction holds: a row for each plane with balls, or that there is none."""
-    if not held.planes:
-        return [("friction", held.note)]
-    several = len(held.planes) > 1
-    at = f"at {said(held.speed)} "
-    rows = [(f"friction, {plane.name}" if several else "friction", at + plane.sentence) for plane in held.planes]
+def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False) -> list[Row]:
+    """What friction holds: rows for each plane with balls, only the first of them if ``brief``, or that there is none."""
+    rows = _rows_of("friction", held, [plane.rows[: 1 if brief else None] for plane in held.planes], said)
     return [*rows, ("friction", held.note)] if held.note else rows
+
+
+def _eccentricity(found: Summary) -> list[Row]:
+    if found.off_center is None or not found.off_center.sentence:
+        return []
+    held = found.friction is not None and any(plane.eccentric_residual > 0.0 for plane in found.friction.planes)
+    return [("race eccentricity", found.off_center.sentence + "; with friction more is left, see above" * held)]
 
 
 def service_rows(service: Service, said: SpeedText) -> list[Row]:
@@ -106,9 +109,16 @@ def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
 
 def _settled(held: HeldByFriction, said: SpeedText) -> list[Row]:
     """The same of balls that settle at a lower speed."""
-    several = len(held.planes) > 1
-    at = f"at {said(held.speed)} "
-    return [(f"  settled, {p.name}" if several else "  settled", at + p.settled_sentence) for p in held.planes]
+    return _rows_of("  settled", held, [plane.settled_rows for plane in held.planes], said)
+
+
+def _rows_of(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], said: SpeedText) -> list[Row]:
+    rows: list[Row] = []
+    for plane, (first, *others) in zip(held.planes, planes, strict=True):
+        name = f"{title}, {plane.name}" if len(planes) > 1 else title
+        indent = " " * (len(title) - len(title.lstrip()) + 2)
+        rows += [(name, f"at {said(held.speed)} {first[1]}"), *((indent + label, text) for label, text in others)]
+    return rows
 
 
 def _borders(found: Summary, said: SpeedText) -> Iterator[Row]:
