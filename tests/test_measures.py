@@ -13,6 +13,7 @@ from tests.references.stalled_pair import run_up
 
 import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
+from autobalancer.results.measure_table import MEASURES, SWEPT
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -143,6 +144,64 @@ def test_a_sweep_gives_what_single_runs_give_on_any_number_of_threads() -> None:
     np.testing.assert_allclose(
         np.abs(cell["ball_angle_to_unbalance"]), np.abs(np.angle(np.exp(1j * run["envelope_ball_angle_in_rotor"][-1])))
     )
+
+
+def of_all(found: xr.Dataset, name: str) -> float:
+    """What a sweep keeps of a measure along places or supports: the greatest."""
+    return float(found[name].max())
+
+
+@pytest.mark.parametrize(("file", "duration"), [("stall_and_release", 20.0), ("two_plane_rotor", 8.0)])
+def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbers(file: str, duration: float) -> None:
+    machine = ab.load_machine(MACHINES / f"{file}.toml")
+    swept = ab.sweep(machine, {}, seeds=1, duration=duration).isel(seed=0)
+    saved = [ab.Envelope(500), ab.LastRevolutions()]
+    run = ab.simulate(machine, duration=duration, save=saved, tolerance=1e-7)
+    found = ab.measures(run)
+    for name in ("peak_deflection", "peak_speed", "residual_vibration"):
+        assert float(swept[name]) == pytest.approx(float(found[name]), rel=1e-9)
+    for name in ("vibration", "velocity_rms", "static_deflection", "vibration_without_balls"):
+        assert float(swept[name]) == pytest.approx(of_all(found, name), rel=1e-9)
+    assert float(swept["support_force"]) == pytest.approx(of_all(found, "vibrating_force"), rel=1e-9)
+    assert float(swept["residual_unbalance"]) == pytest.approx(float(found["residual_unbalance"].sum()), rel=1e-9)
+    last = int(np.argmax(found["settled_at"].values))
+    for name in ("settling_time", "settled_at"):
+        assert float(swept[name]) == pytest.approx(float(found[name][last]), rel=1e-9)
+    assert float(swept["release_speed"]) == pytest.approx(of_all(found, "release_speed"), rel=1e-9, nan_ok=True)
+
+    # with samples the balls are seen more often than once in a bin; nothing else changes
+    run = ab.simulate(machine, duration=duration, save=[ab.Samples(), *saved], tolerance=1e-7)
+    fine = ab.measures(run)
+    np.testing.assert_allclose(swept["ball_angle_to_unbalance"], fine["final_ball_angle_to_unbalance"], rtol=1e-9)
+    of_balls = ["settling_time", "settled_at", "release_speed", "final_ball_angle_to_unbalance", "counted_from"]
+    kept, again = (each.drop_vars(of_balls, errors="ignore") for each in (found, fine))
+    xr.testing.assert_allclose(kept, again, rtol=1e-9)
+    assert abs(float(swept["settled_at"]) - float(fine["settled_at"].max())) <= 2.0 * duration / 500
+    change = float(np.abs(np.diff(run["envelope_speed"])).max())
+    assert float(swept["release_speed"]) == pytest.approx(of_all(fine, "release_speed"), abs=change, nan_ok=True)
+
+
+def test_the_balls_of_an_envelope_are_those_at_the_end_of_each_bin(stalled_run: xr.Dataset) -> None:
+    at = stalled_run["envelope_end"].values
+    speed = np.interp(at, stalled_run["time"], stalled_run["speed"])
+    np.testing.assert_allclose(stalled_run["envelope_speed"], speed, rtol=1e-9)
+    samples = [name for name, values in stalled_run.variables.items() if "time" in values.dims]
+    rough = ab.settling_time(stalled_run.drop_vars(samples))
+    fine = ab.settling_time(stalled_run)
+    late = rough["settled_at"].values - fine["settled_at"].values  # a bin ends with or after the ball's settling
+    assert np.all((late >= -1e-9) & (late <= 0.01 + 1e-9))
+
+
+def test_every_measure_of_a_run_stands_once_in_the_table_and_carries_its_unit(stalled_run: xr.Dataset) -> None:
+    table = {measure.name: measure for measure in MEASURES}
+    assert len(table) == len(MEASURES)
+    found = ab.measures(stalled_run)
+    assert {str(name) for name in found} <= set(table)
+    for name in found:
+        assert found[name].attrs["units"] == table[str(name)].unit
+        assert found[name].dims == ((table[str(name)].along,) if table[str(name)].along else ())
+    swept = ab.sweep(MACHINES / "discoidal.toml", {}, seeds=1, duration=0.1)
+    assert {entry.name for entry in SWEPT} == set(map(str, swept)) - {"outcome", "verdict", "balanced"}
 
 
 def test_a_sweep_names_the_parameter_that_is_impossible() -> None:

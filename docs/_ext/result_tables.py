@@ -12,6 +12,7 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
 from autobalancer.results.labels import LABELS
+from autobalancer.results.measure_table import MEASURES
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
@@ -60,6 +61,7 @@ def pages() -> dict[str, str]:
         "result_variables.md": result_variables(),
         "result_outcomes.md": result_outcomes(),
         "result_attributes.md": result_attributes(),
+        "result_measures.md": result_measures(),
     }
 
 
@@ -112,6 +114,18 @@ def result_attributes() -> str:
     run = ab.simulate(SMALL, save=Samples(9))
     rows = "".join(f"| `{name}` | {_shortly(value)} |\n" for name, value in run.attrs.items())
     return f"| attribute | for example |\n|---|---|\n{rows}"
+
+
+def result_measures() -> str:
+    """Every measure, what it is along, and what a sweep keeps of it."""
+    text = "| measure | along | unit | meaning | in a sweep |\n|---|---|---|---|---|\n"
+    for measure in MEASURES:
+        kept = "the same" if not measure.along else ""
+        if measure.of_all is not None:
+            other = f"`{measure.of_all.name}`: " if measure.of_all.name else ""
+            kept = other + measure.of_all.text + (", of each" if measure.of_all.per_ball else "")
+        text += f"| `{measure.name}` | {measure.along} | {measure.unit} | {measure.text} | {kept} |\n"
+    return text
 
 
 def _shortly(value: object) -> str:

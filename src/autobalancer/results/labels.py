@@ -36,6 +36,7 @@ LABELS: dict[str, Label] = {
     "unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),
     "residual_unbalance": Label("resultant of unbalance and balls", "kg m"),
     "envelope_time": Label("middle of the bin", "s"),
+    "envelope_end": Label("end of the bin", "s"),
     "envelope_low": Label("least deflection in the bin", "m"),
     "envelope_high": Label("greatest deflection in the bin", "m"),
     "envelope_speed": Label("rotor speed at the end of the bin", "rad/s"),

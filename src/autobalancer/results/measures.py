@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.results.jumps import jump_times, parts_between_jumps
+from autobalancer.results.measure_table import HERE, measured
 from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.places import residual_unbalance, support_forces, vibration
-from autobalancer.results.series import (
-    counted,
-    end_of_run_up,
-    release_rows,
-    released_at,
-    settled_from,
-    wrapped,
+from autobalancer.results.places import vibration
+from autobalancer.results.recorded import LAST, SETTLED, in_space, settling
+from autobalancer.results.recorded_of import (
+    away_from_standing,
+    bins_of,
+    critical_speed_of,
+    known_balls,
+    recorded_of,
+    series,
 )
-from autobalancer.results.standing import standing_in
+from autobalancer.results.series import last_deflection, released_at, wrapped
 from autobalancer.units import optional_argument
+
+SOURCE = ("machine_name", "outcome", "outcome_text", "source")
 
 
 @of_a_run()
@@ -39,17 +41,10 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     QuestionError
         If the run kept neither.
     """
-    if "envelope_high" in run:
-        time, low, high, speed = _series(run, *(f"envelope_{name}" for name in ("time", "low", "high", "speed")))
-    else:
-        t, r, w = _series(run, "time", "deflection", "speed")
-        edges = np.linspace(0, t.size, min(bins, t.size) + 1).astype(int)
-        pairs = [(a, b) for a, b in pairwise(edges) if b > a]
-        low = np.array([r[a:b].min() for a, b in pairs])
-        high = np.array([r[a:b].max() for a, b in pairs])
-        time = np.array([0.5 * (t[a] + t[b - 1]) for a, b in pairs])
-        speed = np.array([w[b - 1] for _, b in pairs])
-    envelope = xr.Dataset({"low": ("time", low), "high": ("time", high), "speed": ("time", speed)}, {"time": time})
+    found = bins_of(run, bins)
+    envelope = xr.Dataset(
+        {"low": ("time", found.low), "high": ("time", found.high), "speed": ("time", found.speed)}, {"time": found.time}
+    )
     for name, text, unit in (
         ("low", "least deflection", "m"),
         ("high", "greatest deflection", "m"),
@@ -66,14 +61,16 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 
     In a run through a critical speed this is the peak at resonance.
     """
-    envelope = deflection_envelope(run)
-    place = int(np.argmax(envelope["high"].values))
-    peak = envelope.isel(time=place)
-    return _scalars(
-        deflection=(float(peak["high"]), "m", "greatest deflection"),
-        time=(float(peak["time"]), "s", "time of the greatest deflection"),
-        speed=(float(peak["speed"]), "rad/s", "rotor speed at the greatest deflection"),
-    )
+    bins = bins_of(run)
+    place = int(np.argmax(bins.high))
+    found = xr.Dataset()
+    for name, values, unit, text in (
+        ("deflection", bins.high, "m", "greatest deflection"),
+        ("time", bins.time, "s", "time of the greatest deflection"),
+        ("speed", bins.speed, "rad/s", "rotor speed at the greatest deflection"),
+    ):
+        found[name] = ((), float(values[place]), {"units": unit, "long_name": text})
+    return found
 
 
 @of_a_run()
@@ -96,12 +93,10 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
     end = float(run.attrs["end_time"])
     if last is not None and not last > 0.0:
         raise QuestionError(f"last: given {last:g} s; must be greater than zero")
-    begin = end - (0.05 * end if last is None else last)
+    begin = end - (LAST * end if last is None else last)
     if run.attrs.get("axis", "vertical") == "vertical":
-        envelope = deflection_envelope(run)
-        inside = envelope["time"].values >= begin
-        inside[-1] = True
-        return float(envelope["high"].values[inside].max())
+        bins = bins_of(run)
+        return last_deflection(bins.time, bins.high, begin)
     if last is None and run.sizes.get("turn", 0) > 1:
         return float(vibration(run)["greatest"].values[0])
     if "x" not in run:
@@ -109,16 +104,14 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
             "the axis is horizontal, so the envelope holds static deflection and vibration together; "
             "run it with save=[..., LastRevolutions()]"
         )
-    time, x, y = _series(run, "time", "x", "y")
-    z = (x + 1j * y)[time >= begin]
-    if z.size == 0:
+    late = run.isel(time=series(run, "time")[0] >= begin)
+    if not late.sizes["time"]:
         raise QuestionError(f"the run kept no sample of its last {end - begin:.3g} s; there is nothing to measure")
-    late = run.isel(time=time >= begin)
-    return float(np.abs(z - standing_in(late, z[:, None], "")).max())
+    return float(away_from_standing(late).max())
 
 
 @of_a_run()
-def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.DataArray:
+def settling_time(run: xr.Dataset, tolerance: float = SETTLED) -> xr.DataArray:
     """Time (s) that each ball takes to stay within ``tolerance`` (rad) of its final angle in the rotor.
 
     It counts from the ball's release, from a jump of the unbalance, from the end of the run-up or from the start of the run,
@@ -126,13 +119,10 @@ def settling_time(run: xr.Dataset, tolerance: float = np.deg2rad(2.0)) -> xr.Dat
     the time in the run. The run-up ends where the speed stays within 0.1 % of its last value. nan for a ball that still moves at
     the end (faster than 1/1000 of the rotor speed).
     """
-    time, angle, speed, rotor = _balls(run)
-    settled = settled_from(time, angle, rotor, tolerance)
-    rows = release_rows(rotor, speed + rotor[:, None], _critical(run))
-    released = np.interp(rows, np.arange(time.size), time)
-    duration, names = counted(settled, released, end_of_run_up(time, rotor), float(time[0]), jump_times(run))
-    found = _per_ball(run, duration, "settling time", "s")
-    return found.assign_coords(settled_at=("ball", settled), counted_from=("ball", names))
+    found = settling(known_balls(run), critical_speed_of(run), jump_times(run), tolerance)
+    return _per_ball(run, found.duration, "settling time", "s").assign_coords(
+        settled_at=("ball", found.at), counted_from=("ball", found.counted_from)
+    )
 
 
 @of_a_run(of_machine="ab.stability.borders(machine)")
@@ -145,11 +135,10 @@ def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) ->
     ``critical_speed`` is by default the lowest of the machine.
     """
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
-    _, _, speed, rotor = _balls(run)
-    critical_speed = _critical(run) if critical_speed is None else critical_speed
-    return _per_ball(
-        run, released_at(rotor, speed + rotor[:, None], critical_speed), "break-away speed in the run", "rad/s"
-    )
+    balls = known_balls(run)
+    critical_speed = critical_speed_of(run) if critical_speed is None else critical_speed
+    released = released_at(balls.speed, in_space(balls), critical_speed)
+    return _per_ball(run, released, "break-away speed in the run", "rad/s")
 
 
 @of_a_run()
@@ -170,91 +159,28 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 def measures(run: xr.Dataset) -> xr.Dataset:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
-    Those over ``place``, ``plane`` and ``support`` are present if the run kept its last revolutions.
+    They are those of :data:`autobalancer.results.measure_table.MEASURES` for which the run kept the data: those over
+    ``place``, ``plane`` and ``support`` ask for its last revolutions.
     """
-    peak = peak_deflection(run)
-    where = f"at {run.attrs.get('reference_station', 'the rotor')!r}"
-    found = _scalars(
-        peak_deflection=(float(peak["deflection"]), "m", f"greatest deflection {where}"),
-        peak_speed=(float(peak["speed"]), "rad/s", f"rotor speed at the greatest deflection {where}"),
-        residual_vibration=(residual_vibration(run), "m", f"vibration at the end of the run {where}"),
-    )
-    found = found.assign(_of_places(run)) if run.sizes.get("turn", 0) > 1 else found
-    if run.sizes.get("ball", 0):
-        found["settling_time"] = settling_time(run)
-        found["release_speed"] = release_speed(run)
-        if "ball_angle_in_rotor" in run:
-            final = ball_angle_to_unbalance(run).isel(time=-1, drop=True)
-            final.attrs["long_name"] = "final ball angle from the unbalance"
-            found["final_ball_angle_to_unbalance"] = final.drop_vars([n for n in final.coords if n != "ball"])
-    found = found.assign(_after_jumps(run)) if jump_times(run) else found
-    found.attrs = {
-        key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs
-    }
-    return found
-
-
-def _after_jumps(run: xr.Dataset) -> xr.Dataset:
-    """Over the jumps of the unbalance: greatest deflection until the next one, and when the last ball settles."""
-    parts = [(begin, part) for begin, _, part in parts_between_jumps(run) if begin > 0.0]
-    found = xr.Dataset(coords={"jump_time": ("jump", [begin for begin, _ in parts])})
-    found["jump_time"].attrs.update(units="s", long_name="time of a jump of the unbalance")
-    peaks = [float(peak_deflection(part)["deflection"]) for _, part in parts]
-    found["peak_after_jump"] = ("jump", peaks, {"units": "m", "long_name": "greatest deflection after a jump"})
-    if run.sizes.get("ball", 0):
-        last = [float(settling_time(part).max(skipna=False)) for _, part in parts]
-        found["settling_after_jump"] = (
-            "jump",
-            last,
-            {"units": "s", "long_name": "settling time after a jump, last ball"},
+    recorded = recorded_of(run)
+    where = repr(run.attrs.get("reference_station", "the rotor"))
+    found = xr.Dataset(attrs={key: run.attrs[key] for key in SOURCE if key in run.attrs})
+    for measure, values in measured(recorded):
+        found[measure.name] = (
+            (measure.along,) if measure.along else (),
+            values,
+            {"units": measure.unit, "long_name": measure.text.replace(HERE, where)},
         )
+    for name in ("ball", "place", "plane", "support"):
+        if name in found.dims:
+            found = found.assign_coords({name: run[name].values})
+    if recorded.balls is not None:
+        found = found.assign_coords(counted_from=("ball", recorded.settled.counted_from))
+    if recorded.parts is not None:
+        begins = [begin for begin, _, _ in parts_between_jumps(run) if begin > 0.0]
+        about = {"units": "s", "long_name": "time of a jump of the unbalance"}
+        found = found.assign_coords(jump_time=("jump", begins, about))
     return found
-
-
-def _of_places(run: xr.Dataset) -> xr.Dataset:
-    """Vibration over the places, residual unbalance over the planes, forces over the supports."""
-    moved = vibration(run)[["static", "greatest", "rms", "velocity_rms"]]
-    found = moved.rename(static="static_deflection", greatest="vibration", rms="vibration_rms")
-    if "plane" in run.coords:
-        left = residual_unbalance(run)[["unbalance", "residual", "share"]]
-        found = found.merge(left.rename(residual="residual_unbalance", share="residual_share"))
-    if run.sizes["support"]:
-        force = support_forces(run)[["static", "greatest", "rms"]]
-        found = found.merge(force.rename(static="static_force", greatest="vibrating_force", rms="vibrating_force_rms"))
-    return found
-
-
-def _critical(run: xr.Dataset) -> float:
-    """The lowest critical speed of the machine, rad/s; nan if it has none."""
-    return float(np.min(run.attrs["critical_speeds"])) if np.size(run.attrs["critical_speeds"]) else np.nan
-
-
-def _scalars(**values: tuple[float, str, str]) -> xr.Dataset:
-    found = xr.Dataset({name: ((), value) for name, (value, _, _) in values.items()})
-    for name, (_, unit, text) in values.items():
-        found[name].attrs.update(units=unit, long_name=text)
-    return found
-
-
-def _series(run: xr.Dataset, *names: str) -> list[np.ndarray]:
-    if any(name not in run.variables for name in names):
-        raise QuestionError(
-            "the run kept neither samples over time nor an envelope; run it with save=Samples() or Envelope()"
-        )
-    if run[names[0]].size == 0:
-        raise QuestionError("the run ended before its first sample; there is nothing to measure")
-    return [run[name].values for name in names]
-
-
-def _balls(run: xr.Dataset) -> list[np.ndarray]:
-    """Time, ball angles and speeds in the rotor, rotor speed: from samples or from the ends of the envelope's bins."""
-    if not run.sizes.get("ball", 0):
-        raise QuestionError("the machine has no balls; there is nothing to measure on them")
-    if "ball_angle_in_rotor" in run:
-        return _series(run, "time", "ball_angle_in_rotor", "ball_speed_in_rotor", "speed")
-    return _series(
-        run, "envelope_time", "envelope_ball_angle_in_rotor", "envelope_ball_speed_in_rotor", "envelope_speed"
-    )
 
 
 def _per_ball(run: xr.Dataset, values: np.ndarray, text: str, unit: str) -> xr.DataArray:

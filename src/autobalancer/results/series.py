@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 
@@ -98,3 +98,32 @@ def counted(
 def wrapped(angle: Floats) -> Floats:
     """The same angle within (-pi, pi]."""
     return np.asarray(np.pi - np.mod(np.pi - angle, 2.0 * np.pi), np.float64)
+
+
+def last_deflection(time: Floats, high: Floats, begin: float) -> float:
+    """The greatest of ``high`` (m) from ``begin`` (s) on, the last one in any case."""
+    inside = time >= begin
+    inside[-1] = True
+    return float(high[inside].max())
+
+
+def mean_size(z: NDArray[np.complex128]) -> Floats:
+    """Mean over time of the size of x + i y, (times, ...)."""
+    return np.asarray(np.abs(z).mean(axis=0), np.float64)
+
+
+def share_of(part: ArrayLike, whole: ArrayLike) -> Floats:
+    """``part`` over ``whole``; nan where there is no whole."""
+    part, whole = np.asarray(part, np.float64), np.asarray(whole, np.float64)
+    return np.asarray(np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0.0))
+
+
+def last_settled(at: Floats) -> int:
+    """The ball that settles last, or one that never does; ``at`` (s) is (ball,), nan where it never does."""
+    return int(np.argmax(at))  # nan is the greatest
+
+
+def greatest_known(values: Floats) -> float:
+    """The greatest that is not nan; nan if there is none."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if known.size else np.nan

@@ -22,6 +22,7 @@ NUMBERS = {
     "y",
     "ball_angle_in_rotor",
     "envelope_time",
+    "envelope_end",
     "envelope_high",
     "turn_time",
 }

@@ -23,6 +23,7 @@ from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
+from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.simulation.equations import equations
@@ -31,7 +32,7 @@ from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.studies.in_threads import in_threads
-from autobalancer.studies.sweep_row import LABELS, PER_BALL, sweep_row
+from autobalancer.studies.sweep_row import sweep_row
 from autobalancer.studies.variations import coordinate, variation_text, with_variation
 from autobalancer.units import optional_argument
 
@@ -173,11 +174,12 @@ def _dataset(
     )
     for name, (path, values) in zip(names, variations.items(), strict=True):
         result = result.assign_coords({name: (name if grid else "run", *coordinate(machine, path, values))})
-    for name, (text, unit) in LABELS.items():
-        label = {"long_name": text, "units": unit}
-        if name == PER_BALL:
-            most = max(row[name].size for row in rows)
-            padded = [np.pad(row[name], (0, most - row[name].size), constant_values=np.nan) for row in rows]
+    for measure in SWEPT:
+        name, label = measure.name, {"long_name": measure.text, "units": measure.unit}
+        if measure.per_ball:
+            each = [row.get(name, np.zeros(0)) for row in rows]
+            most = max(values.size for values in each)
+            padded = [np.pad(values, (0, most - values.size), constant_values=np.nan) for values in each]
             result[name] = ((*dims, "ball"), np.reshape(padded, (*shape, most)), label)
         else:
             result[name] = (dims, np.reshape([float(row.get(name, np.nan)) for row in rows], shape), label)

@@ -58,18 +58,12 @@ def run_dataset(
         data |= couple_unbalance(places, record.sample_times[:count])
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
-    bins = int(state.counts[NEXT_BIN])
     if record.bin_low.size:
-        edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
-        if bins < record.bin_low.size and np.isfinite(record.bin_high[bins]) and state.clock[TIME] > edges[-1]:
-            # the run ended early: its last bin ends there
-            bins += 1
-            edges = np.append(edges, state.clock[TIME])
-            states = np.vstack([states, state.state])
-        angle, rate = _ball_motion(states, assembly)
+        edges, low, high, states = whole_bins(record, state)
+        angle, rate = ball_motion(states, assembly)
         coordinates["envelope_time"] = ("bin", 0.5 * (edges[:-1] + edges[1:]))
-        data["envelope_low"] = ("bin", record.bin_low[:bins])
-        data["envelope_high"] = ("bin", record.bin_high[:bins])
+        coordinates["envelope_end"] = ("bin", edges[1:])
+        data["envelope_low"], data["envelope_high"] = ("bin", low), ("bin", high)
         data["envelope_speed"] = ("bin", states[:, SPEED])
         data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), angle)
         data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), rate)
@@ -82,7 +76,7 @@ def run_dataset(
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
         data |= over_turns(turns[:, 1:], turns[:, 0], assembly, places)
-        data["turn_ball_angle_in_rotor"] = (("turn", "ball"), _ball_motion(turns[:, 1:], assembly)[0])
+        data["turn_ball_angle_in_rotor"] = (("turn", "ball"), ball_motion(turns[:, 1:], assembly)[0])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
         coordinates["event_time"] = ("event", log[:, 1])
@@ -102,9 +96,20 @@ def run_dataset(
     return dataset
 
 
+def whole_bins(record: Record, state: Memory) -> tuple[Floats, Floats, Floats, Matrix]:
+    """Edges (s), least and greatest deflection (m) and last states of the bins; a run that ended early ends its last."""
+    bins = int(state.counts[NEXT_BIN])
+    edges, states = record.bin_edges[: bins + 1].copy(), record.bin_states[:bins]
+    if bins < record.bin_low.size and np.isfinite(record.bin_high[bins]) and state.clock[TIME] > edges[-1]:
+        bins += 1
+        edges = np.append(edges, state.clock[TIME])
+        states = np.vstack([states, state.state])
+    return edges, record.bin_low[:bins], record.bin_high[:bins], states
+
+
 def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
     z = deflection(states, assembly)
-    angle, speed = _ball_motion(states, assembly)
+    angle, speed = ball_motion(states, assembly)
     unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
     residual = unbalance + ball_moments(states, assembly).sum(axis=1)
     resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
@@ -124,7 +129,7 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
     }
 
 
-def _ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+def ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Angles and speeds of the balls in the rotor, (times, n) each."""
     n = len(assembly.balls)
     angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]

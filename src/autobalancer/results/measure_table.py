@@ -1,0 +1,204 @@
+"""The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
+
+A new measure is an entry here and, if it is more than a line, a function on arrays in ``results/series.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from autobalancer.results.places import one_way_rms
+from autobalancer.results.recorded import Recorded
+from autobalancer.results.series import greatest_known, last_settled, mean_size, share_of
+
+HERE = "the reference station"  # in a text; a run has the name of its own there
+NEEDS = {"": "bins", "ball": "balls", "place": "turns", "plane": "planes", "support": "forces", "jump": "parts"}
+LAST = "in the last revolutions"
+PER_BALL = "ball_angle_to_unbalance"
+
+Of = Callable[[Any], Any]  # of a Recorded in which nothing that the measure needs is None
+
+
+class OfAll(NamedTuple):
+    """The one number that a sweep keeps of a measure with several; ``name`` where it has its own."""
+
+    text: str
+    of: Of
+    needs: str = ""  # by default what the measure needs
+    name: str = ""
+    per_ball: bool = False  # then a sweep has them all
+
+
+class Measure(NamedTuple):
+    """One measure: ``of`` gives a number, or an array along ``along``.
+
+    It is left out where the run did not record what :data:`NEEDS` says of ``along``, or what it ``needs`` besides, both names
+    of :class:`~autobalancer.results.recorded.Recorded`. A sweep keeps measures that are one number, those over the balls, and
+    ``of_all`` of the others.
+    """
+
+    name: str
+    unit: str
+    along: str
+    text: str
+    of: Of
+    of_all: OfAll | None = None
+    needs: str = ""
+
+
+class InSweep(NamedTuple):
+    """A measure as a sweep has it: one number of a run, or one for each ball."""
+
+    name: str
+    unit: str
+    text: str
+    per_ball: bool
+    of: Of
+    needs: tuple[str, ...]
+
+
+MEASURES = (
+    Measure("peak_deflection", "m", "", f"greatest deflection at {HERE}", lambda r: r.bins.high.max()),
+    Measure(
+        "peak_speed",
+        *("rad/s", "", f"rotor speed at the greatest deflection at {HERE}"),
+        lambda r: r.bins.speed[np.argmax(r.bins.high)],
+    ),
+    Measure(
+        "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration
+    ),
+    Measure(
+        "static_deflection",
+        *("m", "place", f"static deflection {LAST}"),
+        lambda r: np.abs(r.moved.static),
+        OfAll(f"greatest static deflection of all places {LAST}", lambda r: np.abs(r.moved.static).max()),
+    ),
+    Measure(
+        "vibration",
+        *("m", "place", "greatest distance from the mean position at the end of the run"),
+        lambda r: r.vibration,
+        OfAll("greatest vibration of all places at the end of the run", lambda r: r.vibration.max()),
+    ),
+    Measure(
+        "vibration_without_balls",
+        *("m", "place", "greatest vibration at the last speed with the balls spread and held"),
+        lambda r: r.without_balls,
+        OfAll("greatest vibration of all places with the balls spread and held", lambda r: np.max(r.without_balls)),
+        needs="without_balls",
+    ),
+    Measure("vibration_rms", "m", "place", f"root mean square of the vibration {LAST}", lambda r: r.moved.rms),
+    Measure(
+        "velocity_rms",
+        *("m/s", "place", f"root mean square of the velocity {LAST}"),
+        lambda r: r.moved.velocity_rms,
+        OfAll(f"greatest root mean square of the velocity of all places {LAST}", lambda r: r.moved.velocity_rms.max()),
+    ),
+    Measure(
+        "unbalance",
+        *("kg m", "plane", f"unbalance that the balls of the plane have to balance {LAST}"),
+        lambda r: mean_size(r.planes[0]),
+    ),
+    Measure(
+        "residual_unbalance",
+        *("kg m", "plane", f"residual unbalance of the plane {LAST}"),
+        lambda r: mean_size(r.planes[0] + r.planes[1]),
+        OfAll(f"residual unbalance, of several planes the sum, {LAST}", lambda r: r.rotor[1].mean(), "rotor"),
+    ),
+    Measure(
+        "residual_share",
+        *("1", "plane", f"residual unbalance over unbalance {LAST}"),
+        lambda r: share_of(mean_size(r.planes[0] + r.planes[1]), mean_size(r.planes[0])),
+        OfAll("residual unbalance over unbalance", lambda r: share_of(r.rotor[1].mean(), r.rotor[0].mean()), "rotor"),
+    ),
+    Measure(
+        "static_force",
+        *("N", "support", f"static force on the support {LAST}"),
+        lambda r: np.abs(r.forces[1]),
+    ),
+    Measure(
+        "vibrating_force",
+        *("N", "support", f"greatest distance of the force from its mean {LAST}"),
+        lambda r: np.abs(r.forces[0] - r.forces[1]).max(axis=0),
+        OfAll(
+            f"greatest vibrating force of all supports {LAST}",
+            lambda r: np.abs(r.forces[0] - r.forces[1]).max(initial=0.0),
+            name="support_force",
+        ),
+    ),
+    Measure(
+        "vibrating_force_rms",
+        *("N", "support", f"root mean square of the vibrating force {LAST}"),
+        lambda r: one_way_rms(r.forces[0] - r.forces[1]),
+    ),
+    Measure(
+        "settling_time",
+        *("s", "ball", "settling time, from the release, a jump of the unbalance or the end of the run-up"),
+        lambda r: r.settled.duration,
+        OfAll(
+            "settling time of the last ball, from its release, a jump of the unbalance or the end of the run-up",
+            lambda r: r.settled.duration[last_settled(r.settled.at)],
+        ),
+    ),
+    Measure(
+        "settled_at",
+        *("s", "ball", "time in the run at which the ball has settled"),
+        lambda r: r.settled.at,
+        OfAll("time in the run at which the last ball has settled", lambda r: r.settled.at[last_settled(r.settled.at)]),
+    ),
+    Measure(
+        "release_speed",
+        *("rad/s", "ball", "break-away speed in the run"),
+        lambda r: r.released,
+        OfAll("greatest break-away speed of a stalled ball", lambda r: greatest_known(r.released)),
+    ),
+    Measure(
+        "final_ball_angle_to_unbalance",
+        *("rad", "ball", "final ball angle from the unbalance"),
+        lambda r: r.final_angle,
+        OfAll("final ball angle from the unbalance", lambda r: r.final_angle, name=PER_BALL, per_ball=True),
+        needs="final_angle",
+    ),
+    Measure(
+        "peak_after_jump",
+        *("m", "jump", "greatest deflection after a jump"),
+        lambda r: np.array([part.bins.high.max() for part in r.parts]),
+    ),
+    Measure(
+        "settling_after_jump",
+        *("s", "jump", "settling time after a jump, last ball"),
+        lambda r: np.array([part.settled.duration.max() for part in r.parts]),
+        needs="balls",
+    ),
+)
+
+
+def measured(recorded: Recorded) -> Iterator[tuple[Measure, Any]]:
+    """The measures of a run with their numbers, without those for which it recorded too little."""
+    return ((m, m.of(recorded)) for m in MEASURES if _has(recorded, _needs(m)))
+
+
+def numbers(recorded: Recorded) -> dict[str, Any]:
+    """What a sweep keeps of a run, by name, without that for which it recorded too little."""
+    return {m.name: m.of(recorded) for m in SWEPT if _has(recorded, m.needs)}
+
+
+def _needs(measure: Measure) -> tuple[str, ...]:
+    return NEEDS[measure.along], *([measure.needs] if measure.needs else [])
+
+
+def _in_sweep(m: Measure) -> Iterator[InSweep]:
+    if m.of_all is not None:
+        needs = (m.of_all.needs,) if m.of_all.needs else _needs(m)
+        yield InSweep(m.of_all.name or m.name, m.unit, m.of_all.text, m.of_all.per_ball, m.of_all.of, needs)
+    elif not m.along:
+        yield InSweep(m.name, m.unit, m.text, False, m.of, _needs(m))
+
+
+def _has(recorded: Recorded, names: tuple[str, ...]) -> bool:
+    return all(getattr(recorded, name) is not None for name in names)
+
+
+SWEPT = tuple(entry for measure in MEASURES for entry in _in_sweep(measure))

@@ -1,0 +1,131 @@
+"""What a run or one run of a sweep recorded, as plain arrays: all that a measure is computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from autobalancer.results.places import Complexes, Floats, moved
+from autobalancer.results.series import (
+    counted,
+    end_of_run_up,
+    last_deflection,
+    release_rows,
+    released_at,
+    settled_from,
+)
+
+SETTLED = float(np.deg2rad(2.0))  # a ball within this of its last angle has settled, rad
+LAST = 0.05  # share of a run at its end in which the residual vibration is taken
+
+
+class Bins(NamedTuple):
+    """The envelope of the deflection at the reference station, (B,): middle and width of each bin (s), ends in m and rad/s."""
+
+    time: Floats
+    width: Floats
+    low: Floats
+    high: Floats
+    speed: Floats  # at the end of the bin
+
+
+class Balls(NamedTuple):
+    """Motion of the balls in the rotor over time: samples, or the ends of bins. ``start`` (s) is where they begin."""
+
+    start: float
+    time: Floats  # (T,) s
+    speed: Floats  # (T,) of the rotor, rad/s
+    angle: Floats  # (T, n) rad
+    rate: Floats  # (T, n) rad/s
+
+
+class Moved(NamedTuple):
+    """Of each place in the last revolutions: static deflection and vibration (m), rms (m) and rms of the velocity (m/s)."""
+
+    static: Complexes
+    greatest: Floats
+    rms: Floats
+    velocity_rms: Floats
+
+
+class Settled(NamedTuple):
+    """Of each ball how long it takes to settle (s), when it has (s), and from where it counts."""
+
+    duration: Floats
+    at: Floats
+    counted_from: list[str]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The arrays of one run; None for what it did not record. Places, planes and supports in the last revolutions."""
+
+    end: float  # s
+    vertical: bool
+    critical_speed: float  # the lowest, rad/s; nan without one
+    bins: Bins
+    balls: Balls | None = None
+    jumps: Sequence[float] = ()  # of the unbalance, s
+    late: Floats | None = None  # samples: distance of the reference station from its static place at the end, (T,) m
+    turns: tuple[Complexes, Complexes, Complexes] | None = (
+        None  # x + iy (m), x' + iy' (m/s), (T, places); static part (m)
+    )
+    forces: tuple[Complexes, Complexes] | None = None  # on the supports x + iy, (T, supports) N, and their static part
+    planes: tuple[Complexes, Complexes] | None = None  # unbalance and balls of each plane in the rotor, (T, P) kg m
+    rotor: tuple[Floats, Floats] | None = None  # unbalance and what is left: of several planes the sums, (T,) kg m
+    without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
+    final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
+    parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
+
+    @cached_property
+    def moved(self) -> Moved:
+        """Static deflection and vibration of all places; asks for ``turns``."""
+        assert self.turns is not None
+        return Moved(self.turns[2], *moved(*self.turns))
+
+    @cached_property
+    def residual_vibration(self) -> float:
+        """Vibration at the reference station at the end, m; nan on a horizontal axis if nothing tells it."""
+        if self.vertical:
+            return last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
+        if self.turns is not None:
+            return float(self.moved.greatest[0])
+        return float(self.late.max()) if self.late is not None else np.nan
+
+    @cached_property
+    def vibration(self) -> Floats:
+        """Vibration of each place at the end, m: at the reference station slow changes in the last twentieth count too."""
+        greatest = self.moved.greatest.copy()
+        if self.vertical:
+            greatest[0] = max(greatest[0], self.residual_vibration)
+        return greatest
+
+    @cached_property
+    def settled(self) -> Settled:
+        """How the balls settle; asks for ``balls``."""
+        assert self.balls is not None
+        return settling(self.balls, self.critical_speed, self.jumps)
+
+    @cached_property
+    def released(self) -> Floats:
+        """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
+        assert self.balls is not None
+        return released_at(self.balls.speed, in_space(self.balls), self.critical_speed)
+
+
+def in_space(balls: Balls) -> Floats:
+    """Speed of the balls in space, (T, n) rad/s."""
+    return np.asarray(balls.rate + balls.speed[:, None], np.float64)
+
+
+def settling(balls: Balls, critical_speed: float, jumps: Sequence[float], tolerance: float = SETTLED) -> Settled:
+    """How long each ball takes to stay within ``tolerance`` (rad) of its last angle, and from where it counts."""
+    at = settled_from(balls.time, balls.angle, balls.speed, tolerance)
+    rows = release_rows(balls.speed, in_space(balls), critical_speed)
+    released = np.interp(rows, np.arange(balls.time.size), balls.time)
+    duration, names = counted(at, released, end_of_run_up(balls.time, balls.speed), balls.start, jumps)
+    return Settled(duration, at, names)
