@@ -158,7 +158,7 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
     saved = [ab.Envelope(500), ab.LastRevolutions()]
     run = ab.simulate(machine, duration=duration, save=saved, tolerance=1e-7)
     found = ab.measures(run)
-    for name in ("peak_deflection", "peak_speed", "residual_vibration"):
+    for name in ("peak_deflection", "peak_speed", "time_near_peak", "residual_vibration"):
         assert float(swept[name]) == pytest.approx(float(found[name]), rel=1e-9)
     for name in ("vibration", "velocity_rms", "static_deflection", "vibration_without_balls"):
         assert float(swept[name]) == pytest.approx(of_all(found, name), rel=1e-9)
@@ -202,6 +202,25 @@ def test_every_measure_of_a_run_stands_once_in_the_table_and_carries_its_unit(st
         assert found[name].dims == ((table[str(name)].along,) if table[str(name)].along else ())
     swept = ab.sweep(MACHINES / "discoidal.toml", {}, seeds=1, duration=0.1)
     assert {entry.name for entry in SWEPT} == set(map(str, swept)) - {"outcome", "verdict", "balanced"}
+
+
+def test_a_slow_passage_is_near_its_peak_as_long_as_the_response_curve_is_above_half_and_stalled_balls_stretch_it() -> (
+    None
+):
+    machine = ab.load_machine(MACHINES / "stall_and_release.toml")
+    fast = ab.measures(ab.simulate(machine, hold_balls=True))["time_near_peak"]
+    stalled = ab.measures(ab.simulate(machine))["time_near_peak"]
+    assert float(stalled) > 3.0 * float(fast)
+    duration = 300.0
+    slow = ab.with_parameter(machine, "drive.profile.duration", duration)
+    run = ab.simulate(slow, hold_balls=True, duration=duration, save=ab.Envelope(5000))
+    w = np.linspace(1.0, 500.0, 100_000)
+    mass = 625_000.0 / 250.0**2  # with its balls
+    response = w**2 / np.abs(625_000.0 + 100.0j * w - mass * w**2)
+    above = w[response > 0.5 * response.max()]
+    formula = (above[-1] - above[0]) * duration / 500.0
+    # the rotor lags the ramp by about its decay time of 0.2 s, and a bin is 0.06 s of 10.6 s
+    assert float(ab.measures(run)["time_near_peak"]) == pytest.approx(formula, rel=0.01)
 
 
 def test_a_sweep_names_the_parameter_that_is_impossible() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from autobalancer.results.places import one_way_rms
 from autobalancer.results.recorded import Recorded
-from autobalancer.results.series import greatest_known, last_settled, mean_size, share_of
+from autobalancer.results.series import greatest_known, last_settled, mean_size, share_of, time_near_peak
 
 HERE = "the reference station"  # in a text; a run has the name of its own there
 NEEDS = {"": "bins", "ball": "balls", "place": "turns", "plane": "planes", "support": "forces", "jump": "parts"}
@@ -66,6 +66,11 @@ MEASURES = (
         "peak_speed",
         *("rad/s", "", f"rotor speed at the greatest deflection at {HERE}"),
         lambda r: r.bins.speed[np.argmax(r.bins.high)],
+    ),
+    Measure(
+        "time_near_peak",
+        *("s", "", f"time with more than half of the greatest deflection at {HERE}"),
+        lambda r: time_near_peak(r.bins.width, r.bins.high),
     ),
     Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration

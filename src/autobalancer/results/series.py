@@ -127,3 +127,8 @@ def greatest_known(values: Floats) -> float:
     """The greatest that is not nan; nan if there is none."""
     known = values[np.isfinite(values)]
     return float(known.max()) if known.size else np.nan
+
+
+def time_near_peak(width: Floats, high: Floats) -> float:
+    """Time (s) with a deflection above half of the greatest of the run; of bins with their ``width`` (s) and greatest (m)."""
+    return float(width[high > 0.5 * high.max()].sum())
