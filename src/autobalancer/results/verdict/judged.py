@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.laws.balance_quality import balance_grade
-from autobalancer.results.measures import residual_vibration
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
+from autobalancer.results.recorded_of import recorded_of
 from autobalancer.results.verdict.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict.text import verdict_html, verdict_lines
@@ -218,9 +218,10 @@ def _course(run: xr.Dataset) -> Course:
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
     moved = vibration(run)
-    greatest = moved["greatest"].values.copy()
-    if run.attrs.get("axis") == "vertical" and "envelope_high" in run:
-        greatest[0] = max(greatest[0], residual_vibration(run))  # slow changes over the last twentieth count too
+    try:
+        greatest = recorded_of(run).vibration  # slow changes over the last twentieth count too
+    except QuestionError:  # it kept its last revolutions alone
+        greatest = moved["greatest"].values
     without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
     sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
     columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
