@@ -166,5 +166,5 @@ def test_the_picture_has_a_panel_for_each_curve() -> None:
     free = {"rotor.transverse_inertia": (0.01, 0.02)}
     figure = plot_identification(identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["both bearings", "", "correlation"]
-    with pytest.raises(QuestionError, match="not a fit"):
+    with pytest.raises(QuestionError, match=r"not a result of rotor\.identify"):
         plot_identification(unbalance_response(MACHINE, speeds))

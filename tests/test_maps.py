@@ -362,12 +362,12 @@ def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
 
 def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
     for call, message in (
-        (lambda: plot_map(xr.Dataset()), "not a result of stability_map"),
+        (lambda: plot_map(xr.Dataset()), "not a result of stability.map"),
         (lambda: plot_map(thin_map, x="drag"), "must be one of speed, viscosity"),
         (lambda: plot_map(thin_map, speed_unit="mph"), "must be one of rpm"),
         (lambda: plot_map(thin_map.isel(speed=[0])), "one value along an axis"),
-        (lambda: plot_border_curve(thin_map), "not a result of border_curve"),
-        (lambda: plot_stability(thin_map), "not a result of eigenvalues"),
+        (lambda: plot_border_curve(thin_map), "not a result of stability.border_curve"),
+        (lambda: plot_stability(thin_map), "not a result of stability.eigenvalues"),
         (lambda: plot_stability(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
     ):
         with pytest.raises(QuestionError, match=message):

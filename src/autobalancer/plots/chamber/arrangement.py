@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
@@ -16,13 +15,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.drawing.style import RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.results.given import Given, chamber_run
 from autobalancer.units import list_argument
 
 RIM = "#8A949C"
 
 
 def plot_arrangement(
-    run: xr.Dataset, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
+    run: Given, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
 ) -> Figure:
     """The balls of a chamber at some times, colored by speed, with the unbalance in space.
 
@@ -32,7 +32,7 @@ def plot_arrangement(
     Parameters
     ----------
     run
-        From ``simulate_chamber`` or an archive.
+        From ``simulate`` or an archive.
     times
         s; by default begin, middle and end of the run.
     chamber
@@ -45,6 +45,7 @@ def plot_arrangement(
     QuestionError
         If a time is not in the run, or there is no such chamber.
     """
+    run = chamber_run(run, "plot.chamber_arrangement")
     times = None if times is None else list_argument("times", times, "s")
     time = run["time"].values
     if times is None:

@@ -45,7 +45,7 @@ def animate_chamber(
     Parameters
     ----------
     run
-        From ``simulate_chamber`` or an archive; samples are read as the film needs them.
+        From ``simulate`` or an archive; samples are read as the film needs them.
     path
         The film, ``.mp4`` or ``.gif``; replaced when the new one is complete.
     start, end

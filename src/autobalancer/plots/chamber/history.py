@@ -15,6 +15,7 @@ from autobalancer.plots.run.panels import speed_panel
 from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber.measures import collision_statistics
 from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.given import Given, chamber_run
 
 LEDGER = {
     "loss_contact": ("collisions", BALLS[0]),
@@ -29,7 +30,7 @@ POINTS = 4000  # of a curve, more cannot be told apart in print
 
 
 def plot_chamber_run(
-    run: xr.Dataset, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
+    run: Given, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
 ) -> Figure:
     """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time of a ``run``.
 
@@ -41,6 +42,7 @@ def plot_chamber_run(
     QuestionError
         If a unit is unknown.
     """
+    run = chamber_run(run, "plot.chamber_run")
     unit = speed_axis(speed_unit)
     time = run["time"].values
     with look():
@@ -60,11 +62,12 @@ def plot_chamber_run(
     return figure
 
 
-def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
+def plot_energy(run: Given, *, title: str | None = None) -> Figure:
     """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
 
     The stack reaches the line of the motor's work where the balance of the ``run`` closes; ``title`` stands above it.
     """
+    run = chamber_run(run, "plot.chamber_energy")
     time = run["time"].values
     with look():
         figure = picture(7.2, 5.4)
@@ -89,8 +92,9 @@ def plot_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
     return figure
 
 
-def plot_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
+def plot_collisions(run: Given, *, title: str | None = None) -> Figure:
     """Rates (1/s) of the contacts of a ``run`` that begin, and the hardest of them (N), over time, below a ``title``."""
+    run = chamber_run(run, "plot.chamber_collisions")
     found = collision_statistics(run)
     with look():
         figure = picture(7.2, 4.4)

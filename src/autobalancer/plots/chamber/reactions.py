@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from autobalancer.plots.drawing.axis_units import length_axis
 from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.results.chamber.unconstrained import LooseBody, unconstrained_motion
+from autobalancer.results.given import Given, chamber_run
 from autobalancer.units import optional_argument
 
 
 def plot_reactions(
-    run: xr.Dataset, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
+    run: Given, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
 ) -> Figure:
     """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
 
     Parameters
     ----------
     run
-        From ``simulate_chamber`` or an archive.
+        From ``simulate`` or an archive.
     body
         The body that is released under these reactions; without it only the reactions are drawn.
     until
@@ -28,6 +28,7 @@ def plot_reactions(
     title
         Above the picture; by default the name of the machine.
     """
+    run = chamber_run(run, "plot.chamber_reactions")
     until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
@@ -63,11 +64,12 @@ def plot_reactions(
     return figure
 
 
-def plot_bearing_forces(run: xr.Dataset, *, title: str | None = None) -> Figure:
+def plot_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
     """Radial forces (N) of the bearings of a ``run`` over time, and the axial one of the bearing that guides.
 
     ``title`` stands above the picture.
     """
+    run = chamber_run(run, "plot.chamber_bearing_forces")
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
     with look():

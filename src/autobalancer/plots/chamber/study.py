@@ -15,12 +15,13 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import length_axis
 from autobalancer.plots.drawing.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import BALLS, INK, ball_color, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 
 COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
-def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
+def plot_amplitudes(study: Given, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
     With several seeds the mean is drawn, with bars from the least to the greatest value. ``title`` stands above the panels.
@@ -30,6 +31,7 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
     QuestionError
         If the study has no such measure.
     """
+    study = result(study, "plot.chamber_amplitudes", "chamber.amplitudes", _is_study)
     if measure not in study:
         raise QuestionError(f"measure: given {measure!r}; the study has {', '.join(sorted(map(str, study.data_vars)))}")
     layers = [str(layer) for layer in study["layers"].values]
@@ -52,12 +54,13 @@ def plot_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", t
     return figure
 
 
-def plot_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
+def plot_carried(study: Given, *, title: str | None = None) -> Figure:
     """Share of the balls of a ``study`` that go around with the rotor over friction, a curve for each number of balls.
 
     A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
     the top belongs to the least number of balls. ``title`` stands above the picture.
     """
+    study = result(study, "plot.chamber_carried", "chamber.amplitudes", _is_study)
     layers = [str(layer) for layer in study["layers"].values]
     with look():
         figure = picture(3.9 * len(layers), 3.4)
@@ -97,12 +100,18 @@ def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label
     panel.errorbar(x.values[there], mean, fmt="o-", ms=4, color=color, label=label, **bars)
 
 
-def plot_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
+def plot_optimal_means(means: Given, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
     """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
 
     ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.
     Bars show the spread over the seeds, where there are several.
     """
+    means = result(
+        means,
+        "plot.chamber_optimal_means",
+        "chamber.optimal_means",
+        _are_means,
+    )
     if measure not in means:
         raise QuestionError(f"measure: given {measure!r}; there are {', '.join(sorted(map(str, means.data_vars)))}")
     layers = [str(layer) for layer in means["layers"].values]
@@ -208,3 +217,11 @@ def _shown(values: xr.DataArray) -> QuantityAxis:
         unit = length_axis(None, float(np.nanmax(np.abs(values.values), initial=0.0)))
         shown = QuantityAxis(values.values * unit.factor, f"{values.name} ({unit.sign})", unit, False)
     return shown._replace(label=shown.label.replace("_", " "))
+
+
+def _is_study(found: xr.Dataset) -> bool:
+    return "layers" in found.dims and "balls" in found.dims
+
+
+def _are_means(found: xr.Dataset) -> bool:
+    return "layers" in found.dims and "balls" not in found.dims

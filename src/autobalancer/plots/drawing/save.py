@@ -19,7 +19,7 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
     Parameters
     ----------
     figure
-        From :func:`plot_run_up`, :func:`plot_race` or :func:`plot_orbit`.
+        From a function of ``ab.plot``.
     path
         The file; its folder is made if there is none.
     dpi

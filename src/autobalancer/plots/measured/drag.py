@@ -39,11 +39,11 @@ def plot_drag_laws(
     laws = drag_laws() if laws is None else tuple(laws)
     if not laws or (labels is not None and len(labels) != len(laws)):
         raise QuestionError(
-            f"plot_drag_laws: given {len(laws)} laws and {len(labels or laws)} labels; give a label for each"
+            f"plot.drag_laws: given {len(laws)} laws and {len(labels or laws)} labels; give a label for each"
         )
     if not 0.0 < first < last:
         raise QuestionError(
-            f"plot_drag_laws: given Reynolds numbers from {first:g} to {last:g}; they must increase from above 0"
+            f"plot.drag_laws: given Reynolds numbers from {first:g} to {last:g}; they must increase from above 0"
         )
     names = list(labels) if labels is not None else [_label(law) for law in laws]
     with look():

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, legend, look, picture
+from autobalancer.results.given import Given, result
 
 MARKS = ("o", "s", "^", "v", "D", "P")
 
 
-def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+def plot_equilibrium_angles(found: Given, *, speed_unit: str = "rpm") -> Figure:
     """The angle from the lowest point over the speed, by statics and, if available, by simulation.
 
     Parameters
     ----------
     found
-        From :func:`~autobalancer.measurement.angle.curve.angle_against_speed`.
+        From ``ab.measure.equilibrium_angle``.
     speed_unit
         rpm, rad/s or Hz.
 
@@ -29,8 +29,7 @@ def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Fi
     QuestionError
         If ``found`` is no such result or the unit is not known.
     """
-    if "angle_with_pressure" not in found:
-        raise QuestionError("plot_equilibrium_angles: this is not an angle over the speed; see angle_against_speed")
+    found = result(found, "plot.equilibrium_angle", "measure.equilibrium_angle", lambda it: "angle_with_pressure" in it)
     unit = speed_axis(speed_unit)
     speed = unit.factor * found["speed"].values
     with look():
@@ -47,7 +46,7 @@ def plot_equilibrium_angles(found: xr.Dataset, *, speed_unit: str = "rpm") -> Fi
     return figure
 
 
-def plot_measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
+def plot_measured_drag(found: Given, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
     """Drag coefficients from measured angles against the law of the machine, and the angles themselves.
 
     Parameters
@@ -64,8 +63,7 @@ def plot_measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", s
     QuestionError
         If ``found`` is no such result, or a choice or unit is not known.
     """
-    if "measured_angle" not in found:
-        raise QuestionError("plot_measured_drag: these are not evaluated angles; see evaluate_angles")
+    found = result(found, "plot.measured_drag", "measure.evaluate_angles", lambda it: "measured_angle" in it)
     if pressure_force not in found["pressure_force"].values:
         raise QuestionError(f"pressure_force: given {pressure_force!r}; must be 'left out' or 'included'")
     unit, one = speed_axis(speed_unit), found.sel(pressure_force=pressure_force).sortby("reynolds")

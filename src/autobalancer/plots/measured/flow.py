@@ -15,6 +15,7 @@ from scipy.interpolate import RectBivariateSpline
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, ball_color, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 from autobalancer.units import list_argument, optional_argument
 
 STREAM_LINES = 7  # in each direction of circulation
@@ -22,7 +23,7 @@ MODELS = {"chebyshev": "Chebyshev collocation", "differences": "finite differenc
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
-def plot_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw spin-up history, velocity profiles and secondary flow in one picture.
 
     Parameters
@@ -43,6 +44,7 @@ def plot_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: 
     QuestionError
         If the result has no field at ``time``, or the unit is unknown.
     """
+    flow = result(flow, "plot.flow", "flow.annulus_flow", _is_flow)
     time = optional_argument("time", time, "s")
     with look():
         figure = picture(9.6, 6.4)
@@ -55,11 +57,12 @@ def plot_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: 
     return figure
 
 
-def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+def plot_spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
     """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison.
 
     ``flow`` is a result of :func:`annulus_flow`; ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     """
+    flow = result(flow, "plot.spin_up", "flow.annulus_flow", _is_flow)
     with look():
         figure = picture(7.4, 5.4)
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -69,13 +72,14 @@ def plot_spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] | None = None) -> Figure:
+def plot_velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of ``flow``, a result of :func:`annulus_flow`.
     The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
     rotor speeds up the fluid lags behind in the middle of the gap (5.6b).
     """
+    flow = result(flow, "plot.velocity_profiles", "flow.annulus_flow", _is_flow)
     moments = None if moments is None else list_argument("moments", moments, "s")
     with look():
         figure = picture(6.0, 4.4)
@@ -86,12 +90,13 @@ def plot_velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] |
     return figure
 
 
-def plot_secondary_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_secondary_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor.
 
     ``time`` (s) is one of ``flow``, a result of :func:`annulus_flow`; by default that of the strongest stream.
     ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     """
+    flow = result(flow, "plot.secondary_flow", "flow.annulus_flow", _is_flow)
     time = optional_argument("time", time, "s")
     with look():
         figure = picture(6.4, 5.4)
@@ -184,3 +189,7 @@ def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, spe
     axes.set_ylabel("height (mm)")
     axes.set_title(f"stream lines at {float(flow['moment'][moment]):.4g} s", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label=f"lag ({unit.sign})")
+
+
+def _is_flow(found: xr.Dataset) -> bool:
+    return "fluid_speed" in found and "moment" in found.dims

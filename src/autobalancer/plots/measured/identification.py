@@ -9,16 +9,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 
 OUTLIER = 5.0  # standard deviations
 
 
-def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
+def plot_identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
     """Response curves before and after the fit (if there are any), deviations in standard deviations, correlation.
 
     Parameters
@@ -35,10 +35,8 @@ def plot_identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool =
     QuestionError
         If ``fit`` is no such result.
     """
-    if "deviation" not in fit or "correlation" not in fit:
-        raise QuestionError(
-            "plot_identification: this is not a fit of parameters; give the 'data' of what 'identify' returns"
-        )
+    wanted = "rotor.identify, its .data"
+    fit = result(fit, "plot.identification", wanted, lambda it: "deviation" in it and "correlation" in it)
     unit = speed_axis(speed_unit)
     curves = np.unique(fit["row_label"].values[fit["row_kind"].values == "response"])
     with look():

@@ -12,20 +12,20 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 
 Floats = NDArray[np.float64]
 
 
-def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
+def plot_receptance(fit: Given, *, frequency_unit: str = "Hz") -> Figure:
     """Amplitude and phase, measured and fitted, and the noise; phases are drawn where the value exceeds the noise.
 
     Parameters
     ----------
     fit
-        From :func:`~autobalancer.measurement.receptance.rational_fit.fit_receptance`.
+        From ``ab.measure.receptance``.
     frequency_unit
         Hz or rad/s.
 
@@ -34,8 +34,7 @@ def plot_receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
     QuestionError
         If ``fit`` is no fit.
     """
-    if "fitted_real" not in fit:
-        raise QuestionError("plot_receptance: this is not a fit of a receptance; see fit_receptance")
+    fit = result(fit, "plot.receptance", "measure.receptance", lambda it: "fitted_real" in it)
     unit = speed_axis(frequency_unit)
     frequency = fit["frequency"].values * unit.factor
     measured = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
@@ -86,7 +85,7 @@ def _fitted_by(fit: xr.Dataset) -> str:
     return f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
 
 
-def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
+def plot_nyquist(loop: Given, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
     """The loop in the complex plane, with the point +1, which must be on its left.
 
     Parameters
@@ -103,8 +102,7 @@ def plot_nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.
     QuestionError
         If ``loop`` is no loop.
     """
-    if "loop_real" not in loop:
-        raise QuestionError("plot_nyquist: this is not a loop; see receptance_loop")
+    loop = result(loop, "plot.nyquist", "measure.receptance_loop", lambda it: "loop_real" in it)
     unit = speed_axis(speed_unit)
     attrs = loop.attrs
     with look():

@@ -9,17 +9,17 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.drawing.end_labels import SAME, End, end_labels
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.results.given import Given, result
 
 WHIRL = {"forward": BALLS[0], "backward": BALLS[1], "mixed": BALLS[3], "straight": "#8A8A8A"}
 THINNEST, THICKEST, WIDTH_OF_ALL = 1.0, 6.0, 0.2  # a damping ratio of 0.2 has the thickest line
 
 
-def plot_campbell(found: xr.Dataset, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
+def plot_campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
     """Draw natural frequencies over the speed: color is the direction of whirl, width the damping ratio.
 
     Dashed are the lines of the harmonics; the intersections with them, the critical speeds, are circled and named.
@@ -38,8 +38,9 @@ def plot_campbell(found: xr.Dataset, *, speed_unit: str = "rpm", frequency_unit:
     QuestionError
         If ``found`` is no Campbell diagram, or a unit is unknown.
     """
-    if "intersection_speed" not in found or "branch" not in found.dims:
-        raise QuestionError("plot_campbell: this is not a result of campbell()")
+    found = result(
+        found, "plot.campbell", "rotor.campbell", lambda it: "intersection_speed" in it and "branch" in it.dims
+    )
     across, up = speed_axis(speed_unit), speed_axis(frequency_unit)
     speed = found["speed"].values * across.factor
     with look():

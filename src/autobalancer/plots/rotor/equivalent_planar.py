@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 
 
-def plot_equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
+def plot_equivalent_planar(data: Given, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
     """Receptance of rotor and oscillators over the speed, and the deviation with the tolerance.
 
     Parameters
@@ -28,10 +28,10 @@ def plot_equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit
     QuestionError
         If ``data`` is no such result, or there is no such direction.
     """
-    if "other_modes_share" not in data:
-        raise QuestionError("plot_equivalent_planar: this is not an oscillator of a rotor; see equivalent_planar")
+    wanted = "rotor.equivalent_planar, its .data"
+    data = result(data, "plot.equivalent_planar", wanted, lambda it: "other_modes_share" in it)
     if direction not in ("x", "y"):
-        raise QuestionError(f"plot_equivalent_planar: direction: given {direction!r}; must be x or y")
+        raise QuestionError(f"direction: given {direction!r}; must be x or y")
     unit, one = speed_axis(speed_unit), data.sel(direction=direction)
     speed = one["speed"].values
     with look():

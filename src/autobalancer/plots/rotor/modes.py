@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, look, picture
+from autobalancer.results.given import Given, result
 
 
-def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
+def plot_modes(found: Given, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
     """Draw the lowest mode shapes: deflection along x and y over the axis, at the instant of greatest deflection.
 
     Shaded is the greatest deflection in the course of a whirl, dots are the stations. Above each shape stand its name,
@@ -21,7 +22,7 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
     Parameters
     ----------
     found
-        From :func:`~autobalancer.rotordynamics.modes.eigenfrequencies`.
+        From ``ab.rotor.modes``.
     frequency_unit
         ``"Hz"``, ``"rad/s"`` or ``"rpm"``.
     modes
@@ -30,12 +31,11 @@ def plot_modes(found: xr.Dataset, *, frequency_unit: str = "Hz", modes: int = 6)
     Raises
     ------
     QuestionError
-        If ``found`` is no result of ``eigenfrequencies``, or the unit is unknown.
+        If ``found`` is no result of ``ab.rotor.modes``, or the unit is unknown.
     """
-    if "x_real" not in found or "mode" not in found.dims:
-        raise QuestionError("plot_modes: this is not a result of eigenfrequencies()")
+    found = result(found, "plot.modes", "rotor.modes", lambda it: "x_real" in it and "mode" in it.dims)
     if modes < 1:
-        raise QuestionError(f"plot_modes: modes: given {modes}; must be at least 1")
+        raise QuestionError(f"modes: given {modes}; must be at least 1")
     unit = speed_axis(frequency_unit)
     count = min(modes, found["mode"].size)
     columns = min(2, count)

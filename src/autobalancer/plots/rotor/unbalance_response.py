@@ -16,12 +16,13 @@ from autobalancer.plots.drawing.angles import wrapped
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, significant, speed_axis
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.results.given import Given, result
 
 STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 
 
 def plot_unbalance_response(
-    found: xr.Dataset,
+    found: Given,
     *,
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
@@ -36,7 +37,7 @@ def plot_unbalance_response(
     Parameters
     ----------
     found
-        From :func:`~autobalancer.rotordynamics.response.unbalance_response`.
+        From ``ab.rotor.response``.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     deflection_unit
@@ -51,7 +52,8 @@ def plot_unbalance_response(
     QuestionError
         If ``found`` is no unbalance response, has fewer than two speeds, or a unit is unknown.
     """
-    unit, size = _checked(found, "plot_unbalance_response", speed_unit, deflection_unit)
+    found = result(found, "plot.response", "rotor.response", _is_response)
+    unit, size = _checked(found, "plot.response", speed_unit, deflection_unit)
     found = found.sortby("speed")
     speed = found["speed"].values * unit.factor
     with look():
@@ -95,20 +97,21 @@ def plot_polar_response(
     Parameters
     ----------
     found
-        From :func:`~autobalancer.rotordynamics.response.unbalance_response`.
+        From ``ab.rotor.response``.
     part
         ``"forward"``, ``"x"`` or ``"y"``.
     speed_unit, deflection_unit
-        As for :func:`plot_unbalance_response`.
+        As for ``ab.plot.response``.
 
     Raises
     ------
     QuestionError
         If ``found`` is no unbalance response, has fewer than two speeds, or a unit or part is unknown.
     """
-    unit, size = _checked(found, "plot_polar_response", speed_unit, deflection_unit)
+    found = result(found, "plot.polar_response", "rotor.response", _is_response)
+    unit, size = _checked(found, "plot.polar_response", speed_unit, deflection_unit)
     if part not in ("forward", "x", "y"):
-        raise QuestionError(f"plot_polar_response: part: given {part!r}; must be forward, x or y")
+        raise QuestionError(f"part: given {part!r}; must be forward, x or y")
     found = found.sortby("speed")
     speed = found["speed"].values
     with look():
@@ -141,9 +144,11 @@ def plot_polar_response(
     return figure
 
 
+def _is_response(found: xr.Dataset) -> bool:
+    return "mean_of_greatest" in found and "quantity" in found.attrs
+
+
 def _checked(found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None) -> tuple[AxisUnit, AxisUnit]:
-    if "mean_of_greatest" not in found or "quantity" not in found.attrs:
-        raise QuestionError(f"{owner}: this is not a result of unbalance_response()")
     if found["speed"].size < 2:
         raise QuestionError(f"{owner}: the result has one speed only; ask for several")
     plain = length_axis(deflection_unit, float(found["semi_major"].max()))

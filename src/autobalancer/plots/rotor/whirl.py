@@ -12,11 +12,12 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import length_axis, length_text, significant, speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, heading, look, picture
 from autobalancer.plots.rotor.campbell import WHIRL
+from autobalancer.results.given import Given, result
 
 STRINGS = 12  # lines from end to end through points of one instant
 
 
-def plot_whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits at all stations to one scale, with their direction and the point at rotor angle zero.
 
     Parameters
@@ -33,7 +34,7 @@ def plot_whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, 
     QuestionError
         If ``found`` are no whirl orbits, or a unit is unknown.
     """
-    _check(found, "plot_whirl_orbits")
+    found = result(found, "plot.whirl_orbits", "rotor.whirl_orbits", _are_orbits)
     span = float(found["semi_major"].max())
     unit = length_axis(deflection_unit, span)
     count = found["station"].size
@@ -67,22 +68,22 @@ def plot_whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, 
     return figure
 
 
-def plot_whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def plot_whirl_along_axis(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits along the axis in space: the surface on which the axis runs, and the axis at rotor angle zero.
 
     Parameters
     ----------
     found, deflection_unit, speed_unit
-        As for :func:`plot_whirl_orbits`.
+        As for ``ab.plot.whirl_orbits``.
 
     Raises
     ------
     QuestionError
         If ``found`` are no whirl orbits, the rotor has one plane only, or a unit is unknown.
     """
-    _check(found, "plot_whirl_along_axis")
+    found = result(found, "plot.whirl_along_axis", "rotor.whirl_orbits", _are_orbits)
     if found["place"].size < 2:
-        raise QuestionError("plot_whirl_along_axis: the rotor has one plane only; draw it with plot_whirl_orbits")
+        raise QuestionError("plot.whirl_along_axis: the rotor has one plane only; draw it with plot.whirl_orbits")
     place = found["place"].values * 1e3
     x, y = found["axis_x"].values, found["axis_y"].values
     unit = length_axis(deflection_unit, float(np.hypot(x, y).max()))
@@ -125,9 +126,8 @@ def plot_whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = No
     return figure
 
 
-def _check(found: xr.Dataset, owner: str) -> None:
-    if "axis_x" not in found or "rotor_angle" not in found.dims:
-        raise QuestionError(f"{owner}: this is not a result of whirl_orbits()")
+def _are_orbits(found: xr.Dataset) -> bool:
+    return "axis_x" in found and "rotor_angle" in found.dims
 
 
 def _title(found: xr.Dataset, speed_unit: str) -> str:

@@ -17,6 +17,7 @@ from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, length_
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks
+from autobalancer.results.given import Given, result
 from autobalancer.results.series import wrapped
 
 WIDE = 500.0  # points that a legend may take
@@ -28,7 +29,7 @@ WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start stat
 
 
 def plot_frequency_response(
-    found: xr.Dataset,
+    found: Given,
     *,
     quantity: Literal["amplitude", "greatest_mean_deflection"] = "amplitude",
     speed_unit: str = "rpm",
@@ -66,10 +67,11 @@ def plot_frequency_response(
     QuestionError
         If ``found`` is no stepped response, or nothing was reached.
     """
-    if "amplitude_change" not in found or quantity not in found:
-        raise QuestionError("plot_frequency_response: this is not a result of frequency_response()")
+    found = result(
+        found, "plot.stepped_response", "stepped_response", lambda it: "amplitude_change" in it and quantity in it
+    )
     if not np.isfinite(found[quantity].values).any():
-        raise QuestionError("plot_frequency_response: no speed was measured")
+        raise QuestionError("plot.stepped_response: no speed was measured")
     legs = list(_legs(found))
     speeds = speed_axis(speed_unit)
     greatest = float(np.nanmax(found[quantity].values))

@@ -22,6 +22,7 @@ from autobalancer.plots.drawing.axis_units import (
 from autobalancer.plots.drawing.style import INK, UNBALANCE, heading, look, picture
 from autobalancer.plots.run.motion import Complexes
 from autobalancer.plots.run.orbit_path import OrbitPath, orbit_paths
+from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it
@@ -31,7 +32,7 @@ QUIET = 0.1  # of the greatest orbit; a smaller one has its own scale
 
 
 def plot_orbit(
-    run: xr.Dataset,
+    run: Given,
     *,
     start: float | str | None = None,
     end: float | str | None = None,
@@ -77,6 +78,7 @@ def plot_orbit(
         If the run has neither samples nor last revolutions in the interval, has no such place, or a unit or frame is
         unknown.
     """
+    run = race_run(run, "plot.orbit")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     if frame not in ("space", "rotor"):

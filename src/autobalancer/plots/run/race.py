@@ -14,13 +14,14 @@ from autobalancer.plots.run.motion import Moments, Motion, Races, races_of
 from autobalancer.plots.run.race_panel import WIDTH, RacePanel, deflected
 from autobalancer.plots.run.race_vectors import couple_note, vectors_of
 from autobalancer.plots.run.static import static_part
+from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 
 COLUMNS = 3  # panels side by side
 
 
 def plot_race(
-    run: xr.Dataset, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
+    run: Given, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
@@ -53,10 +54,11 @@ def plot_race(
     QuestionError
         If the run has no balls or no samples, or the time or balancer does not exist.
     """
+    run = race_run(run, "plot.race")
     time = optional_argument("time", time, "s")
     speeds, motion, races = speed_axis(speed_unit), Motion(run), races_of(run)
     if not races.orbit_radius.size or not (races.orbit_radius > 0.0).all():
-        raise QuestionError("the run has no balls in races, so there is nothing to draw; try plot_run_up or plot_orbit")
+        raise QuestionError("the run has no balls in races, so there is nothing to draw; try plot.run_up or plot.orbit")
     present = sorted(set(races.balancer.tolist()))
     if balancer is not None and balancer not in present:
         raise QuestionError(f"balancer: given {balancer}; the run has {', '.join(map(str, present))}")

@@ -22,11 +22,12 @@ from autobalancer.plots.run.history import (
     span_of,
 )
 from autobalancer.plots.run.panels import angle_panel, deflection_panel, speed_panel
+from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 
 
 def plot_run_up(
-    run: xr.Dataset,
+    run: Given,
     *,
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
@@ -72,6 +73,7 @@ def plot_run_up(
     QuestionError
         If the run has nothing to be drawn, a unit is unknown, or the interval is outside the run.
     """
+    run = race_run(run, "plot.run_up")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     speeds = speed_axis(speed_unit)

@@ -13,15 +13,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import look, picture
 from autobalancer.plots.stability.basin_shares import COLORS, plot_shares
+from autobalancer.results.given import Given, result
 
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
 
 
-def plot_basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+def plot_basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
     """The end state over the starts: a map for two axes, a strip for one, bars for random starts.
 
     Parameters
@@ -36,8 +36,7 @@ def plot_basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     QuestionError
         If ``found`` holds no basin.
     """
-    if "state" not in found or "states" not in found.attrs:
-        raise QuestionError("plot_basin: this is not a result of basin()")
+    found = result(found, "plot.basin", "basin", lambda it: "state" in it and "states" in it.attrs)
     unit = speed_axis(speed_unit)
     names = list(found.attrs["states"])
     share = {name: float(found["share"].sel(end=name)) for name in names}

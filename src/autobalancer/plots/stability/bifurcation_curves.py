@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import quantity_axis
 from autobalancer.plots.drawing.style import BALLS, INK, look, picture, with_ignored
+from autobalancer.results.given import Given, result
 
 
-def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
+def plot_bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
     """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
 
     A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
@@ -33,6 +33,8 @@ def plot_bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> F
     QuestionError
         If there is nothing to draw or the unit is unknown.
     """
+    wanted = "stability.bifurcation_curves"
+    curves = result(curves, "plot.bifurcation_curves", wanted, lambda it: "second_parameter" in it)
     if not curves.sizes.get("point"):
         raise QuestionError("bifurcation curves: there is no point to draw")
     across, up = (quantity_axis(curves[name], speed_unit) for name in ("second_parameter", "parameter"))

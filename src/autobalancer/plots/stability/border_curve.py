@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import (
@@ -24,6 +23,7 @@ from autobalancer.plots.drawing.style import (
     with_ignored,
 )
 from autobalancer.plots.stability.growth import STABLE, UNSTABLE
+from autobalancer.results.given import Given, result
 from autobalancer.units import optional_argument
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
@@ -37,7 +37,7 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
 
 
 def plot_border_curve(
-    found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
+    found: Given, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
@@ -62,9 +62,13 @@ def plot_border_curve(
     QuestionError
         If ``found`` is no result of ``border_curve``, or the unit is unknown.
     """
+    found = result(
+        found,
+        "plot.border_curve",
+        "stability.border_curve",
+        _is_curve,
+    )
     highest = optional_argument("highest", highest, "rad/s")
-    if not any(name in found and found[name].ndim == 1 for name in BORDERS) or "parameter" not in found.attrs:
-        raise QuestionError("plot_border_curve: this is not a result of border_curve()")
     unit = speed_axis(speed_unit)
     dim = str(found["critical_speed"].dims[0])
     found = found.sortby(dim)
@@ -106,6 +110,10 @@ def plot_border_curve(
 def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
     """Never is far above the picture; what does not exist stays a gap."""
     return np.where(np.isposinf(speeds), 1e3 * high, speeds)
+
+
+def _is_curve(found: xr.Dataset) -> bool:
+    return "parameter" in found.attrs and any(name in found and found[name].ndim == 1 for name in BORDERS)
 
 
 def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> list[str]:

@@ -16,6 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.drawing.quantity_axis import axis_unit
 from autobalancer.plots.drawing.style import INK, look, picture, with_ignored
+from autobalancer.results.given import Given, result
 
 COLORS = {
     "balanced": "#0072B2",
@@ -43,7 +44,7 @@ MARKS = {
 
 
 def plot_branches(
-    branches: xr.Dataset,
+    branches: Given,
     *,
     deflection_unit: str | None = None,
     speed_unit: str = "rpm",
@@ -73,6 +74,7 @@ def plot_branches(
     QuestionError
         If there is nothing to draw or a unit is not possible.
     """
+    branches = result(branches, "plot.branches", "stability.branches", lambda it: "point" in it.dims and "name" in it)
     if not branches.sizes.get("point"):
         raise QuestionError("branches: there is no point to draw")
     across = axis_unit(branches["parameter"], speed_unit)

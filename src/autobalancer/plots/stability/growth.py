@@ -12,13 +12,14 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, heading, legend, look, picture, with_ignored
+from autobalancer.results.given import Given, result
 
 STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"
 MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
-def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
+def plot_stability(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
     The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
@@ -40,10 +41,11 @@ def plot_stability(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Dat
     QuestionError
         If ``found`` is no result of ``eigenvalues``, has fewer than two speeds, or the unit is unknown.
     """
-    if "eigenvalue_real" not in found or "speed" not in found.dims:
-        raise QuestionError("plot_stability: this is not a result of eigenvalues()")
+    found = result(
+        found, "plot.eigenvalues", "stability.eigenvalues", lambda it: "eigenvalue_real" in it and "speed" in it.dims
+    )
     if found["speed"].size < 2:
-        raise QuestionError("plot_stability: the result has one speed only; ask for several")
+        raise QuestionError("plot.eigenvalues: the result has one speed only; ask for several")
     unit = speed_axis(speed_unit)
     found = found.sortby("speed")
     speed, edges = found["speed"].values * unit.factor, _edges(found, ranges) * unit.factor

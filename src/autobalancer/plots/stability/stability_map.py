@@ -17,6 +17,7 @@ from autobalancer.plots.drawing.quantity_axis import QuantityAxis, plain_log_tic
 from autobalancer.plots.drawing.style import legend_below, look, picture
 from autobalancer.plots.stability.map_borders import borders_on_map, held_on_map
 from autobalancer.plots.stability.map_marks import fluid_names, operating_points
+from autobalancer.results.given import Given, result
 
 COLORS = LinearSegmentedColormap.from_list(
     "growth",
@@ -32,7 +33,7 @@ COLORS = LinearSegmentedColormap.from_list(
 
 
 def plot_map(
-    found: xr.Dataset,
+    found: Given,
     *,
     speed_unit: str = "rpm",
     x: str | None = None,
@@ -63,14 +64,13 @@ def plot_map(
     QuestionError
         If ``found`` is no map, has fewer than two values along an axis, or ``x`` is no parameter of it.
     """
-    if "growth_rate" not in found or found["growth_rate"].ndim != 2:
-        raise QuestionError("plot_map: this is not a result of stability_map()")
+    found = result(found, "plot.map", "stability.map", lambda it: "growth_rate" in it and it["growth_rate"].ndim == 2)
     speed_axis(speed_unit)
     dims = [str(dim) for dim in found["growth_rate"].dims]
     if x is not None and x not in dims:
         raise QuestionError(f"x: given {x!r}; must be one of {', '.join(dims)}")
     if min(found["growth_rate"].shape) < 2:
-        raise QuestionError("plot_map: the map has one value along an axis; ask for several")
+        raise QuestionError("plot.map: the map has one value along an axis; ask for several")
     if x is not None and x != dims[0]:
         dims = dims[::-1]
     found = found.sortby(dims)
