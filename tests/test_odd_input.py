@@ -20,6 +20,7 @@ SLIPS: dict[str, tuple[Any, str]] = {
     "rotor.stiffness": (44.654, 'was read in N/m, since a number without a unit is SI; write it with its unit, "44.654 kN/m"'),
     "drive.profile": ({"kind": "constant", "speed": 1200}, "drive.profile.speed = 1200 was read in rad/s, which is 11459 rpm"),
     f"{RACE}.balls[1].start_angles": ([1.0, 250], f"{RACE}.balls[1].start_angles[2] = 250 was read in rad, which is 14324 deg"),
+    "rotor.damping_ratio": (4.0, 'was read as 400 %; write it with its unit, "4 %" if that is meant'),
     f"{RACE}.orbit_radius": (5, f"{RACE}.orbit_radius = 5 was read in m"),
     f"{RACE}.eccentricity": (0.05, '"0.05 um" if that is meant'),
     f"{RACE}.fluid.temperature": (25.0, "which is -248.15 degC"),
@@ -115,3 +116,13 @@ def test_a_run_that_ends_before_its_run_up_is_said(profile: dict[str, Any], when
     assert not any("speed profile" in text for text in ab.check(long).warnings)
     early = ab.verdict(ab.simulate(long, duration=0.1))
     assert any("the run lasts 0.1 s" in text and when in text for text in early.notes)
+
+
+def test_a_mass_beside_which_the_balls_are_nothing_is_said_as_it_was_read() -> None:
+    machine = ab.example("discoidal")
+    found = input_notes(with_parameter(machine, "rotor.mass", 8000.0), None)
+    assert len(found) == 1
+    assert "rotor.mass = 8000 was read in kg" in found[0]
+    assert '"8000 g" if that is meant' in found[0]
+    assert input_notes(with_parameter(machine, "rotor.mass", "8000 kg"), None) == ()
+    assert all(input_notes(ab.example(name), None) == () for name in ("discoidal", "rigid_rotor", "equilibrium_angle"))

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -105,12 +106,15 @@ def test_the_stubs_are_those_of_the_table() -> None:
     [
         ("modes", "there is ab.plot.modes and ab.rotor.modes"),
         ("borders", "there is ab.stability.borders"),
-        ("mode", "no attribute 'mode'"),
+        ("xyzzy", "no attribute 'xyzzy'"),
+        ("simulat", r"did you mean ab.simulate\?"),
+        ("plot.runup", r"did you mean ab.plot.run_up\?"),
+        ("stability.sweep", "there is ab.sweep"),
     ],
 )
-def test_a_name_that_is_looked_for_at_the_top_is_found_in_its_namespace(name: str, said: str) -> None:
+def test_a_name_that_is_looked_for_elsewhere_or_misspelled_is_found(name: str, said: str) -> None:
     with pytest.raises(AttributeError, match=f"{said}$"):
-        getattr(ab, name)
+        attrgetter(name)(ab)
 
 
 def test_functions_refuse_what_belongs_to_the_other_kind_of_machine() -> None:

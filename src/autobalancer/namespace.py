@@ -31,7 +31,7 @@ def public(space: str, names: dict[str, Any]) -> tuple[Callable[[str], Any], Cal
             if attribute:
                 _rename(value, name, names["__name__"])
         else:
-            raise AttributeError(f"module {names['__name__']!r} has no attribute {name!r}{'' if space else hint(name)}")
+            raise AttributeError(f"module {names['__name__']!r} has no attribute {name!r}{hint(space, name)}")
         names[name] = value
         return value
 

@@ -227,7 +227,21 @@ def function_of(command: str) -> str:
     return next((f"{space}.{last}".lstrip(".") for space in spaces if last in NAMES.get(space, ())), "")
 
 
-def hint(name: str) -> str:
-    """Where a name is that somebody looked for at the top; empty if nowhere."""
-    places = [f"ab.{space}.{name}" for space in ABOUT if name in NAMES[space]]
-    return f"; there is {' and '.join(places)}" if places else ""
+def hint(space: str, name: str) -> str:
+    """Where a name is that somebody looked for in a namespace, or which one was meant; empty if there is none."""
+    if name.startswith("_"):
+        return ""
+    places = [_path(other, name) for other in NAMES if name in NAMES[other]]
+    if places:
+        return f"; there is {' and '.join(places)}"
+    from difflib import get_close_matches
+
+    near = [_path(space, one) for one in get_close_matches(name, NAMES[space], n=2, cutoff=0.75)]
+    near += [
+        _path(other, one) for other in NAMES if other != space for one in get_close_matches(name, NAMES[other], 1, 0.85)
+    ]
+    return f"; did you mean {' or '.join(near[:3])}?" if near else ""
+
+
+def _path(space: str, name: str) -> str:
+    return f"ab.{space}.{name}" if space else f"ab.{name}"

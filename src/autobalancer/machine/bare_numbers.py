@@ -24,6 +24,7 @@ USUAL = {  # SI unit: smallest and largest number that passes without a note, an
     "N/m": (100.0, math.inf, "kN/m"),
 }
 OF_KEYS = {  # the same of single keys, in place of those above; a gas may have a low density
+    ("PlanarRotor", "damping_ratio"): (0.0, 1.0, "%"),
     ("Balls", "mass"): (0.0, 1.0, "g"),
     ("Balls", "diameter"): (0.0, 0.1, "mm"),
     ("FreeBalls", "mass"): (0.0, 1.0, "g"),
@@ -84,6 +85,8 @@ def _outside(value: Any, low: float, high: float) -> bool:
 
 def _read_as(place: str, number: float, unit: str, meant: str) -> str:
     shown = f"{number:.10g}"
+    if not unit:
+        return f'{place} = {shown} was read as {100.0 * number:.5g} %; write it with its unit, "{shown} {meant}" if that is meant'
     also = f", which is {from_si(number, unit, ECHOED[unit]):.5g} {ECHOED[unit]}" if unit in ECHOED else ""
     return (
         f"{place} = {shown} was read in {unit}{also}, since a number without a unit is SI; "

@@ -3,16 +3,36 @@
 from __future__ import annotations
 
 from autobalancer.assembly.profile import corners
+from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.machine.bare_numbers import bare_numbers
+from autobalancer.machine.bare_numbers import USUAL, bare_numbers
 from autobalancer.machine.profile import Hill
+from autobalancer.units import Given
 
 REACHED = 0.95  # of the last speed of an S-shaped run-up, which never ends: a run that comes so far is long enough
+SMALLEST_SHIFT = 2e-7  # m: balls that move the center of mass by less balance nothing that can be measured
 
 
 def input_notes(machine: Machine, end: float | None) -> tuple[str, ...]:
     """Sentences on numbers that were hardly meant in SI, and on a run of ``end`` seconds that ends before its speed profile."""
-    return bare_numbers(machine) + (() if end is None else _ends_early(machine, end))
+    return bare_numbers(machine) + _too_heavy(machine) + (() if end is None else _ends_early(machine, end))
+
+
+def _too_heavy(machine: Machine) -> tuple[str, ...]:
+    """A mass without a unit beside which the balls of the machine are nothing."""
+    mass = getattr(machine.rotor, "mass", None)
+    able = sum(ball.moment for ball in resolve(machine))
+    if (
+        not isinstance(mass, float)
+        or isinstance(mass, Given)
+        or mass > USUAL["kg"][1]
+        or not 0.0 < able < SMALLEST_SHIFT * mass
+    ):
+        return ()
+    return (
+        f"rotor.mass = {mass:.10g} was read in kg, since a number without a unit is SI; beside it the balls can move the center "
+        f'of mass by {1e6 * able / mass:.2g} um at most. Write the mass with its unit, "{mass:.10g} g" if that is meant',
+    )
 
 
 def _ends_early(machine: Machine, end: float) -> tuple[str, ...]:
