@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
 from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, SEGMENT, TORQUE
@@ -37,13 +38,16 @@ def steady(speed: float, unbalance: complex) -> Drive:
 
 def unbalance_at(system: System, time: float) -> complex:
     """Resultant unbalance in the rotor at a time (just after a jump), kg m."""
+    return complex(unbalances_at(system, np.array([time], np.float64))[0])
+
+
+def unbalances_at(system: System, times: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """The same at several times, (times,)."""
     rows = system.drive.segments
-    row = rows[max(0, int(np.searchsorted(rows.start, time, side="right")) - 1)]
-    since = time - row.start
-    return complex(
-        row.unbalance_x + since * row.unbalance_rate_x,
-        row.unbalance_y + since * row.unbalance_rate_y,
-    )
+    own = rows[np.maximum(np.searchsorted(rows.start, times, side="right") - 1, 0)]
+    since = times - own.start
+    x, y = own.unbalance_x + since * own.unbalance_rate_x, own.unbalance_y + since * own.unbalance_rate_y
+    return np.asarray(x + 1j * y, np.complex128)
 
 
 def first_speed(machine: Machine, drive: Drive) -> float:

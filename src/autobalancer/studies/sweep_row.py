@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.drive import unbalance_at
+from autobalancer.assembly.drive import unbalance_at, unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances
 from autobalancer.assembly.places import Places, coordinates, deflections, support_forces
 from autobalancer.assembly.profile import unbalance_jumps
@@ -90,6 +90,6 @@ def _unbalances(
         sums = np.zeros_like(wanted)
         np.add.at(sums.T, np.array(places.plane_of_ball, np.int64), balls.T)
     else:
-        wanted = np.array([[unbalance_at(assembly.system, float(time))] for time in times], np.complex128)
+        wanted = unbalances_at(assembly.system, times)[:, None]
         sums = balls.sum(axis=1, keepdims=True)
     return np.abs(wanted).sum(axis=1), np.abs(wanted + sums).sum(axis=1)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.drive import unbalance_at
+from autobalancer.assembly.drive import unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, coordinates, deflections, support_forces, turning_mass
 from autobalancer.assembly.resolved.balls import ball_states
@@ -55,7 +55,7 @@ def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places
     }
     if places.planes:
         found |= _unbalances("turn_", "turn", states, times, assembly, places)
-        unbalance = np.array([unbalance_at(assembly.system, float(time)) for time in times], np.complex128)
+        unbalance = unbalances_at(assembly.system, times)
         left = unbalance + ball_moments(states, assembly).sum(axis=1)
         found |= {"turn_unbalance": ("turn", np.abs(unbalance)), "turn_residual_unbalance": ("turn", np.abs(left))}
     return found

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.drive import unbalance_at
+from autobalancer.assembly.drive import unbalances_at
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
@@ -110,7 +110,7 @@ def whole_bins(record: Record, state: Memory) -> tuple[Floats, Floats, Floats, M
 def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
     z = deflection(states, assembly)
     angle, speed = ball_motion(states, assembly)
-    unbalance = np.array([unbalance_at(assembly.system, time) for time in times], np.complex128)
+    unbalance = unbalances_at(assembly.system, times)
     residual = unbalance + ball_moments(states, assembly).sum(axis=1)
     resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
     return {
