@@ -21,6 +21,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
+from autobalancer.cli.stability.eigenvalues import _usual as usual
 from autobalancer.cli.terminal import words
 from autobalancer.cli.terminal.quantities import listed, parameter_values, speed_range, values
 from autobalancer.cli.terminal.sheet import Column, print_sheet, sheet_csv
@@ -351,3 +352,12 @@ def test_speeds_in_sentences_have_the_unit_of_the_command() -> None:
         assert words.in_speed_unit(said) == said
     finally:
         words.use_speed_unit(before)
+
+
+def test_eigenvalues_reach_the_highest_speed_of_the_drive_by_default() -> None:
+    found = ab.check(ROOT / "examples" / "machines" / "two_plane_rotor.toml")
+    assert found.highest_speed is not None
+    assert found.highest_speed > 3.0 * max(w for w in found.critical_speeds if w <= found.highest_speed)
+    chosen = usual(ab.load_machine(ROOT / "examples" / "machines" / "two_plane_rotor.toml"))
+    assert chosen[-1] == pytest.approx(found.highest_speed, rel=1e-12)
+    assert chosen[0] == pytest.approx(0.5 * min(found.critical_speeds), rel=1e-12)

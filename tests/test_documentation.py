@@ -119,3 +119,15 @@ def test_every_entry_that_a_page_shows_is_accepted_in_its_place(page: str) -> No
 def test_the_machine_file_of_the_readme_is_the_first_one_of_the_pages() -> None:
     (shown,) = FENCE.findall((ROOT / "README.md").read_text(encoding="utf-8"))
     assert shown == (ROOT / "docs" / "machines" / "first.toml").read_text(encoding="utf-8")
+
+
+def test_every_variable_that_is_explained_is_held_by_some_run(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import result_tables
+
+    with caplog.at_level("WARNING"):
+        assert "| `rotor_sag` | place | m |" in result_tables.result_variables()
+    assert [record.getMessage() for record in caplog.records] == []
+    monkeypatch.delitem(sys.modules, "result_tables")

@@ -154,7 +154,7 @@ def test_a_plateau_that_does_not_fit_is_refused_and_the_ones_that_fit_are_named(
 def test_beyond_its_range_a_law_keeps_its_coefficient_and_warns_once(law: laws.DragLaw) -> None:
     with pytest.warns(RangeWarning, match="holds up to") as caught:
         far = law.coefficient([2.0 * law.highest, 3.0 * law.highest, 1.0])
-    assert len(caught) == 1
+    assert [one.filename for one in caught] == [__file__]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert far[:2] == pytest.approx(float(law.coefficient(law.highest)), rel=1e-12)

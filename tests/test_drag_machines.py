@@ -122,8 +122,9 @@ def test_numbers_that_make_no_curve_are_refused_with_their_place(drag: dict[str,
 
 def test_a_linear_law_far_beyond_its_range_is_told_and_a_given_beta_is_not() -> None:
     thin = ab.load_machine("docs/machines/thin_oil.toml")
-    with pytest.warns(RangeWarning, match="drag is linear up to about 10"):
+    with pytest.warns(RangeWarning, match="drag is linear up to about 10") as caught:
         run = ab.simulate(thin, duration=2.0)
+    assert [one.filename for one in caught] == [__file__]  # the line that asked, not one of the package
     ball = resolve(thin)[0]
     slip = float(abs(run["ball_speed_in_rotor"]).max()) * ball.orbit_radius
     assert run.attrs["drag_reynolds"] >= slip * ball.diameter / ball.fluid_viscosity * (1.0 - 1e-12)

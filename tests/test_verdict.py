@@ -16,10 +16,11 @@ from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.results.number_text import moment_text
 from autobalancer.results.verdict.rule import verdict_word
 from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import largest_unbalance
-from autobalancer.stability.summary.rows import service_rows
+from autobalancer.stability.summary.rows import service_rows, summary_rows
 from autobalancer.stability.summary.service import service_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -235,3 +236,35 @@ def test_a_passage_that_balls_make_worse_is_said_in_the_first_line_and_speeds_fo
     assert f"at {found.peak.speed:.3g} rad/s" in shown
     assert "greatest deflection of the run" not in str(ab.verdict(run))  # nothing to compare with
     assert "greatest deflection of the run" not in str(ab.verdict(run, run))  # as great as without
+
+
+def test_without_a_run_with_held_balls_the_verdict_says_how_to_compare_the_peak(balanced: xr.Dataset) -> None:
+    """The command compares the greatest deflection with a run that it makes; a verdict in Python without one says so."""
+    alone = str(ab.verdict(balanced))
+    assert "not computed; verdict(run, held) compares it" in alone
+    compared = ab.verdict(balanced, ab.simulate(at_speed("two_plane_rotor.toml", 600.0), hold_balls=True, duration=0.5))
+    assert "not computed" not in str(compared)
+    held = ab.simulate(at_speed("two_plane_rotor.toml", 600.0), hold_balls=True, duration=0.5)
+    assert "not computed" not in str(ab.verdict(held))
+
+
+def test_large_unbalances_are_written_in_larger_units_and_never_with_an_exponent(tmp_path: Path) -> None:
+    texts = [moment_text(value) for value in (5e-4, 1e-2, 0.1, 0.14117, 500.0)]
+    assert texts == ["500 g mm", "10000 g mm", "100 kg mm", "141 kg mm", "500 kg m"]
+    assert moment_text(0.14117, 5) == "141.17 kg mm"
+    heavy = ab.with_parameter(ab.load_machine(MACHINES / "discoidal.toml"), "unbalances[1]", {"moment": "1e5 g*mm"})
+    ab.save_machine(heavy, tmp_path / "heavy.toml")
+    rows = CliRunner().invoke(app, ["check", str(tmp_path / "heavy.toml")], catch_exceptions=False).stdout
+    assert "100 kg mm" in rows
+    assert "e+0" not in rows
+
+
+def test_two_races_are_compared_with_the_unbalance_together() -> None:
+    one = ab.load_machine(MACHINES / "discoidal.toml")
+    balancer = one.balancers[0]
+    two = ab.with_parameter(one, "balancers", [balancer.model_copy(update={"races": 2 * balancer.races})])
+    found = ab.check(two)
+    rows = [(name, text) for name, text in summary_rows(found, rpm_and_si) if "times the unbalance" in text]
+    assert [name for name, _ in rows] == ["all races"]
+    assert f"{found.capability / found.unbalance:.3g} times" in rows[0][1]
+    assert found.capability == pytest.approx(2.0 * ab.check(one).capability, rel=1e-12)

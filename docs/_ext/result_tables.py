@@ -70,6 +70,7 @@ def result_variables() -> str:
     passage = ab.Event("speed", 200.0)
     kept: list[tuple[str, xr.Dataset]] = [
         ("always", ab.simulate(SMALL, save=())),
+        ("on a horizontal axis", ab.simulate(SMALL.model_copy(update={"axis": "horizontal"}), save=())),
         ("`Samples` or `SampleTimes`", ab.simulate(SMALL, save=Samples(9))),
         ("`Envelope`", ab.simulate(SMALL, save=Envelope(9))),
         ("`LastRevolutions`", ab.simulate(SMALL, save=LastRevolutions(1, 8))),

@@ -16,6 +16,10 @@ How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
 
 from __future__ import annotations
 
+import sys
+import warnings
+from types import FrameType
+
 
 class AutobalancerError(Exception):
     """Base of all errors raised on purpose."""
@@ -55,3 +59,12 @@ class DurationWarning(UserWarning):
 
 class CacheWarning(UserWarning):
     """Compiled equations cannot be kept where they belong; results are the same."""
+
+
+def warn(text: str, category: type[UserWarning]) -> None:
+    """Warn at the line outside of this package that asked."""
+    frame: FrameType | None = sys._getframe()
+    level = 1
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "autobalancer":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, category, stacklevel=level)

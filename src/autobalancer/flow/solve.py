@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalancer.errors import DurationWarning, QuestionError
+from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.flow.annulus import Annulus, Floats
 from autobalancer.flow.choice import LONG, LONGEST, Expected, chosen_points, finer, seconds
 from autobalancer.flow.differences import DifferenceFlow
@@ -153,7 +152,7 @@ def _differences_affordable(time: float, seen: Expected, points: tuple[int, int]
     text = f"flow: the model 'differences' takes {points[0]}x{points[1]} points and about {time / 60.0:.2g} minutes; {cure}"
     if ours and time > LONGEST:
         raise QuestionError(f"{text}. 'points' (--points {points[0]}x{points[1]}) starts it anyway")
-    warnings.warn(text, DurationWarning, stacklevel=4)
+    warn(text, DurationWarning)
 
 
 def _uncertainty(

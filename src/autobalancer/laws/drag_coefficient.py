@@ -9,14 +9,13 @@ although the drag of a sphere falls to a quarter where its boundary layer turns 
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import QuestionError, RangeWarning
+from autobalancer.errors import QuestionError, RangeWarning, warn
 
 Floats = NDArray[np.float64]
 CRISIS = 2e5
@@ -50,7 +49,7 @@ class DragLaw:
         """c_d; infinite at rest. Warns once with a ``RangeWarning`` if a Reynolds number is above ``highest``."""
         re = np.abs(np.asarray(reynolds, dtype=float))
         if text := self.outside(float(re.max(initial=0.0))):
-            warnings.warn(text, RangeWarning, stacklevel=2)
+            warn(text, RangeWarning)
         with np.errstate(divide="ignore"):
             return np.asarray(self.product(re) / re)
 

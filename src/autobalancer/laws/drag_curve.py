@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from autobalancer.errors import RangeWarning
+from autobalancer.errors import RangeWarning, warn
 from autobalancer.laws.drag_coefficient import DragLaw, Floats
 from autobalancer.units import field_arguments
 
@@ -26,9 +25,9 @@ def stokes_record(reynolds: float) -> dict[str, Any]:
     if reynolds > STOKES:
         text = (
             f"the Reynolds number of a ball reaches {reynolds:.3g}, but drag is linear up to about {STOKES:g} and "
-            "greater beyond; take range = 'whole' of the drag law, for cd_re with its plateau"
+            "greater beyond; set range = 'whole' in the drag of the race (the law cd_re then needs its plateau, too)"
         )
-        warnings.warn(text, RangeWarning, stacklevel=2)
+        warn(text, RangeWarning)
     return {"drag_reynolds": reynolds, "drag_reynolds_limit": STOKES, "drag_warning": text}
 
 
@@ -98,7 +97,7 @@ class DragCurve:
         reynolds = float(self.reynolds(velocity))
         text = self.law.outside(reynolds)
         if text:
-            warnings.warn(text, RangeWarning, stacklevel=2)
+            warn(text, RangeWarning)
         return {
             "drag_law": self.law.name,
             "drag_source": self.law.source,

@@ -9,13 +9,12 @@ without a jump. The walls of a race are not in it.
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import QuestionError, RangeWarning
+from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.units import argument, texts_argument
 
 Floats = NDArray[np.float64]
@@ -116,5 +115,5 @@ def range_record(reynolds: float) -> dict[str, Any]:
             f"slipstream: the Reynolds number reached {reynolds:.3g}; the factor is a fit up to {REYNOLDS[1]:g} "
             "(Spannan 2021, section 5.2.4), beyond this range its value at the limit is used"
         )
-        warnings.warn(text, RangeWarning, stacklevel=2)
+        warn(text, RangeWarning)
     return {"slipstream_reynolds": reynolds, "slipstream_reynolds_limit": REYNOLDS[1], "slipstream_warning": text}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+LARGE = 1e4 * (1.0 + 1e-9)  # in one unit of an unbalance, from which on the next one is taken
 LENGTHS = (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
 
 
@@ -13,10 +14,15 @@ def length_text(value: float) -> str:
     return f"{significant(value * factor)} {sign}"
 
 
-def moment_text(value: float) -> str:
-    """An unbalance in kg m as text: ``"500 g mm"``."""
-    shown = value * 1e6
-    return "< 0.001 g mm" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} g mm"
+def moment_text(value: float, digits: int = 3) -> str:
+    """An unbalance in kg m as text: ``"500 g mm"``, above 10 000 g mm ``"124 kg mm"``, above 10 000 kg mm in kg m."""
+    shown, unit = value * 1e6, "g mm"
+    if 0.0 < abs(shown) < 1e-3:
+        return "< 0.001 g mm"
+    for larger in ("kg mm", "kg m"):
+        if abs(shown) > LARGE:
+            shown, unit = 1e-3 * shown, larger
+    return f"{significant(shown) if digits == 3 else f'{shown:.{digits}g}'} {unit}"
 
 
 def couple_text(value: float) -> str:

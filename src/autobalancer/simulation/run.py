@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -17,7 +16,7 @@ from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import DurationWarning, QuestionError
+from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
@@ -161,7 +160,7 @@ def simulate_races(
     record = record_for(wishes, events, assembly, end, jumps)
     slow = slow_because(machine, assembly, end)
     if slow:
-        warnings.warn(slow, DurationWarning, stacklevel=2)
+        warn(slow, DurationWarning)
     state = memory_for(assembly, end, tolerance, pair)
     status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     spent = status == RUNNING  # once more would take as long again

@@ -12,6 +12,7 @@ from autobalancer.cli.terminal.options import Csv, Json
 from autobalancer.cli.terminal.output import one_form, print_csv, print_json
 from autobalancer.cli.terminal.quantities import quantity
 from autobalancer.cli.terminal.words import say
+from autobalancer.results.number_text import moment_text
 
 if TYPE_CHECKING:
     from autobalancer.cli.terminal.sheet import Column
@@ -148,6 +149,6 @@ def capability(
         units = {"capability": "kg m", "largest_capability": "kg m", "ball_mass": "kg"}
         print_csv([Column(key.replace("_", " "), [value], units.get(key, "")) for key, value in answer.items()])
         return
-    given, most = answer["capability"] * 1e6, answer["largest_capability"] * 1e6
-    typer.echo(f"{balls} balls ({answer['ball_mass'] * 1e3:.4g} g) compensate {given:.5g} g mm")
-    typer.echo(f"greatest: {most:.5g} g mm with {best} balls; room for {answer['largest_count']}")
+    given, most = moment_text(answer["capability"], 5), moment_text(answer["largest_capability"], 5)
+    typer.echo(f"{balls} balls ({answer['ball_mass'] * 1e3:.4g} g) compensate {given}")
+    typer.echo(f"greatest: {most} with {best} balls; room for {answer['largest_count']}")

@@ -27,7 +27,7 @@ def stability(
         str,
         typer.Option(
             help='"from:to" or "from:to:count", or one speed; by default from half to three times the critical speeds that the '
-            "machine reaches."
+            "machine reaches, and at least up to its highest speed."
         ),
     ] = "",
     state: Annotated[
@@ -112,7 +112,7 @@ def _usual(machine: object) -> np.ndarray:
         raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
     # bending speeds far above all that the machine runs at say nothing
     reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
-    return np.linspace(0.5 * min(critical), 3.0 * max(reached), COUNT)
+    return np.linspace(0.5 * min(critical), max(3.0 * max(reached), about.highest_speed or 0.0), COUNT)
 
 
 def _columns(ranges: xr.Dataset) -> list[Column]:

@@ -13,6 +13,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.results.number_text import moment_text
 from autobalancer.stability.states.polygon import directions
 from autobalancer.units import argument
 
@@ -102,8 +103,8 @@ def positions(balls: RaceBalls, unbalance: float | None, angles: Floats | None) 
     found = directions(balls.moment, complex(-abs(unbalance)))
     if found is None:
         raise QuestionError(
-            f"unbalance: the balls cannot balance {abs(unbalance) * 1e6:.4g} g mm; "
-            f"they can balance up to {balls.moment.sum() * 1e6:.4g} g mm"
+            f"unbalance: the balls cannot balance {moment_text(abs(unbalance), 5)}; "
+            f"they can balance up to {moment_text(balls.moment.sum(), 5)}"
         )
     return [found]
 

@@ -70,7 +70,7 @@ class Verdict:
     ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
     ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
     between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
-    between jumps of the unbalance; none without a jump.
+    between jumps of the unbalance; none without a jump. ``without_held`` says that no run with held balls was given.
     """
 
     word: str
@@ -93,6 +93,7 @@ class Verdict:
     static_unbalance: float = np.nan
     couple_unbalance: float = np.nan
     parts: tuple[RunPart, ...] = ()
+    without_held: bool = False
 
     @property
     def balanced(self) -> bool:
@@ -150,6 +151,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":
         stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
+    alone = held is None and not stopped and bool(run.sizes.get("ball", 0)) and "balls_held" not in run.attrs
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
@@ -171,6 +173,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
             None,
             notes,
             parts=parts_of(run),
+            without_held=alone,
         )
     places, supports = _places(run, held), _supports(run, held)
     planes = _planes(run)
@@ -184,7 +187,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     )
     return Verdict(
         NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
-        places, planes, supports, peak, other_peak, settling_of(run), notes, *_shares(run.isel(turn=turns)), parts_of(run),
+        places, planes, supports, peak, other_peak, settling_of(run), notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
     )  # fmt: skip
 
 

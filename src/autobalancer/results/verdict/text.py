@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from autobalancer.results.verdict.passage import Peak, RunPart, Settling
 
 Lines = list[tuple[str, str]]
+NOT_COMPARED = "not computed; verdict(run, held) compares it, with held = simulate(machine, hold_balls=True)"
 LISTED = 8  # balls that are named
 GREATER = 1.5  # times the greatest deflection without balls, from which on the headline says so
 
@@ -75,6 +76,8 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         rows.append(("greatest deflection", where + _peak(found.peak, speed_text)))
         if found.peak_without_balls is not None:
             rows.append(("  without balls", _peak(found.peak_without_balls, speed_text)))
+        elif found.without_held:
+            rows.append(("  without balls", NOT_COMPARED))
     if found.parts:
         rows += _parts(found.parts, speed_text)
     elif found.settling is not None:

@@ -14,6 +14,7 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
+from autobalancer.results.number_text import moment_text
 from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
 from autobalancer.simulation.chamber.filling import fill
@@ -145,7 +146,7 @@ def _warnings(
     found = []
     if unbalance > capability:
         found.append(
-            f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; take more, heavier or, in a "
+            f"the balls can balance {moment_text(capability, 5)} of {moment_text(unbalance, 5)}; take more, heavier or, in a "
             "single layer, fewer and larger balls"
         )
     if machine.body.freedom == "fixed":

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from autobalancer.results.number_text import moment_text
+
 if TYPE_CHECKING:
     from autobalancer.simulation.chamber.summary import ChamberFilling, ChamberSummary
 
@@ -21,7 +23,7 @@ def chamber_rows(found: ChamberSummary, said: Callable[[float], str]) -> list[tu
         ("body", FREEDOM[found.freedom]),
         ("mass", f"{found.total_mass:.6g} kg with balls, rotor {found.rotor_mass:.6g} kg"),
         *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
-        ("unbalance", f"{found.unbalance * 1e6:.5g} g mm{couple}"),
+        ("unbalance", f"{moment_text(found.unbalance, 5)}{couple}"),
         *((f"chamber {filling.chamber}", _filling(filling, found.unbalance)) for filling in found.chambers),
         ("friction", f"{found.friction:g}; too little, or too few balls, and they stay at the bottom"),
         ("shortest contact", f"{1e6 * found.contact_time:.4g} us at 4 m/s"),
@@ -38,7 +40,7 @@ def _filling(filling: ChamberFilling, unbalance: float) -> str:
     return (
         f"{filling.balls} {'ball' if one else 'balls'} of {size}, {filling.ball_mass:.4g} kg{'' if one else ' together'}\n"
         f"{1e3 * filling.depth:.4g} mm deep, {_room(filling)}\n"
-        f"capability {filling.capability * 1e6:.5g} g mm{enough}"
+        f"capability {moment_text(filling.capability, 5)}{enough}"
     )
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from autobalancer.machine import Machine
+from autobalancer.results.number_text import moment_text
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
@@ -42,7 +43,7 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
         found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
     elif isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
         short = (
-            f"side by side the balls can balance {p.capability * 1e6:.4g} g mm only: here they would have to overlap"
+            f"side by side the balls can balance {moment_text(p.capability, 5)} only: here they would have to overlap"
         )
         found = [
             (speed, "; ".join(filter(None, (short, note)))) for speed, note in found if not math.isnan(speed)

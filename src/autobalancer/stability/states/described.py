@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.results.number_text import moment_text
 from autobalancer.stability.host.planar import Plane, plane, unbalance_vector
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, stations
@@ -68,17 +69,18 @@ def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
     if isinstance(p, Stations):
         return _why_no_rest(p)
-    need, points = abs(p.unbalance) * 1e6, float(p.moment.sum()) * 1e6
-    have = min(points, p.capability * 1e6)
+    need, points = abs(p.unbalance), float(p.moment.sum())
+    have = min(points, p.capability)
     if p.moment.size == 1:
         return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
     if np.any(p.offset != 0.0):
         return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
     if need > have:
-        return f"no balanced state: the balls can balance {have:.4g} g mm at most, the unbalance is {need:.4g} g mm"
-    least = 2.0 * float(p.moment.max()) * 1e6 - points
+        return f"no balanced state: the balls can balance {moment_text(have, 5)} at most, the unbalance is {moment_text(need, 5)}"
+    least = 2.0 * float(p.moment.max()) - points
     if need < least:
-        return f"no balanced state: unequal balls always add up to {least:.4g} g mm, the unbalance is {need:.4g} g mm"
+        sizes = f"{moment_text(least, 5)}, the unbalance is {moment_text(need, 5)}"
+        return f"no balanced state: unequal balls always add up to {sizes}"
     return "no balanced state was found"
 
 
@@ -88,10 +90,12 @@ def _why_no_rest(st: Stations) -> str:
         return "no balanced state: the balls cannot make up for unbalance and eccentricity of the races"
     speed = min(3.0 * st.scale_speed, st.model.top_speed)
     parts = []
-    for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)) * 1e6, strict=True)):
-        have = float(st.capability[place]) * 1e6
+    for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)).tolist(), strict=True)):
+        have = float(st.capability[place])
         if need > have or int((st.station == place).sum()) == 1:
-            parts.append(f"at {name!r} {need:.4g} g mm are needed at {speed:.4g} rad/s, the balls have {have:.4g} g mm")
+            parts.append(
+                f"at {name!r} {moment_text(need, 5)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 5)}"
+            )
     return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"
 
 

@@ -27,6 +27,7 @@ def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
         *_critical_speeds(found, said),
         *_unbalance(found, said),
         *(_race(race, found) for race in found.races),
+        *_together(found),
         *_planes(found, said),
         *(friction_rows(found.friction, said) if found.friction is not None else ()),
         *(_settled(found.friction_settled, said) if found.friction_settled is not None else ()),
@@ -79,22 +80,30 @@ def _most(found: Summary) -> str:
 
 def _unbalance(found: Summary, said: SpeedText) -> Iterator[Row]:
     what = ", vector sum of the point unbalances" * found.several_unbalances
-    yield "unbalance", f"{found.unbalance * 1e6:.5g} g mm{what}{_most(found)}"
+    yield "unbalance", f"{moment_text(found.unbalance, 5)}{what}{_most(found)}"
     if found.service is not None:
         yield from service_rows(found.service, said)
 
 
 def _race(race: RaceSummary, found: Summary) -> Row:
-    share = race.capability / found.unbalance if found.unbalance else math.inf
-    enough = f", {share:.3g} times the unbalance" if found.unbalance and not found.stations else ""
+    enough = _enough(race.capability, found) if len(found.races) == 1 else ""
     return (
         f"balancer {race.balancer}, race {race.race}",
         f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, "
         f"{race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
         f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
-        f"capability {race.capability * 1e6:.5g} g mm{enough}\n"
+        f"capability {moment_text(race.capability, 5)}{enough}\n"
         f"drag beta {', '.join(f'{beta:.4g}' for beta in race.drag)} N m s",
     )
+
+
+def _together(found: Summary) -> Iterator[Row]:
+    if len(found.races) > 1 and not found.stations:
+        yield "all races", f"capability {moment_text(found.capability, 5)}{_enough(found.capability, found)}"
+
+
+def _enough(capability: float, found: Summary) -> str:
+    return f", {capability / found.unbalance:.3g} times the unbalance" if found.unbalance and not found.stations else ""
 
 
 def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
@@ -102,8 +111,8 @@ def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
         enough = f", {plane.capability / plane.required:.3g} times as much" if plane.required > 0.0 else ""
         yield (
             f"plane {plane.name}",
-            f"needs {plane.required * 1e6:.5g} g mm{_most(found)} for rest at {said(plane.speed)}, "
-            f"capability {plane.capability * 1e6:.5g} g mm{enough}",
+            f"needs {moment_text(plane.required, 5)}{_most(found)} for rest at {said(plane.speed)}, "
+            f"capability {moment_text(plane.capability, 5)}{enough}",
         )
 
 

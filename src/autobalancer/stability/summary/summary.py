@@ -18,6 +18,7 @@ from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.results.number_text import moment_text
 from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
@@ -170,7 +171,7 @@ def _held(machine: Machine) -> HeldByFriction | None:
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
     return tuple(
-        f"the balls at {plane.name!r} can balance {plane.capability * 1e6:.4g} g mm of the {plane.required * 1e6:.4g} g mm "
+        f"the balls at {plane.name!r} can balance {moment_text(plane.capability, 5)} of the {moment_text(plane.required, 5)} "
         f"that this plane needs at {plane.speed:.4g} rad/s; take more or heavier balls there"
         for plane in planes
         if plane.required > plane.capability
@@ -225,8 +226,7 @@ def _warnings(
     found = []
     if has_balls and unbalance > capability:
         found.append(
-            f"the balls can balance {capability * 1e6:.4g} g mm of {unbalance * 1e6:.4g} g mm; "
-            "take more or heavier balls"
+            f"the balls can balance {moment_text(capability, 5)} of {moment_text(unbalance, 5)}; take more or heavier balls"
         )
     if has_balls and highest is not None and highest < min(critical, default=0.0):
         found.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
