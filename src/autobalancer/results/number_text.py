@@ -22,7 +22,7 @@ def moment_text(value: float, digits: int = 3) -> str:
     for larger in ("kg mm", "kg m"):
         if abs(shown) > LARGE:
             shown, unit = 1e-3 * shown, larger
-    return f"{significant(shown) if digits == 3 else f'{shown:.{digits}g}'} {unit}"
+    return f"{significant(shown, digits)} {unit}"
 
 
 def couple_text(value: float) -> str:
@@ -46,6 +46,6 @@ def force_text(value: float) -> str:
     return "< 0.001 N" if 0.0 < abs(value) < 1e-3 else f"{significant(value)} N"
 
 
-def significant(value: float) -> str:
-    """Three digits without an exponent where people would write none."""
-    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.3g}"
+def significant(value: float, digits: int = 3) -> str:
+    """So many digits without an exponent where people would write none."""
+    return f"{value:.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e6 else f"{value:.{digits}g}"

@@ -103,8 +103,8 @@ def positions(balls: RaceBalls, unbalance: float | None, angles: Floats | None) 
     found = directions(balls.moment, complex(-abs(unbalance)))
     if found is None:
         raise QuestionError(
-            f"unbalance: the balls cannot balance {moment_text(abs(unbalance), 5)}; "
-            f"they can balance up to {moment_text(balls.moment.sum(), 5)}"
+            f"unbalance: the balls cannot balance {moment_text(abs(unbalance), 4)}; "
+            f"they can balance up to {moment_text(balls.moment.sum(), 4)}"
         )
     return [found]
 

@@ -146,7 +146,7 @@ def _warnings(
     found = []
     if unbalance > capability:
         found.append(
-            f"the balls can balance {moment_text(capability, 5)} of {moment_text(unbalance, 5)}; take more, heavier or, in a "
+            f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more, heavier or, in a "
             "single layer, fewer and larger balls"
         )
     if machine.body.freedom == "fixed":

@@ -43,7 +43,7 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
         found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
     elif isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
         short = (
-            f"side by side the balls can balance {moment_text(p.capability, 5)} only: here they would have to overlap"
+            f"side by side the balls can balance {moment_text(p.capability, 4)} only: here they would have to overlap"
         )
         found = [
             (speed, "; ".join(filter(None, (short, note)))) for speed, note in found if not math.isnan(speed)

@@ -76,10 +76,10 @@ def why_no_state(p: Described) -> str:
     if np.any(p.offset != 0.0):
         return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
     if need > have:
-        return f"no balanced state: the balls can balance {moment_text(have, 5)} at most, the unbalance is {moment_text(need, 5)}"
+        return f"no balanced state: the balls can balance {moment_text(have, 4)} at most, the unbalance is {moment_text(need, 4)}"
     least = 2.0 * float(p.moment.max()) - points
     if need < least:
-        sizes = f"{moment_text(least, 5)}, the unbalance is {moment_text(need, 5)}"
+        sizes = f"{moment_text(least, 4)}, the unbalance is {moment_text(need, 4)}"
         return f"no balanced state: unequal balls always add up to {sizes}"
     return "no balanced state was found"
 
@@ -94,7 +94,7 @@ def _why_no_rest(st: Stations) -> str:
         have = float(st.capability[place])
         if need > have or int((st.station == place).sum()) == 1:
             parts.append(
-                f"at {name!r} {moment_text(need, 5)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 5)}"
+                f"at {name!r} {moment_text(need, 4)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 4)}"
             )
     return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"
 

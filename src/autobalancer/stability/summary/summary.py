@@ -171,7 +171,7 @@ def _held(machine: Machine) -> HeldByFriction | None:
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
     return tuple(
-        f"the balls at {plane.name!r} can balance {moment_text(plane.capability, 5)} of the {moment_text(plane.required, 5)} "
+        f"the balls at {plane.name!r} can balance {moment_text(plane.capability, 4)} of the {moment_text(plane.required, 4)} "
         f"that this plane needs at {plane.speed:.4g} rad/s; take more or heavier balls there"
         for plane in planes
         if plane.required > plane.capability
@@ -226,7 +226,7 @@ def _warnings(
     found = []
     if has_balls and unbalance > capability:
         found.append(
-            f"the balls can balance {moment_text(capability, 5)} of {moment_text(unbalance, 5)}; take more or heavier balls"
+            f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more or heavier balls"
         )
     if has_balls and highest is not None and highest < min(critical, default=0.0):
         found.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
