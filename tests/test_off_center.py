@@ -10,12 +10,26 @@ import autobalancer as ab
 from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
+from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.run_out import ring_eccentricity
 from autobalancer.cli.main import app
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 
 MACHINES = Path("examples/machines")
 RACE = "balancers[1].races[1]"
+BEARING = """
+name = "balls in a bearing"
+axis = "vertical"
+rotor = { kind = "planar", mass = "8 kg", critical_speed = "900 rpm", damping_ratio = "4 %" }
+unbalances = [{ moment = "500 g*mm" }]
+drive = { kind = "speed", profile = { kind = "ramp", end = "4000 rpm", duration = "60 s" } }
+[[balancers]]
+[[balancers.races]]
+bearing = "61832"
+drag = { law = "beta", beta = "2e-4 N*m*s" }
+balls = [{ count = 2, material = "steel" }]
+"""
 
 
 def predicted(machine: Machine, speed: float) -> OffCenter:
@@ -62,11 +76,11 @@ def test_check_says_what_a_typical_eccentricity_would_leave_until_one_is_given(t
     assert found is not None
     assert not found.given
     w = found.speed
-    wanted = 22.5e-6 * abs(12.2833 - (44654.0 + 68.37j * w) / w**2)  # a ring of 166 mm may run out by 45 µm
+    wanted = 50e-6 * abs(12.2833 - (44654.0 + 68.37j * w) / w**2)  # a turned part may run out by 0.1 mm
     assert found.planes[0].residual == pytest.approx(wanted, rel=1e-5)
     said = CliRunner().invoke(app, ["check", str(MACHINES / "discoidal.toml")]).stdout
     assert "race eccentricity" in said
-    assert "213 g mm" in said
+    assert "474 g mm" in said
     centered = ab.with_parameter(machine, f"{RACE}.eccentricity", 0.0)
     ab.save_machine(centered, tmp_path / "centered.toml")
     assert "race eccentricity" not in CliRunner().invoke(app, ["check", str(tmp_path / "centered.toml")]).stdout
@@ -80,6 +94,23 @@ def test_a_run_mentions_a_typical_eccentricity_only_where_it_matters() -> None:
     heavy = ab.with_parameter(plain, "unbalances", [{"moment": "0.2 kg*m"}])  # whirls by 20 mm
     assert "eccentricity_text" not in ab.simulate(heavy, **short).attrs
     assert "eccentricity_text" not in ab.simulate(plain, hold_balls=True, **short).attrs
+    told = ab.simulate(plain, **short).attrs["eccentricity_text"]
+    assert len(told) < 100
+    assert "50 µm" in told
+
+
+def test_a_standard_of_bearings_is_cited_for_bearings_only() -> None:
+    plain = ab.load_machine(MACHINES / "stall_and_release.toml")
+    race = predicted(plain, 600.0)
+    assert race.planes[0].eccentricity == pytest.approx(50e-6)
+    assert "ISO 492" not in race.sentence
+    assert "ISO 2768-2" in race.sentence
+    bearing = parse_machine(BEARING)
+    race = predicted(bearing, 600.0)
+    ball = resolve(bearing)[0]
+    assert race.planes[0].eccentricity == ring_eccentricity(2.0 * ball.orbit_radius + ball.diameter)
+    assert "ISO 492" in race.sentence
+    assert "turned" not in race.sentence
 
 
 def test_larger_bearing_rings_may_run_out_more() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from autobalancer.assembly.place_response import off_center_unbalances
 from autobalancer.assembly.places import Places
 from autobalancer.catalog.resolve import Ball
-from autobalancer.catalog.run_out import SOURCE, ring_eccentricity
+from autobalancer.catalog.run_out import RING, TURNED, TURNED_ECCENTRICITY, ring_eccentricity
 from autobalancer.results.number_text import length_text, moment_text
 
 
@@ -22,13 +22,15 @@ class OffCenterPlane:
     """A plane of balancers: eccentricity of its races (the greatest, or a typical one) and vibration of the axis, m.
 
     ``residual`` (kg m) is the unbalance that stays in this plane while all races are at rest: of given eccentricities
-    what they leave, of typical ones the most, over their directions; nan where the races cannot all be at rest.
+    what they leave, of typical ones the most, over their directions; nan where the races cannot all be at rest. ``source``
+    says where a typical eccentricity comes from.
     """
 
     name: str
     given: bool
     eccentricity: float
     residual: float
+    source: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class OffCenter:
             )
             for plane in planes
         ]
-        begin = f"not given{' everywhere' * any(p.given for p in planes)}; typical is {SOURCE}: " if unknown else ""
+        sources = " or ".join(dict.fromkeys(plane.source for plane in planes if not plane.given))
+        begin = f"not given{' everywhere' * any(p.given for p in planes)}; typical is {sources}: " if unknown else ""
         return begin + "; ".join(parts) + ", however well the balls balance"
 
 
@@ -74,7 +77,7 @@ def off_center(places: Places, balls: tuple[Ball, ...], speed: float) -> OffCent
     """The eccentricities of a machine and what they leave at a speed (rad/s); None without balls."""
     if not balls:
         return None
-    given, greatest, fixed = zip(
+    given, greatest, fixed, sources = zip(
         *(_plane([ball for ball, p in zip(balls, places.plane_of_ball, strict=True) if p == i], places)
           for i in range(len(places.planes))),
         strict=True,
@@ -85,16 +88,19 @@ def off_center(places: Places, balls: tuple[Ball, ...], speed: float) -> OffCent
     return OffCenter(
         float(speed),
         tuple(
-            OffCenterPlane(name, bool(one), float(offset), float(residual))
-            for name, one, offset, residual in zip(places.planes, given, greatest, left, strict=True)
+            OffCenterPlane(name, bool(one), float(offset), float(residual), source)
+            for name, one, offset, residual, source in zip(places.planes, given, greatest, left, sources, strict=True)
         ),
     )
 
 
-def _plane(balls: list[Ball], places: Places) -> tuple[bool, float, complex]:
-    """Whether an eccentricity is given, the greatest one or a typical one, and the given one with its direction, m."""
+def _plane(balls: list[Ball], places: Places) -> tuple[bool, float, complex, str]:
+    """Whether an eccentricity is given, the greatest one or a typical one, the given one with its direction, m, and a source."""
     races = [places.machine.balancers[ball.balancer].races[ball.race] for ball in balls]
     if any("eccentricity" in race.model_fields_set for race in races):
         offset = max((ball.eccentricity for ball in balls), key=abs)
-        return True, abs(offset), offset
-    return False, max((ring_eccentricity(2.0 * ball.orbit_radius + ball.diameter) for ball in balls), default=0.0), 0j
+        return True, abs(offset), offset, ""
+    if any(race.bearing is None for race in races):
+        return False, TURNED_ECCENTRICITY, 0j, TURNED
+    size = max((2.0 * ball.orbit_radius + ball.diameter for ball in balls), default=0.0)
+    return False, ring_eccentricity(size), 0j, RING

@@ -1,4 +1,4 @@
-"""How far off center the race of a bearing ring may be: half of its permissible radial run-out."""
+"""How far off center a race may be: half of the run-out that a standard permits, for bearing rings and for turned parts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from functools import cache
 
 from autobalancer.catalog.tables import rows
 
-SOURCE = "half the run-out that ISO 492, class Normal, permits for a bearing ring of this size"
+RING = "half the run-out that ISO 492, class Normal, permits for a bearing ring of this size"
+TURNED = "half the run-out that ISO 2768-2, class H, permits for a turned part"
+TURNED_ECCENTRICITY = 50e-6  # m, for parts of any size
 
 
 def ring_eccentricity(diameter: float) -> float:

@@ -9,9 +9,13 @@ import xarray as xr
 from autobalancer.assembly.off_center import off_center
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
+from autobalancer.results.number_text import length_text
+from autobalancer.results.verdict.rule import LIMITS
 from autobalancer.simulation.saved.at_places import FASTEST
 
-MATTERS = 0.01  # of the greatest vibration without balls: a typical eccentricity below is not mentioned
+MATTERS = LIMITS[0][
+    0
+]  # of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced
 
 
 def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed: float) -> str:
@@ -28,4 +32,6 @@ def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed
         without = run["vibration_without_balls"].values if "vibration_without_balls" in run else [math.nan]
         if not found.greatest >= MATTERS * max(without):
             return ""
+        size = length_text(found.greatest)
+        return f"race eccentricity: not given; a typical {size} would leave that much vibration (see check)"
     return f"race eccentricity: {found.sentence}"
