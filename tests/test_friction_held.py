@@ -21,9 +21,11 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.laws.held_by_friction import held_whirl, largest_held_residual
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import moment_text
+from autobalancer.results.verdict.text import rpm_text
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.states.stations import required
+from autobalancer.stability.summary.rows import friction_rows
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"
 RACE = "balancers[1].races[1]"
@@ -295,6 +297,18 @@ def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> 
         assert bool(found["friction"]["planes"]) == (path == rough)
     assert found["friction"]["planes"][0]["holds"]
     assert found["friction_settled"]["speed"] < found["friction"]["speed"]
+
+
+def test_check_says_what_friction_holds_in_short_rows_and_borders_only_the_first(tmp_path: Path) -> None:
+    rough = tmp_path / "rough.toml"
+    ab.save_machine(machine(1e-4), rough)
+    held = ab.stability.held_by_friction(machine(1e-4))
+    rows = friction_rows(held, rpm_text)
+    assert [name.strip() for name, _ in rows] == ["friction", "residual", "starts", "trapped", "places"]
+    assert all(text.count(",") < 3 and len(text) < 160 for _, text in rows)
+    said = CliRunner().invoke(app, ["borders", str(rough)], catch_exceptions=False).output
+    assert "friction: at" in said
+    assert "released at rest" not in said
 
 
 def test_the_row_says_that_balls_are_released_at_rest_and_not_run_up() -> None:
