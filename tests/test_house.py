@@ -113,6 +113,8 @@ def test_every_error_and_warning_is_used_and_stands_in_the_reference_with_its_me
 
 def test_every_warning_has_a_class_of_the_package_by_which_it_can_be_silenced() -> None:
     for file, node in everything(ast.Call):
+        if file == "errors.py":  # there stands the function that hands a warning on
+            continue
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("warnings.warn", "warn"):
             category = ast.unparse(node.args[1]) if len(node.args) > 1 else ""
             assert category.endswith("Warning"), file
