@@ -129,4 +129,6 @@ def test_check_prints_what_the_summary_says(tmp_path: Any) -> None:
     assert told["step"] == found.step
     refused = CliRunner().invoke(app, ["eigenvalues", str(path)])
     assert refused.exit_code == 2
-    assert "there are check, simulate, plot and animate, and for many runs chamber amplitudes" in " ".join(refused.output.split())
+    assert "there are check, simulate, plot and animate, and for many runs chamber amplitudes" in " ".join(
+        refused.output.split()
+    )
