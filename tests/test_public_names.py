@@ -19,7 +19,7 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli import app
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.public_names import ABOUT, NAMES, function_of
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -158,6 +158,30 @@ def test_a_question_of_races_says_what_it_wants_and_what_deep_chambers_have(aske
         QuestionError, match=r"machine: given a dict; wanted is a machine, as of load_machine or example"
     ):
         asked({"mass": 1.0})
+
+
+def test_a_parameter_has_its_plain_name_everywhere_and_one_value_needs_no_list() -> None:
+    machine = ab.example("discoidal")
+    assert ab.with_parameter(machine, "viscosity", "10 mm^2/s").balancers[0].races[0].fluid.viscosity == pytest.approx(
+        1e-5
+    )
+    assert ab.with_parameter(machine, "axis", "vertical").axis == "vertical"
+    said = r"did you mean 'viscosity'\?"
+    for asked in (lambda name: ab.with_parameter(machine, name, 1e-5), lambda name: ab.sweep(machine, {name: [1e-5]})):
+        with pytest.raises(QuestionError, match=said):
+            asked("viscosty")
+    assert ab.sweep(machine, {"viscosity": "10 mm^2/s"}, duration=0.01, progress=False)["viscosity"].size == 1
+    with pytest.raises(UnitError, match=r"a range is for the command line. In Python give a list.*linspace"):
+        ab.stability.eigenvalues(machine, "500:4000 rpm:5")
+
+
+def test_the_keys_of_a_machine_file_print_themselves() -> None:
+    shown = str(ab.keys("rotor"))
+    assert "Key(" not in shown
+    assert "[rotor]" in shown
+    assert "stiffness" in shown
+    assert "$" not in shown
+    assert max(map(len, shown.splitlines())) <= 100
 
 
 def test_a_question_of_deep_chambers_says_what_it_wants() -> None:

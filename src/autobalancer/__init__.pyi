@@ -11,7 +11,7 @@ from autobalancer import plot as plot
 from autobalancer import rotor as rotor
 from autobalancer import stability as stability
 from autobalancer import units as units
-from autobalancer.assembly.parameters import with_parameter as with_parameter
+from autobalancer.assembly.quantities import with_named as with_parameter
 from autobalancer.either_kind import animate as animate
 from autobalancer.either_kind import check as check
 from autobalancer.either_kind import measures as measures

@@ -8,7 +8,7 @@ NAMES: dict[str, dict[str, str]] = {
         "save_machine": "files.machine_file",
         "machine_text": "files.machine_file",
         "parse_machine": "files.machine_file",
-        "with_parameter": "assembly.parameters",
+        "with_parameter": "assembly.quantities:with_named",
         "machine_schema": "machine.schema",
         "keys": "machine.schema:file_tables",
         "example": "files.examples",

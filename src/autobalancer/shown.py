@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Callable, Sequence
 from html import escape
@@ -52,6 +53,12 @@ def facts_text(rows: Sequence[tuple[str, str]], width: int = 100) -> str:
             f"{head:<{edge}}{piece}".rstrip() for head, piece in zip([name, *[""] * len(broken)], broken, strict=False)
         ]
     return "\n".join(lines)
+
+
+def in_plain_letters(text: str) -> str:
+    """A text without the marks of formulas and code: ``$w_c = \\sqrt{k/M}$`` as ``w_c = sqrt(k/M)``."""
+    brackets = str.maketrans({"{": "(", "}": ")", "\\": None, "`": None})
+    return re.sub(r"\$(.+?)\$", lambda found: found[1].replace("\\,", " ").translate(brackets), text).replace("`", "")
 
 
 class Described:

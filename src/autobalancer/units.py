@@ -225,6 +225,7 @@ def optional_argument(name: str, value: Any, unit: str) -> float | None:
 
 def list_argument(name: str, values: Any, unit: str) -> list[float]:
     """The same of several quantities; one alone is a list of one."""
+    _refuse_range(name, values, unit)
     if isinstance(values, str) or not hasattr(values, "__iter__"):
         values = [values]
     return [argument(f"{name}[{number}]", value, unit) for number, value in enumerate(values, start=1)]
@@ -232,11 +233,20 @@ def list_argument(name: str, values: Any, unit: str) -> list[float]:
 
 def texts_argument(name: str, values: Any, unit: str) -> Any:
     """One quantity or many, of which texts are read; arrays and numbers pass as they are."""
+    _refuse_range(name, values, unit)
     if isinstance(values, str):
         return argument(name, values, unit)
     if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
         return list_argument(name, values, unit)
     return values
+
+
+def _refuse_range(name: str, values: Any, unit: str) -> None:
+    if isinstance(values, str) and ":" in values:
+        raise UnitError(
+            f"{name}: given {values!r}; a range is for the command line. In Python give a list, such as "
+            f"[{sample(unit)}, ...], or numpy.linspace(first, last, count) of numbers in {unit}"
+        )
 
 
 def unbalance_argument(value: T | str) -> T | float:

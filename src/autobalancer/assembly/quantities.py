@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from difflib import get_close_matches
 from typing import Any
 
 from autobalancer.assembly.changed_parts import (
@@ -111,6 +112,41 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     return _with_races(machine, changed)
 
 
+def with_named(machine: Machine, name: str, value: Any) -> Machine:
+    """A machine in which a parameter has another value.
+
+    Parameters
+    ----------
+    machine
+        Left as it is.
+    name
+        A path such as ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``, with entries counted from 1; or a plain
+        name of :data:`QUANTITIES`, such as ``viscosity``, see :func:`with_quantity`.
+    value
+        SI, or a text with a unit; at a path also a whole part.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such entry or name; the message lists what there is.
+    MachineError
+        If the value is impossible there.
+    """
+    if name in QUANTITIES or len(parts_of(name)) > 1:
+        return with_quantity(machine, name, value)
+    if meant := _near_quantity(machine, name):
+        raise QuestionError(f"parameter {name!r}: no such name; there are {', '.join(QUANTITIES)}, and paths{meant}")
+    return with_parameter(machine, name, value)
+
+
+def _near_quantity(machine: Machine, name: str) -> str:
+    """The end of a message that suggests plain names; empty if none is near or the machine has such an entry."""
+    if "." in name or "[" in name or name in type(machine).model_fields:
+        return ""
+    near = get_close_matches(name, QUANTITIES, n=2, cutoff=0.75)
+    return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
+
+
 def parts_of(name: str) -> list[str]:
     """The quantities and paths that change together under one name."""
     return [part.strip() for part in name.split(TOGETHER)]
@@ -214,7 +250,7 @@ def parameter_unit(machine: Machine, name: str) -> str:
         known = ", ".join(("speed", *QUANTITIES))
         raise QuestionError(
             f"parameter {name!r}: no such name; there are {known}, and paths such as 'rotor.damping'"
-            f"{did_you_mean(machine, name)}"
+            f"{_near_quantity(machine, name) or did_you_mean(machine, name)}"
         )
     entry_at(machine, name)  # refuses a path that leads nowhere
     return unit_at(name)

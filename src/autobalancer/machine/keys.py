@@ -29,6 +29,12 @@ class Key:
     meaning: str
     symbol: str = ""
 
+    @property
+    def value_and_default(self) -> str:
+        """``"N m s, ≥ 0; default 0"``."""
+        said = {"": "", "–": "; optional", "required": "; required"}
+        return self.value + said.get(self.default, f"; default {self.default}")
+
 
 @dataclass(frozen=True)
 class Table:

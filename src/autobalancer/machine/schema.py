@@ -8,6 +8,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.machine import Machine
+from autobalancer.shown import facts_text, html_table, in_plain_letters
 
 Kind = Literal["races", "chambers"]
 
@@ -36,7 +37,17 @@ def machine_schema(kind: Kind = "races") -> dict[str, Any]:
     return {"$schema": DIALECT, **schema}
 
 
-def file_tables(path: str = "", kind: Kind = "races") -> dict[str, list[Key]]:
+class KeyTables(dict[str, list[Key]]):
+    """Header of each table to its keys; shows itself as text, and as tables in a notebook."""
+
+    def __repr__(self) -> str:
+        return "\n\n".join(f"{head or 'at the top'}\n{facts_text(_facts(keys))}" for head, keys in self.items())
+
+    def _repr_html_(self) -> str:
+        return "".join(html_table(("", ""), _facts(keys), head or "at the top") for head, keys in self.items())
+
+
+def file_tables(path: str = "", kind: Kind = "races") -> KeyTables:
     """The keys of a machine file, table by table.
 
     Parameters
@@ -48,8 +59,8 @@ def file_tables(path: str = "", kind: Kind = "races") -> dict[str, list[Key]]:
 
     Returns
     -------
-    dict
-        Header of a table, such as ``[[unbalances]]``, to its keys; empty for the top of the file.
+    KeyTables
+        A dict of the header of a table, such as ``[[unbalances]]``, empty for the top of the file, to its keys. It prints itself.
 
     Raises
     ------
@@ -61,7 +72,11 @@ def file_tables(path: str = "", kind: Kind = "races") -> dict[str, list[Key]]:
     if not wanted:
         known = ", ".join(table.path for table in tables if table.path)
         raise QuestionError(f"table {path!r}: no such table in a machine file; there are {known}")
-    return {table.header: [key for part in table.parts for key in keys_of(part)] for table in wanted}
+    return KeyTables({table.header: [key for part in table.parts for key in keys_of(part)] for table in wanted})
+
+
+def _facts(keys: list[Key]) -> list[tuple[str, str]]:
+    return [(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}") for key in keys]
 
 
 def _root(kind: Kind) -> type[Machine] | type[ChamberMachine]:

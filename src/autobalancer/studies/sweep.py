@@ -21,6 +21,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.machine import Machine
+from autobalancer.machine.part import Part
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
 from autobalancer.results.measure_table import SWEPT
@@ -40,7 +41,7 @@ from autobalancer.units import optional_argument
 @shows_progress
 def sweep(
     machine: Machine | str | Path,
-    variations: Mapping[str, Sequence[Any]],
+    variations: Mapping[str, Any],
     *,
     grid: bool = True,
     duration: float | str | None = None,
@@ -62,7 +63,7 @@ def sweep(
     variations
         Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
         :data:`~autobalancer.assembly.quantities.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
-        or whole parts as a dict.
+        or whole parts as a dict. A single value may stand without a list.
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
         along the dimension ``run``.
@@ -98,6 +99,7 @@ def sweep(
     """
     duration = optional_argument("duration", duration, "s")
     machine = balls_in_races(machine)
+    variations = {name: _listed(values) for name, values in variations.items()}
     if duration is None and machine.run is None:
         raise QuestionError("duration: the machine has no 'run.duration'; give one here")
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
@@ -126,6 +128,11 @@ def sweep(
     rows = in_threads(one, prepared, workers, progress)
     found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
     return found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found
+
+
+def _listed(values: Any) -> Sequence[Any]:
+    """A single value as a list of one."""
+    return [values] if isinstance(values, str | int | float | Mapping | Part) else values
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:

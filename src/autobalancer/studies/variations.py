@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.quantities import QUANTITIES, label_of, parameter_unit, parts_of, si_value, with_quantity
+from autobalancer.assembly.quantities import QUANTITIES, label_of, parameter_unit, parts_of, si_value, with_named
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
@@ -26,8 +26,7 @@ def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any
         If a value is impossible.
     """
     for path, value in zip(variations, point, strict=True):
-        change = with_quantity if path in QUANTITIES or len(parts_of(path)) > 1 else with_parameter
-        machine = change(machine, path, float(value) if isinstance(value, np.floating) else value)
+        machine = with_named(machine, path, float(value) if isinstance(value, np.floating) else value)
     return machine
 
 

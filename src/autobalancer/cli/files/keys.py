@@ -28,9 +28,9 @@ def keys(
     from dataclasses import asdict
 
     from autobalancer.cli.terminal.sheet import Column, Facts, sheet_csv
-    from autobalancer.cli.terminal.words import in_plain_letters
     from autobalancer.machine.schema import Kind, file_tables, machine_schema
     from autobalancer.safe_file import write_text_safely
+    from autobalancer.shown import in_plain_letters
 
     kind: Kind = "chambers" if chambers else "races"
     if out is not None:
@@ -51,8 +51,5 @@ def keys(
         for head, listed in found.items():
             facts = Facts(head or "at the top")
             for key in listed:
-                default = {"": "", "–": "; optional", "required": "; required"}.get(
-                    key.default, f"; default {key.default}"
-                )
-                facts.add_row(key.name, f"{key.value}{default}\n{in_plain_letters(key.meaning)}")
+                facts.add_row(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}")
             facts.print()

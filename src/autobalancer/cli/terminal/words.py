@@ -68,9 +68,3 @@ def say(text: str, indent: str = "", first: str = "") -> None:
 def note(text: str) -> None:
     """Print a note that the reader must not miss."""
     say(f"note: {text}", indent="  ")
-
-
-def in_plain_letters(text: str) -> str:
-    """A text without the marks of formulas and code: ``$w_c = \\sqrt{k/M}$`` as ``w_c = sqrt(k/M)``."""
-    brackets = str.maketrans({"{": "(", "}": ")", "\\": None, "`": None})
-    return re.sub(r"\$(.+?)\$", lambda found: found[1].replace("\\,", " ").translate(brackets), text).replace("`", "")
