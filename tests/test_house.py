@@ -117,6 +117,8 @@ def test_every_warning_has_a_class_of_the_package_by_which_it_can_be_silenced() 
             continue
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("warnings.warn", "warn"):
             category = ast.unparse(node.args[1]) if len(node.args) > 1 else ""
+            if (file, category) == ("errors.py", "category"):  # of those who call it, which are looked at themselves
+                continue
             assert category.endswith("Warning"), file
             assert category in classes_of_errors(), file
 
