@@ -25,23 +25,12 @@ FREE_BALLS = (
 
 
 def load_machine(path: str | Path) -> Machine:
-    """Read a machine file.
-
-    Parameters
-    ----------
-    path
-        A TOML file; see the page on machine files for its keys.
-
-    Returns
-    -------
-    Machine
-        Checked as a whole: names are found in the catalogs, and the balls fit into their races.
+    """Read the file of a machine with ball races.
 
     Raises
     ------
     MachineFileError
-        With the file, every key at fault, what was given, what is allowed and what to do. Also for a file with chambers,
-        which :func:`load_chamber_machine` reads.
+        As :func:`read_machine`; also for a file with chambers.
     """
     return _plain_machine(read_machine(path), str(path))
 
@@ -52,7 +41,7 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
     Raises
     ------
     MachineFileError
-        As :func:`load_machine`; also for a file without chambers.
+        As :func:`read_machine`; also for a file without chambers.
     """
     found = read_machine(path)
     if not isinstance(found, ChamberMachine):
@@ -61,7 +50,23 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
 
 
 def read_machine(path: str | Path) -> Machine | ChamberMachine:
-    """The machine of the file at ``path``, of either kind; raises as :func:`load_machine`."""
+    """Read a machine file, with ball races or deep chambers.
+
+    Parameters
+    ----------
+    path
+        A TOML file; see the page on machine files for its keys.
+
+    Returns
+    -------
+    Machine or ChamberMachine
+        Checked as a whole: names are found in the catalogs, and the balls fit into their races.
+
+    Raises
+    ------
+    MachineFileError
+        With the file, every key at fault, what was given, what is allowed and what to do.
+    """
     path = Path(path)
     _refuse_result(path)
     return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
