@@ -8,6 +8,7 @@ import xarray as xr
 from tests.references.chamber_machines import small_machine
 from tests.references.chamber_runs import BALL, CHAMBER, chamber_run
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.chamber.balls import (
@@ -40,6 +41,17 @@ def test_amplitude_is_half_of_the_range_in_steady_state() -> None:
     assert float(found["rotation_amplitude"]) == pytest.approx(1e-5, rel=1e-3)
     assert float(found["vertical_synchronous"]) == pytest.approx(20e-6, rel=1e-9)
     assert float(steady_vibration(RUN, last=3.5)["vertical_amplitude"]) == pytest.approx(1e-3, rel=0.03)
+
+
+def test_a_run_whose_speed_still_changes_has_no_numbers_of_a_steady_state() -> None:
+    faster = RUN.assign(speed=RUN["speed"] * np.linspace(0.5, 1.0, RUN["time"].size))
+    steady = ("vertical_amplitude", "vertical_synchronous", "rotation_amplitude", "residual_unbalance")
+    for run, known in ((RUN, True), (faster, False)):
+        found = ab.measures(run, unbalance=0.008)
+        assert all(np.isfinite(found[name]) == known for name in steady)
+        assert found["vertical_amplitude"].attrs["units"] == "m"
+        assert np.isfinite(found["vertical_peak"])
+    assert np.isfinite(ab.measures(faster, last=1.0)["vertical_amplitude"])
 
 
 def test_vibration_at_another_frequency_is_not_synchronous() -> None:

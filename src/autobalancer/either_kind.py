@@ -138,6 +138,8 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
 def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
+    A run of a deep chamber whose speed still changes has no steady state, and nan for it unless ``last`` is given.
+
     Parameters
     ----------
     run
@@ -152,9 +154,10 @@ def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
         If the run did not keep what is needed, or an option belongs to the other kind of run.
     """
     if is_chamber_run(run):
-        from autobalancer.results.chamber.measures import chamber_measures
+        from autobalancer.results.chamber.measures import chamber_measures, without_steady_state
 
-        return _asked("measures", chamber_measures, "deep chambers", run, options)
+        found = _asked("measures", chamber_measures, "deep chambers", run, options)
+        return found if "last" in options else without_steady_state(run, found)
     from autobalancer.results.measures import measures as measures_of_races
 
     return _asked("measures", measures_of_races, "balls in races", run, options)

@@ -58,7 +58,9 @@ def run_chamber(context: typer.Context, described: ChamberMachine, files: Files)
         say(f"filled at random, seed {context.params['seed']}")
         rows = [("rotor speed at the end", speed_text(float(result["speed"][-1])))]
         rows += [
-            (text, "-" if value is None else f"{value * factor:.5g} {sign}") for text, value, sign, factor in shown
+            (text, "-" if value is None else f"{value * factor:.5g} {sign}")
+            for name, (text, value, sign, factor) in zip(found, shown, strict=True)
+            if name != "residual_unbalance"  # which is in the verdict
         ]
         print_facts(rows)
         if reason:
@@ -92,10 +94,10 @@ def _measures(result: Any) -> tuple[dict[str, tuple[float | None, str, str]], st
     """Value, unit and text of the main measures; or why there are none."""
     import math
 
-    from autobalancer.results.chamber.measures import chamber_measures
+    from autobalancer.either_kind import measures
 
     try:
-        found = chamber_measures(result)
+        found = measures(result)
     except QuestionError as reason:
         return {}, str(reason)
     told = {}

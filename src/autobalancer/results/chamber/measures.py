@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from autobalancer.results.chamber.balls import Floats, ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber.shape import unbalance_of
 from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.verdict.rule import speed_changes
 from autobalancer.units import optional_argument
 
+STEADY = "in steady state"  # ends the name of what is measured there
 DIRECTIONS = {
     "horizontal": ("body_position", 1, "m"),
     "vertical": ("body_position", 2, "m"),
@@ -189,6 +191,15 @@ def chamber_measures(
         key: run.attrs[key] for key in ("machine_name", "outcome", "outcome_text", "source") if key in run.attrs
     }
     return found
+
+
+def without_steady_state(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
+    """The measures of a ``run`` with nan for what is measured in steady state, if its speed still changes at the end."""
+    time = run["time"].values
+    if not speed_changes(time, run["speed"].values, float(time[-1])):
+        return measured
+    names = [name for name in measured.data_vars if STEADY in measured[name].attrs.get("long_name", "")]
+    return measured.assign({name: measured[name].where(False) for name in names})
 
 
 def catalogue_measures(measured: xr.Dataset) -> dict[str, float]:

@@ -50,14 +50,19 @@ def changing_because(course: Course, without_balls: float) -> str:
 
     ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
     """
-    speed = course.speed[course.time >= 0.95 * course.end]
-    if speed.size and np.ptp(speed) > SAME_SPEED * np.abs(speed).max():
+    if speed_changes(course.time, course.speed, course.end):
         return "the speed still changes in the last twentieth of the run; run longer"
     before, after = (_vibration(course, begin) for begin in (0.9, 0.95))
     greater, smaller = max(before, after), min(before, after)
     if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if course.uneven else SAME_VIBRATION) * smaller:
         return "the vibration still changes in the last tenth of the run; run longer"
     return ""
+
+
+def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
+    """Whether the speed still changes in the last twentieth of a run of ``end`` seconds, so that it has no steady state."""
+    late = speed[time >= 0.95 * end]
+    return bool(late.size and np.ptp(late) > SAME_SPEED * np.abs(late).max())
 
 
 def goes_round(time: Floats, angle: Floats, end: float) -> bool:
