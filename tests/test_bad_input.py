@@ -13,6 +13,7 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.either_kind import check as summary
 from autobalancer.errors import MachineError, UnitError
@@ -215,3 +216,15 @@ def test_a_file_with_any_value_replaced_is_read_or_refused(seed: int) -> None:
         except MachineError as reason:
             assert path.name in str(reason)  # noqa: PT017
             assert len(str(reason)) < 4000  # noqa: PT017
+
+
+def test_a_folder_a_machine_and_a_unit_too_many_are_named_in_words(tmp_path: Path) -> None:
+    machine = ab.catalog.write_example("design", tmp_path)[0]
+    with pytest.raises(ab.errors.MachineFileError, match="is a folder; give the path of a file"):
+        ab.check(tmp_path)
+    with pytest.raises(
+        ab.errors.ResultError, match=r"design\.toml: is no result but a machine file; 'autobalancer simulate"
+    ):
+        ab.load_run(machine)
+    with pytest.raises(ab.errors.UnitError, match=r"a number without a unit is wanted here, such as 0\.02 or \"2 %\""):
+        ab.units.to_si("40 N*s/m", "")

@@ -232,7 +232,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_folder_or_a_picture_is_not_a_machine_file(tmp_path: Path) -> None:
-    with pytest.raises(MachineFileError, match="cannot be read"):
+    with pytest.raises(MachineFileError, match="is a folder"):
         load_machine(tmp_path)
     (tmp_path / "picture.toml").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(MachineFileError, match=r"picture\.toml: cannot be read"):

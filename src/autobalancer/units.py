@@ -135,7 +135,9 @@ def _read(value: str, unit: str) -> Given:
     target = _unit(unit)
     if source.dimensionality != target.dimensionality:
         raise UnitError(
-            f"given {value!r}, but a quantity in {unit or 'no unit'} is wanted here, such as {sample(unit)}"
+            f"given {value!r}, but a quantity in {unit} is wanted here, such as {sample(unit)}"
+            if unit
+            else f'given {value!r}, but a number without a unit is wanted here, such as 0.02 or "2 %"'
         )
     try:
         quantity = _registry().Quantity(number, source).to(target)

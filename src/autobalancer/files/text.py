@@ -31,6 +31,8 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
         Of the given kind, if there is no such file, it cannot be read, is too large or no text.
     """
     place = place or str(path)
+    if path.is_dir():
+        raise error(f"{place}: is a folder; give the path of a file")
     try:
         with path.open("rb") as file:
             content = file.read(largest + 1)

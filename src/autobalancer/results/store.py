@@ -88,7 +88,11 @@ def load_run(path: str | Path) -> xr.Dataset:
     """
     path = Path(path)
     if not path.is_file():
-        raise ResultError(f"{path}: no such file")
+        raise ResultError(f"{path}: {'is a folder; give the path of a file' if path.is_dir() else 'no such file'}")
+    if path.suffix == ".toml":
+        raise ResultError(
+            f"{path}: is no result but a machine file; 'autobalancer simulate {path}' makes a result of it"
+        )
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             claimed = stored.nbytes
