@@ -135,3 +135,10 @@ def test_steel_has_the_density_of_the_bearing_table() -> None:
 def test_a_misspelled_material_meets_its_neighbors() -> None:
     with pytest.raises(CatalogError, match="similar names: 'tungsten'"):
         material("tungstn")
+
+
+def test_the_orbit_radius_can_be_limited() -> None:
+    every = suitable_bearings(UNBALANCE)
+    found = suitable_bearings(UNBALANCE, min_orbit="40 mm", max_orbit="50 mm")
+    assert 0 < len(found) < len(every)
+    assert found == tuple(entry for entry in every if 0.040 <= entry.bearing.orbit_radius <= 0.050)

@@ -112,6 +112,8 @@ def suitable_bearings(
     max_outer: float | str | None = None,
     min_bore: float | str | None = None,
     max_width: float | str | None = None,
+    min_orbit: float | str | None = None,
+    max_orbit: float | str | None = None,
     ball_density: float | str = TABLE_DENSITY,
     fluid_density: float | str = 0.0,
     sort: str = "outer",
@@ -125,6 +127,8 @@ def suitable_bearings(
     min_outer, max_outer, max_width, min_bore
         Space [m]; None means no limit. The inner ring is left out, so the free bore of a balancer is
         larger than the catalog bore that is compared here: the choice is on the safe side.
+    min_orbit, max_orbit
+        Limits of the orbit radius of the ball centers [m]; None means no limit.
     ball_density
         Density of the balls [kg/m^3]; by default that of the bearing's own steel balls in the source.
     fluid_density
@@ -147,6 +151,8 @@ def suitable_bearings(
     max_outer = optional_argument("max_outer", max_outer, "m")
     min_bore = optional_argument("min_bore", min_bore, "m")
     max_width = optional_argument("max_width", max_width, "m")
+    min_orbit = optional_argument("min_orbit", min_orbit, "m")
+    max_orbit = optional_argument("max_orbit", max_orbit, "m")
     ball_density = argument("ball_density", ball_density, "kg/m^3")
     fluid_density = argument("fluid_density", fluid_density, "kg/m^3")
     unbalance = argument("unbalance", unbalance, "kg*m")
@@ -158,6 +164,8 @@ def suitable_bearings(
         "max_outer": max_outer,
         "min_bore": min_bore,
         "max_width": max_width,
+        "min_orbit": min_orbit,
+        "max_orbit": max_orbit,
     }
     for name, value in limits.items():
         if value is not None and not value > 0.0:
@@ -171,6 +179,10 @@ def suitable_bearings(
         if min_bore is not None and entry.bore < min_bore * (1.0 - 1e-9):
             continue
         if max_width is not None and entry.width > max_width * (1.0 + 1e-9):
+            continue
+        if min_orbit is not None and entry.orbit_radius < min_orbit * (1.0 - 1e-9):
+            continue
+        if max_orbit is not None and entry.orbit_radius > max_orbit * (1.0 + 1e-9):
             continue
         race = (entry.orbit_radius, entry.ball_diameter, ball_density)
         greatest = capability(*race, fluid_density=fluid_density)

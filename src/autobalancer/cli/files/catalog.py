@@ -30,6 +30,8 @@ def bearings(
     max_outer: Annotated[str, typer.Option(help="Largest outer diameter.")] = "",
     min_bore: Annotated[str, typer.Option(help="Smallest catalog bore.")] = "",
     max_width: Annotated[str, typer.Option(help="Largest width.")] = "",
+    min_orbit: Annotated[str, typer.Option(help='Smallest orbit radius of the balls, such as "40 mm".')] = "",
+    max_orbit: Annotated[str, typer.Option(help="Largest orbit radius of the balls.")] = "",
     material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
     fluid: FluidName = None,
     temperature: Temperature = "25 degC",
@@ -48,7 +50,14 @@ def bearings(
     from autobalancer.cli.terminal.sheet import print_sheet
 
     one_form(as_json, as_csv)
-    limits = {"min_outer": min_outer, "max_outer": max_outer, "min_bore": min_bore, "max_width": max_width}
+    limits = {
+        "min_outer": min_outer,
+        "max_outer": max_outer,
+        "min_bore": min_bore,
+        "max_width": max_width,
+        "min_orbit": min_orbit,
+        "max_orbit": max_orbit,
+    }
     found = suitable_bearings(
         float(quantity("--unbalance", unbalance, "kg*m"))
         if unbalance
