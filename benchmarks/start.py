@@ -14,7 +14,7 @@ from benchmarks import measured
 from benchmarks._run_up import MACHINE
 
 IMPORT = [sys.executable, "-c", "import autobalancer"]
-RUN = [sys.executable, "-m", "autobalancer", "run", str(MACHINE)]
+RUN = [sys.executable, "-m", "autobalancer", "simulate", str(MACHINE)]
 LIMITS = {"import_s": 1.0, "warm_run_s": 3.0, "first_compile_s": 60.0}
 
 
