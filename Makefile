@@ -20,7 +20,7 @@ help:  ## show this list
 demo: .venv/.core  ## run a machine from its file to pictures and a film
 	@mkdir -p $(DEMO)
 	$(BIN)/autobalancer check $(MACHINE)
-	$(BIN)/autobalancer run $(MACHINE) --out $(DEMO)/$(NAME).nc
+	$(BIN)/autobalancer simulate $(MACHINE) --out $(DEMO)/$(NAME).nc
 	$(BIN)/autobalancer plot $(DEMO)/$(NAME).nc --out $(DEMO)
 	$(BIN)/autobalancer animate $(DEMO)/$(NAME).nc --out $(DEMO)/$(NAME).mp4
 	$(BIN)/autobalancer animate $(DEMO)/$(NAME).nc --out $(DEMO)/$(NAME).gif

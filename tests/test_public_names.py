@@ -80,6 +80,17 @@ def test_a_command_and_its_function_have_one_name() -> None:
         assert name.lower().endswith(command.split()[-1].replace("-", "_")), command
 
 
+def test_the_commands_that_make_and_the_benchmarks_call_are_there() -> None:
+    known = {command.split()[0] for command in commands(typer.main.get_command(app))}  # type: ignore[arg-type]
+    made = re.findall(r"/autobalancer ([a-z-]+)", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    timed = re.findall(
+        r'"-m", "autobalancer", "([a-z-]+)"', (ROOT / "benchmarks" / "start.py").read_text(encoding="utf-8")
+    )
+    assert {"check", "simulate", "plot", "animate"} <= set(made)
+    assert timed
+    assert {*made, *timed} <= known
+
+
 def test_every_public_name_can_be_imported_and_is_documented() -> None:
     for space, names in NAMES.items():
         home = getattr(ab, space) if space else ab
