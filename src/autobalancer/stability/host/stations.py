@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
+
+ROUNDING = 4.0 * float(np.finfo(float).eps)  # of a sum of terms that cancel, over the terms
 
 
 @dataclass(frozen=True)
@@ -78,18 +81,13 @@ class Stations:
         Raises
         ------
         QuestionError
-            At a critical speed of an undamped rotor.
+            At a critical speed of an undamped rotor, as near to it as floating point tells.
         """
         n, model = self.model.pairs, self.model
-        try:
-            if self.isotropic:
-                mass, turning, stiffness = model.complex_matrices(speed)
-                return np.asarray(np.linalg.inv(stiffness + 1j * speed * turning - speed**2 * mass))
-            found = self.whole_compliance(speed)
-        except np.linalg.LinAlgError:
-            raise QuestionError(
-                f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor; no steady state exists there"
-            ) from None
+        if self.isotropic:
+            mass, turning, stiffness = model.complex_matrices(speed)
+            return _inverse(stiffness, 1j * speed * turning, speed**2 * mass, speed)
+        found = self.whole_compliance(speed)
         xx, xy, yx, yy = found[:n, :n], found[:n, n : 2 * n], found[n : 2 * n, :n], found[n : 2 * n, n : 2 * n]
         return np.asarray(0.5 * (xx + yy + 1j * (yx - xy)))
 
@@ -97,13 +95,27 @@ class Stations:
         """Complex amplitudes of all coordinates for forces e^(i W t), (N, N)."""
         model = self.model
         turning = model.damping_at(speed) + speed * model.gyroscopic
-        dynamic = model.stiffness_at(speed) + 1j * speed * turning - speed**2 * model.mass
-        return np.asarray(np.linalg.inv(dynamic), np.complex128)
+        return _inverse(model.stiffness_at(speed), 1j * speed * turning, speed**2 * model.mass, speed)
 
     def coordinates(self, speed: float, angles: Floats) -> Complexes:
         """Forward whirl of the coordinates, seen in the rotor, with the balls at rest at these angles, (pairs,)."""
         total = self.fixed_load + self.rows.T @ self.moments(angles)
         return np.asarray(speed**2 * (self.compliance(speed) @ total))
+
+
+def _inverse(stiffness: Any, turning: Any, inertia: Any, speed: float) -> Complexes:
+    """Inverse of stiffness + turning - inertia, refused where these cancel to the last digits that numbers have."""
+    dynamic = stiffness + turning - inertia
+    size = np.sqrt(np.abs(np.diag(stiffness)) + np.abs(np.diag(turning)) + np.abs(np.diag(inertia)))
+    try:
+        found = np.linalg.inv(dynamic / np.outer(size, size))
+    except np.linalg.LinAlgError:
+        found = np.full_like(dynamic, np.inf)
+    if not np.abs(found).max() * ROUNDING < 1.0:
+        raise QuestionError(
+            f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor, where its deflection is not determined"
+        )
+    return np.asarray(found / np.outer(size, size), np.complex128)
 
 
 def stations(machine: Machine, unbalance: complex | float | None = None, *, largest: bool = False) -> Stations:

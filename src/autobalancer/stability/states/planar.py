@@ -50,14 +50,14 @@ def equilibria_of(p: Plane, speed: float) -> list[Equilibrium]:
     Raises
     ------
     QuestionError
-        At standstill, or exactly at an undamped critical speed, where no steady state exists.
+        At standstill, or at a critical speed of an undamped rotor, where its deflection is not determined.
     """
     if not (math.isfinite(speed) and speed > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
     stiffness = p.dynamic_stiffness(speed)
     if stiffness == 0.0:
         raise QuestionError(
-            f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor; no steady state exists there"
+            f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor, where its deflection is not determined"
         )
     if p.moment.size == 0:
         return [Equilibrium("no balls", np.zeros(0), _whirl(p, np.zeros(0), speed), 0, 0)]

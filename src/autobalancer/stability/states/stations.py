@@ -49,7 +49,7 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     Raises
     ------
     QuestionError
-        At standstill, or exactly at an undamped critical speed, where no steady state exists.
+        At standstill, or at a critical speed of an undamped rotor, where its deflection is not determined.
     """
     _check(speed)
     if st.moment.size == 0:
