@@ -113,6 +113,20 @@ def test_a_standard_of_bearings_is_cited_for_bearings_only() -> None:
     assert "turned" not in race.sentence
 
 
+@pytest.mark.parametrize(
+    ("up_to", "inches"),
+    [(30, 0.0006), (50, 0.0008), (80, 0.0010), (120, 0.0014), (150, 0.0016), (180, 0.0018), (250, 0.0020), (315, 0.0024),
+     (400, 0.0028), (500, 0.0032), (630, 0.0039), (800, 0.0047)],
+)  # fmt: skip
+def test_the_run_out_of_rings_is_that_of_a_published_table_in_inches(up_to: float, inches: float) -> None:
+    """Of consbrgs.com/technicaldata/383_bt.html, outer rings, tolerance class standard: less than 0.0001 inch away.
+
+    That is half of the smallest step in the table; the source rounds 80 µm, 0.00315 inch, to 0.0032.
+    """
+    run_out = 2.0 * ring_eccentricity(1e-3 * up_to)
+    assert run_out / 25.4e-3 == pytest.approx(inches, abs=1e-4)
+
+
 def test_larger_bearing_rings_may_run_out_more() -> None:
     offsets = [ring_eccentricity(size) for size in (0.02, 0.05, 0.1, 0.166, 0.3, 5.0)]
     assert offsets == pytest.approx([7.5e-6, 10e-6, 17.5e-6, 22.5e-6, 30e-6, 60e-6])
