@@ -415,16 +415,31 @@ def test_a_missing_file_with_the_name_of_a_sample_is_pointed_to(
         load_machine("examples/machines/other.toml")
 
 
+SCHEMA_TOO = ("annotated", "misfit", "chamber")  # the first two with single entries in place of lists
+
+
 @pytest.mark.parametrize("kind", ["races", "chambers"])
 def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind: Kind) -> None:
     schema = Draft202012Validator(machine_schema(kind))
     samples = [tomllib.loads(path.read_text()) for path in sorted((ROOT / "examples" / "machines").rglob("*.toml"))]
+    samples += [tomllib.loads((ROOT / "docs" / "machines" / f"{name}.toml").read_text()) for name in SCHEMA_TOO]
     own = [data for data in samples if ("chambers" in data) == (kind == "chambers")]
     assert len(own) >= 3
     for data in own:
         assert list(schema.iter_errors(data)) == []
         assert not schema.is_valid(data | {"color": "red"})
         assert not schema.is_valid(data | {"rotor": data["rotor"] | {"mass": -1.0}})
+
+
+def test_the_schema_takes_one_entry_for_a_list_where_the_reader_does() -> None:
+    schema = Draft202012Validator(machine_schema())
+    data = tomllib.loads((ROOT / "examples" / "machines" / "rigid_rotor.toml").read_text())
+    support = {"position": "0 mm", "stiffness": "100 kN/m", "damping": 0, "tilt_stiffness": "1 kN*m/rad"}
+    single = data | {"rotor": data["rotor"] | {"supports": support}}
+    assert Machine(**single).rotor == Machine(**single | {"rotor": single["rotor"] | {"supports": [support]}}).rotor
+    assert list(schema.iter_errors(single)) == []
+    assert not schema.is_valid(data | {"rotor": data["rotor"] | {"supports": []}})
+    assert not schema.is_valid(data | {"rotor": data["rotor"] | {"supports": support | {"color": "red"}}})
 
 
 def test_help_of_a_part_shows_unit_and_meaning_of_its_keys() -> None:

@@ -7,7 +7,16 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    ValidationError,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from autobalancer.errors import MachineError
 from autobalancer.machine.quantity import Quantity
@@ -174,4 +183,17 @@ def as_tuple(value: Any) -> Any:
 
 Label = Annotated[str, PlainValidator(_label, json_schema_input_type=str)]
 Name = Annotated[str, PlainValidator(_name, json_schema_input_type=str)]
-Listed = BeforeValidator(as_tuple)
+
+
+class _Listed:
+    """Marks a list in which a single entry stands for a list of one, for the reader and in the JSON schema."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(as_tuple, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        several = handler(schema)
+        return {"anyOf": [several["items"], several]}
+
+
+Listed = _Listed()

@@ -49,7 +49,7 @@ class Dwell(Part):
     """Hold each of ``speeds`` for ``hold``, and change between them at the rate ``acceleration``."""
 
     kind: Literal["dwell"] = "dwell"
-    speeds: Annotated[tuple[Speed, ...], Listed, Field(min_length=1)] = key(
+    speeds: Annotated[tuple[Speed, ...], Field(min_length=1), Listed] = key(
         "one after the other; the first one from the start on"
     )
     hold: Duration = key("at each speed")

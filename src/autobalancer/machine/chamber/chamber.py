@@ -75,7 +75,7 @@ class Chamber(Part):
     position: Position = key("of its middle, along x", 0.0)
     drag: Drag = key("force of a fluid that turns with the chamber, over the speed of a ball in it", 0.0)
     square_drag: SquareDrag = key("the same over the square of that speed", 0.0)
-    balls: Annotated[tuple[FreeBalls, ...], Listed, Field(min_length=1)] = key("groups of equal balls")
+    balls: Annotated[tuple[FreeBalls, ...], Field(min_length=1), Listed] = key("groups of equal balls")
 
     @model_validator(mode="after")
     def _fits(self) -> Chamber:

@@ -42,7 +42,7 @@ class ChamberMachine(Part):
     unbalances: Annotated[tuple[ChamberUnbalance, ...], Listed] = key(
         "of the rotor; two opposite ones at different places are a couple", ()
     )
-    chambers: Annotated[tuple[Chamber, ...], Listed, Field(min_length=1)] = key("one or several on the rotor")
+    chambers: Annotated[tuple[Chamber, ...], Field(min_length=1), Listed] = key("one or several on the rotor")
     contact: ChamberContact = key("of balls with each other and with walls")
     drive: ChamberDrive = key("what turns the rotor")
     start: ChamberStart = Field(default_factory=ChamberStart, description="rotor at time zero")

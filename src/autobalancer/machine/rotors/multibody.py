@@ -20,8 +20,8 @@ class MultibodyRotor(Part):
     """
 
     kind: Literal["multibody"] = "multibody"
-    bodies: Annotated[tuple[Body, ...], Listed, Field(min_length=1)] = key("rotating and non-rotating")
-    joints: Annotated[tuple[Joint, ...], Listed, Field(min_length=1)] = key("between bodies, and to the ground")
+    bodies: Annotated[tuple[Body, ...], Field(min_length=1), Listed] = key("rotating and non-rotating")
+    joints: Annotated[tuple[Joint, ...], Field(min_length=1), Listed] = key("between bodies, and to the ground")
     modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
         "pairs of modes that a simulation in time keeps; all without it", None
     )

@@ -22,7 +22,7 @@ class RigidRotor(Part):
     mass: Mass = key("without balls, with all attached parts, and races full of fluid", symbol="M")
     transverse_inertia: Inertia = key("about a diameter through the mass center, without balls", symbol="J_t")
     polar_inertia: Inertia = key("about the axis, without balls; at most twice the transverse one", symbol="J_p")
-    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)] = key(
+    supports: Annotated[tuple[Support, ...], Field(min_length=1), Listed] = key(
         "springs at two positions, or one with `tilt_stiffness`"
     )
     stiffness_proportional_damping: Time = key("factor t in C = t K, added to the damping of the supports", 0.0)

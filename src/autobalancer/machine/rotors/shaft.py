@@ -27,11 +27,11 @@ class ShaftRotor(Part):
 
     kind: Literal["shaft"] = "shaft"
     material: ShaftMaterial | None = key("of all segments without their own material", None)
-    segments: Annotated[tuple[ShaftSegment, ...], Listed, Field(min_length=1)] = key(
+    segments: Annotated[tuple[ShaftSegment, ...], Field(min_length=1), Listed] = key(
         "one after the other from the left end"
     )
     disks: Annotated[tuple[Disk, ...], Listed] = key("rigid bodies fixed to the shaft", ())
-    supports: Annotated[tuple[Support, ...], Listed, Field(min_length=1)] = key(
+    supports: Annotated[tuple[Support, ...], Field(min_length=1), Listed] = key(
         "bearings, springs and dampers between shaft and ground"
     )
     stiffness_proportional_damping: Time = key("factor t in C = t K of shaft and supports", 0.0)
