@@ -246,3 +246,29 @@ def test_labels_are_moved_apart_no_farther_than_needed() -> None:
     ends = [End(2.0, "bending 1 backward", "1 %"), End(2.0, "bending 1 forward", "3 %")]
     assert joint_name(ends) == "bending 1 forward 3 %, backward 1 %"
     assert joint_name([End(2.0, "conical x", "1 %"), End(2.0, "bending y", "1 %")]) == "conical x, bending y, 1 %"
+
+
+@pytest.mark.parametrize("damping", [20.0, 0.2])
+def test_a_picture_of_a_few_speeds_shows_the_peak_in_full_and_plain_numbers(damping: float) -> None:
+    """Of an oscillator the peak is U/(2 D M sqrt(1 - D^2)); with the lighter damping it is 900 times narrower than a step."""
+    share = damping / (2.0 * math.sqrt(3.0 * 12e3))
+    speeds = np.linspace(20.0, 200.0, 4 if damping < 1.0 else 100)
+    found = unbalance_response(planar(damping=damping), speeds, unbalance=1e-4, smooth=True)
+    above = plot_unbalance_response(found, deflection_unit="um").axes[0]
+    peak = 1e6 * 1e-4 / (2.0 * share * 3.0 * math.sqrt(1.0 - share**2))
+    assert np.max(lines(above)["greatest"][1]) == pytest.approx(peak, rel=2e-3)
+    assert np.isin(speeds, found["speed"].values).all()
+    assert found.sizes["speed"] < 500
+    above.get_figure().draw_without_rendering()
+    shown = [text.get_text() for text in above.get_yticklabels()]
+    assert "100" in shown
+    assert not any("$" in text for text in shown)
+
+
+def test_a_smooth_response_ends_where_nothing_limits_the_resonance() -> None:
+    """The critical speed is in the middle of the speeds asked for; there the response has no value."""
+    model = planar(damping=0.0)
+    critical = math.sqrt(12e3 / 3.0)
+    found = unbalance_response(model, [0.5 * critical, 1.5 * critical], unbalance=1e-4, smooth=True)
+    assert 10 < found.sizes["speed"] < 3000
+    assert np.isfinite(found["semi_major"].values).all()

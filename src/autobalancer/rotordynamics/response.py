@@ -14,6 +14,7 @@ from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.rotordynamics.smooth_speeds import smooth_speeds
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
 from autobalancer.units import list_argument, unbalance_argument
@@ -32,6 +33,7 @@ def unbalance_response(
     balls: bool = False,
     ball_angles: Sequence[float | str] | None = None,
     quantity: Quantity = "displacement",
+    smooth: bool = False,
 ) -> xr.Dataset:
     """Steady response of the rotor to its unbalance over the speed.
 
@@ -53,6 +55,8 @@ def unbalance_response(
         Angles of all balls in the rotor, rad, where they rest: mass and unbalance of the balls are included.
     quantity
         ``displacement``, ``velocity`` or ``acceleration``.
+    smooth
+        Adds speeds between the given ones where the response changes much, so that a picture shows every peak in full.
 
     Returns
     -------
@@ -83,6 +87,8 @@ def unbalance_response(
         raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, ball_angles, owner)
+    if smooth:
+        omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places)))
     x, y = amplitudes(model, omega, load, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
     title = f"Unbalance response of {machine.name}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -66,13 +66,15 @@ def response(
     described = load_machine(machine)
     places = [_place(described, text) for text in station] if station else None
     size = optional("--unbalance", unbalance, "kg*m")
-    found = unbalance_response(described, chosen, places, size, balls=balls, quantity=quantity)  # type: ignore[arg-type]
+    how: Any = {"balls": balls, "quantity": quantity}
+    found = unbalance_response(described, chosen, places, size, **how)
 
     def draw() -> Figure:
         from autobalancer.rotordynamics.orbits import whirl_orbits
 
         if many:
-            return _over_speed(found, picture, speed_unit)
+            smooth = unbalance_response(described, chosen, places, size, smooth=True, **how)
+            return _over_speed(smooth, picture, speed_unit)
         return _at_speed(whirl_orbits(described, float(chosen[0]), places, size, balls=balls), picture, speed_unit)
 
     files.save(found, draw)
@@ -86,7 +88,7 @@ def response(
     typer.secho(described.name, bold=True)
     if many:
         ends = float(chosen[0]), float(chosen[-1])
-        peaks = response_peaks(described, *ends, places, size, balls=balls, quantity=quantity)  # type: ignore[arg-type]
+        peaks = response_peaks(described, *ends, places, size, **how)
         _print_peaks(found, peaks)
     else:
         print_sheet(_whirl(found), f"at {speed_text(float(chosen[0]))}")
@@ -116,8 +118,8 @@ def _at_speed(orbits: xr.Dataset, kind: str, speed_unit: str) -> Figure:
 
 
 def _print_peaks(found: xr.Dataset, peaks: xr.Dataset) -> None:
-    stations = ", ".join(str(name) for name in found["station"].values)
-    say(f"mean over {stations} of the greatest {found.attrs['quantity']}:", indent="  ")
+    stations, what = ", ".join(map(str, found["station"].values)), f"greatest {found.attrs['quantity']}"
+    say(f"mean over {stations} of the {what}:" if found.sizes["station"] > 1 else f"{what} at {stations}:", indent="  ")
     for w, a in zip(peaks["peak_speed"].values, peaks["peak_amplitude"].values, strict=True):
         typer.echo(f"  peak at {speed_text(w)}: {_amount(a, found)}")
     if not peaks.sizes["peak"]:

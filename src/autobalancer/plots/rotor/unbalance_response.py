@@ -15,6 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.angles import wrapped
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, significant, speed_axis
 from autobalancer.plots.drawing.labels import label_point
+from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
 from autobalancer.results.given import Given, result
 
@@ -37,7 +38,7 @@ def plot_unbalance_response(
     Parameters
     ----------
     found
-        From ``ab.rotor.response``.
+        From ``ab.rotor.response``; with ``smooth=True`` there, every peak is drawn in full.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     deflection_unit
@@ -61,7 +62,8 @@ def plot_unbalance_response(
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
         heading(figure, str(found.attrs.get("title", "")))
         mean = found["mean_of_greatest"].values * size.factor
-        above.plot(speed, mean, color=INK, lw=2.6, alpha=0.35, label="mean of the greatest")
+        label = "mean of the greatest" if found.sizes["station"] > 1 else "greatest"
+        above.plot(speed, mean, color=INK, lw=2.6, alpha=0.35, label=label)
         for number, name in enumerate(found["station"].values):
             station = found.isel(station=number)
             for style, letter in zip(STYLES, "xy", strict=False):
@@ -76,6 +78,7 @@ def plot_unbalance_response(
                 axes.axvline(level * unit.factor, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
         if log:
             above.set_yscale("log")
+            plain_log_ticks(above, "y")
         above.set_ylabel(f"{found.attrs['quantity']} ({size.sign})")
         below.set_ylabel("phase to the unbalance (°)")
         below.set_yticks(np.arange(-180.0, 181.0, 90.0))
