@@ -24,7 +24,11 @@ SPEEDS = [0.0, 200.0, 500.0, 900.0]
 
 @pytest.fixture(scope="module")
 def ross() -> Any:
-    return pytest.importorskip("ross", reason="ROSS is not installed", exc_type=ImportError)
+    return pytest.importorskip(
+        "ross",
+        reason="needs ROSS, which `make test` leaves out for its size: pip install .[ross]",
+        exc_type=ImportError,
+    )
 
 
 def rotor(ross: Any, bearings: list[Any] | None = None, **element: Any) -> Any:
