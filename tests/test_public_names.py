@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
+from inspect import signature
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,13 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli import app
+from autobalancer.either_kind import FilmOptions, RunOptions
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
+from autobalancer.plots.chamber.film import animate_chamber
+from autobalancer.plots.film.animation import animate_races
 from autobalancer.public_names import ABOUT, NAMES, function_of
+from autobalancer.simulation.chamber.run import simulate_chamber
+from autobalancer.simulation.run import simulate_races
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^( *)```(?:python|ipython|py)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
@@ -126,6 +132,16 @@ def test_the_stubs_are_those_of_the_table() -> None:
 def test_a_name_that_is_looked_for_elsewhere_or_misspelled_is_found(name: str, said: str) -> None:
     with pytest.raises(AttributeError, match=f"{said}$"):
         attrgetter(name)(ab)
+
+
+def test_the_options_of_either_kind_are_those_of_the_functions_behind() -> None:
+    own = {"machine", "run", "path", "duration", "seed", "progress", "keep_on_interrupt"}
+    for listed, *functions in (
+        (RunOptions, simulate_races, simulate_chamber),
+        (FilmOptions, animate_races, animate_chamber),
+    ):
+        behind = {name for function in functions for name in signature(function).parameters}
+        assert behind - own == set(listed.__annotations__) - own
 
 
 def test_functions_refuse_what_belongs_to_the_other_kind_of_machine() -> None:

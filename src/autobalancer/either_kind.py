@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, Unpack
 
 import xarray as xr
 
@@ -17,12 +17,51 @@ from autobalancer.patience import Progress
 from autobalancer.results.chamber.shape import is_chamber_run
 
 if TYPE_CHECKING:
+    from autobalancer.plots.film.film import Film
     from autobalancer.results.verdict.judged import Verdict
     from autobalancer.simulation.chamber.summary import ChamberSummary
+    from autobalancer.simulation.events import Event
+    from autobalancer.simulation.sampling import Sampling
     from autobalancer.stability.summary.summary import Summary
 
 AnyMachine = Machine | ChamberMachine | str | Path
 R = TypeVar("R")
+
+
+class RunOptions(TypedDict, total=False):
+    """What :func:`simulate` takes for one kind of machine or the other."""
+
+    save: Sampling | Sequence[Sampling]  # balls in races
+    events: Sequence[Event]
+    tolerance: float
+    frame: Literal["auto", "rotor", "space"]
+    hold_balls: bool
+    mass_spread: float
+    max_steps: int
+    method: Literal["dormand_prince_8", "tsitouras", "verlet", "runge_kutta"]  # both
+    step: float | str | None  # deep chambers
+    sample: float | str
+    settle: bool
+    resume: dict[str, Any] | None
+    on_chunk: Callable[[xr.Dataset, dict[str, Any]], Any] | None
+    keep: bool
+    chunk: int
+
+
+class FilmOptions(TypedDict, total=False):
+    """What :func:`animate` takes; the last two for deep chambers only."""
+
+    start: float | str | None
+    end: float | str | None
+    duration: float | str
+    fps: int
+    frame: Literal["rotor", "space"]
+    deflection_scale: float | Literal["auto"]
+    speed_unit: str
+    width: int
+    progress: Callable[[int, int], None] | Literal[False] | None
+    azimuth: float
+    elevation: float
 
 
 def simulate(
@@ -30,9 +69,9 @@ def simulate(
     *,
     duration: float | str | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Progress | Literal[False] | None = None,
     keep_on_interrupt: bool = False,
-    **options: Any,
+    **options: Unpack[RunOptions],
 ) -> xr.Dataset:
     """Run a machine in time.
 
@@ -71,10 +110,10 @@ def simulate(
     if isinstance(described, ChamberMachine):
         from autobalancer.simulation.chamber.run import simulate_chamber
 
-        return _asked("simulate", simulate_chamber, "deep chambers", described, common | options)
+        return _asked("simulate", simulate_chamber, "deep chambers", described, {**common, **options})
     from autobalancer.simulation.run import simulate_races
 
-    return _asked("simulate", simulate_races, "balls in races", described, common | options)
+    return _asked("simulate", simulate_races, "balls in races", described, {**common, **options})
 
 
 def check(machine: AnyMachine) -> Summary | ChamberSummary:
@@ -163,7 +202,7 @@ def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     return _asked("measures", measures_of_races, "balls in races", run, options)
 
 
-def animate(run: xr.Dataset, path: str | Path, **options: Any) -> Path:
+def animate(run: xr.Dataset, path: str | Path, **options: Unpack[FilmOptions]) -> Film:
     """Make a film of a run, ``.mp4`` or ``.gif``.
 
     Parameters
@@ -179,8 +218,8 @@ def animate(run: xr.Dataset, path: str | Path, **options: Any) -> Path:
 
     Returns
     -------
-    pathlib.Path
-        The film.
+    Film
+        The path of the film; a notebook shows it.
 
     Raises
     ------
@@ -196,7 +235,7 @@ def animate(run: xr.Dataset, path: str | Path, **options: Any) -> Path:
     return _asked("animate", animate_races, "balls in races", run, {"path": path, **options})
 
 
-def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: dict[str, Any]) -> R:
+def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: Mapping[str, Any]) -> R:
     known = signature(function).parameters
     for option in options:
         if option not in known:

@@ -83,7 +83,7 @@ def animate(
             speed_unit=speed_unit,
             width=width,
             progress=update,
-            **given,
+            **given,  # type: ignore[arg-type]  # the function says which frame there is
         )
     if as_json:
         print_json({"result": str(result), "film": str(made)})

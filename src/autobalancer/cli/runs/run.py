@@ -99,7 +99,7 @@ def run(
             duration=optional("--duration", duration, "s"),
             save=wishes,
             tolerance=tolerance,
-            method=method,
+            method=method,  # type: ignore[arg-type]  # the function says which there are
             seed=seed,
             mass_spread=mass_spread,
             keep_on_interrupt=True,
