@@ -75,11 +75,12 @@ def basin(
     xarray.Dataset
         ``state`` (number, its names in ``attrs["states"]``), ``residual_unbalance`` of unbalance and balls; ``share`` of each
         state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Planar:
-        ``time`` until rest, ``final_deflection``; quantiles over the starts that end at rest, of deflection too, and
-        ``verdict_share``, by the rule of :mod:`autobalancer.results.verdict.rule`. Verdicts: ``vibration``,
+        ``time`` until rest, ``final_deflection`` (of balls at rest the greatest in a turn, else at the last instant);
+        quantiles over the starts that end at rest, of deflection too, and ``verdict_share``, by the rule of
+        :mod:`autobalancer.results.verdict.rule`. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
         all that finished; after run-ups ``peak_deflection`` and ``peak_quantile`` too. Random starts have
-        ``start_ball_angle_in_rotor``, and the number of the worst in ``attrs["worst"]``, for
+        ``start_ball_angle_in_rotor``, and the index of the worst, from 0, in ``attrs["worst"]``, for
         :func:`autobalancer.worst_start`.
 
     Raises

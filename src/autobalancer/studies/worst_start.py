@@ -45,7 +45,7 @@ def worst_start(found: xr.Dataset) -> Machine:
                 own, angles = angles[: group.count], angles[group.count :]
                 groups.append(group.model_copy(update={"start_angles": tuple(own)}))
             machine = with_parameter(machine, f"balancers[{i}].races[{j}].balls", tuple(groups))
-    text = f"Start {number} of {found.sizes['run']} random starts, the worst"
+    text = f"Start {number + 1} of {found.sizes['run']} random starts, the worst"
     return with_parameter(
         with_parameter(machine, "description", text), "run", {"duration": ramp + float(about["hold"])}
     )

@@ -10,6 +10,7 @@ import typer
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say
 
+HELD = "held by friction"
 WORST = {
     "vibration": "the greatest vibration,",
     "peak_deflection": "the greatest deflection on the way (all balance),",
@@ -78,20 +79,22 @@ def basin(
     runs, overlapping = int(found["state"].size), int(found.attrs.get("overlapping", 0))
     left = _left(found)
     if as_json:
-        drawn = {"seed": seed, "worst": int(found.attrs["worst"])} if random else {"overlapping_starts": overlapping}
+        drawn = {"seed": seed, "worst_start": _worst(found)} if random else {"overlapping_starts": overlapping}
         print_json({"machine": str(machine), "runs": runs, **drawn, "share": shares, **left})
         return
     there = {name: 100.0 * share for name, share in shares.items() if share > 0.0}
     columns = [Column("end", list(there)), Column("share", list(there.values()), "%", ".2f")]
     if random:
-        for column, name in (("from", "share_low"), ("to", "share_high")):
+        for column, name in (("95 % from", "share_low"), ("95 % to", "share_high")):
             columns.append(Column(column, [100.0 * float(found[name].sel(end=end)) for end in there], "%", ".2f"))
     if as_csv:
         print_csv(columns)
         return
     print_sheet(columns)
+    if random:
+        say("95 %: the share of very many starts is in this interval with a probability of 95 %")
     say(_counted(runs, overlapping, seed if random else None))
-    for line in (*_lines(left), *([_worst(found)] if random else [])):
+    for line in (*_lines(left, bool(there.get(HELD))), *([_worst_line(found)] if random else [])):
         say(line, indent="  ")
     changing = (
         "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
@@ -114,12 +117,18 @@ def _counted(runs: int, overlapping: int, seed: int | None) -> str:
     return f"{runs} starts"
 
 
-def _worst(found: Any) -> str:
+def _worst(found: Any) -> dict[str, Any]:
+    """The worst start: its number, counted from 1, by which quantity, and this, m."""
+    place, name = int(found.attrs["worst"]), str(found.attrs["worst_by"])
+    return {"number": place + 1, "by": name, "value": float(found[name][place])}
+
+
+def _worst_line(found: Any) -> str:
     from autobalancer.results.number_text import length_text
 
-    number, name = int(found.attrs["worst"]), str(found.attrs["worst_by"])
-    value = length_text(float(found[name][number]))
-    return f"worst start: number {number}, counted from 0, with {WORST[name]} {value}"
+    worst = _worst(found)
+    count = int(found["state"].size)
+    return f"worst start: number {worst['number']} of {count}, with {WORST[worst['by']]} {length_text(worst['value'])}"
 
 
 def _left(found: Any) -> dict[str, Any]:
@@ -147,12 +156,15 @@ def _left(found: Any) -> dict[str, Any]:
     return left
 
 
-def _lines(left: dict[str, Any]) -> list[str]:
+def _lines(left: dict[str, Any], held: bool) -> list[str]:
     from autobalancer.results.number_text import length_text, moment_text
 
     shares = left.get("verdict_share", {})
     words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
     lines = [f"verdict: {words}"] if words else []
+    if words and held:
+        where = "the balls rest where friction stops them, near balance or far from it; see the verdict"
+        lines.insert(0, f"{HELD}: {where}")
     if left.get("moving_share", 0.0) > 0.0:
         lines.append(f"balls still move at the end of {100 * left['moving_share']:.3g} % of the runs")
     for name, text, key, whole in (

@@ -76,10 +76,10 @@ def plot_shares(found: xr.Dataset, title: str) -> Figure:
     _bars(axes, shares, {name: (low[name], high[name]) for name in shares}, rows)
     axes.set_xlabel("share of the starts, with its 95 % interval (%)")
     if words:
-        axes.set_xlabel("end of the starts, with its 95 % interval (%)")
+        axes.set_xlabel("how balls end, with 95 % interval (%)")
         beside = figure.add_subplot(above[1])
         _bars(beside, words, {}, rows)
-        beside.set_xlabel("verdict on the starts (%)")
+        beside.set_xlabel("how well they then balance: verdict (%)")
     if drawn:
         below = parts[1].subgridspec(1, len(drawn))
         panels = [figure.add_subplot(below[column]) for column in range(len(drawn))]

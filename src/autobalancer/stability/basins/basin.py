@@ -222,10 +222,9 @@ def _dataset(
     found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
     found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
     deflection = np.hypot(ends[:, X], ends[:, Y]).reshape(shape)
-    found["final_deflection"] = (dims, deflection, {"long_name": "deflection at the end", "units": "m"})
     angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
     found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
-    found = found.merge(residuals(question, dims, angles, states.reshape(shape)))
+    found = found.merge(residuals(question, dims, angles, states.reshape(shape), deflection))
     possible = states[states != STATES.index("overlapping start")]
     counts = np.bincount(possible, minlength=len(STATES))
     low, high = wilson_interval(counts, max(possible.size, 1))

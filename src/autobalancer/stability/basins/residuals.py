@@ -17,10 +17,13 @@ MOVING = "balls not at rest"
 WORDS = (BALANCED, PARTLY, NOT, WORSE, MOVING)
 
 
-def residuals(question: Question, dims: tuple[str, ...], angles: Floats, states: NDArray[Any]) -> xr.Dataset:
-    """Residual unbalance of each end, and the distributions over the starts that are possible.
+def residuals(
+    question: Question, dims: tuple[str, ...], angles: Floats, states: NDArray[Any], seen: Floats
+) -> xr.Dataset:
+    """Residual unbalance and deflection of each end, and the distributions over the starts that are possible.
 
-    A verdict compares the deflection of a rotor whose balls rest with that of the same rotor with evenly spread balls.
+    Where the balls rest, the deflection is the greatest in a turn that they leave once the transient of the rotor is gone;
+    else ``seen``, that at the last instant of the run. A verdict compares it with that of evenly spread balls.
     """
     p = question.p
     left = np.abs(p.fixed_load + (p.moment * np.exp(1j * angles)).sum(axis=-1))
@@ -28,7 +31,11 @@ def residuals(question: Question, dims: tuple[str, ...], angles: Floats, states:
     possible = states != STATES.index("overlapping start")
     gain = _gain(question)
     alone, deflection = gain * abs(p.fixed_load), gain * left
-    found = xr.Dataset({"residual_unbalance": (dims, left)}, {"quantile": list(QUANTILES), "verdict": list(WORDS)})
+    ends = np.where(resting & np.isfinite(deflection), deflection, seen)
+    found = xr.Dataset(
+        {"residual_unbalance": (dims, left), "final_deflection": (dims, ends)},
+        {"quantile": list(QUANTILES), "verdict": list(WORDS)},
+    )
     for name, values in (("residual_quantile", left), ("deflection_quantile", deflection)):
         there = values[resting]
         found[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
@@ -40,6 +47,7 @@ def residuals(question: Question, dims: tuple[str, ...], angles: Floats, states:
     found["deflection_without_balls"] = alone
     for name, text, unit in (
         ("residual_unbalance", "unbalance of rotor and balls together", "kg m"),
+        ("final_deflection", "deflection at the end", "m"),
         ("residual_quantile", "residual unbalance of the starts that end at rest", "kg m"),
         ("deflection_quantile", "deflection of the starts that end at rest", "m"),
         ("verdict_share", "share of the starts", "1"),
