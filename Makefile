@@ -15,7 +15,7 @@ export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in 
 .PHONY: help demo test test-slow bench reproduce docs lint clean
 
 help:  ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
 demo: .venv/.core  ## run a machine from its file to pictures and a film
 	@mkdir -p $(DEMO)
