@@ -52,15 +52,8 @@ with ab.plot.style.look():
     axes = figure.subplots()
     axes.plot(np.degrees(places), miss(circle), "o-", ms=3, color=ab.plot.style.INK, label="circular race")
     axes.plot(np.degrees(places), miss(oval), "o-", ms=3, color=ab.plot.style.BALLS[0], label="oval race, 10 µm")
-    axes.plot(
-        np.degrees(some),
-        miss(free, some),
-        "x",
-        ms=7,
-        mew=1.8,
-        color=ab.plot.style.BALLS[1],
-        label="oval race, resolved ball",
-    )
+    look = {"ms": 7, "mew": 1.8, "color": ab.plot.style.BALLS[1]}
+    axes.plot(np.degrees(some), miss(free, some), "x", label="oval race, resolved ball", **look)
     axes.set(xlabel="direction of the unbalance (°)", ylabel="rest, from opposite of the unbalance (°)")
     axes.set_xticks(range(0, 361, 45))
     ab.plot.style.heading(figure, "Where a ball comes to rest in an oval race")

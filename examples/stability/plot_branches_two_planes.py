@@ -2,8 +2,8 @@
 What the balls of two planes can do
 ===================================
 
-A rotor that moves and tilts, with a balancer at each end. Where does its balance end, in which motion, and up to which speed can
-all balls stay stalled at the second resonance?
+A rotor that moves and tilts, with a balancer at each end. At which speed does the balanced state become unstable, which motion
+follows, and up to which speed can all balls stay stalled at the second resonance?
 """
 
 # %%
@@ -11,12 +11,9 @@ all balls stay stalled at the second resonance?
 # balls of both planes swing together. The motion is stable in a very narrow range only and ends at a fold: below that
 # the balls leave.
 
-from pathlib import Path
-
 import autobalancer as ab
 
-here = Path("examples") if Path("examples/machines").is_dir() else Path("..")
-rotor = ab.load_machine(here / "machines" / "two_plane_rotor.toml")
+rotor = ab.example("two_plane_rotor")
 found = ab.stability.branches(rotor, "speed", "176 rad/s", "174.5 rad/s")
 motions = ab.plot.branches(found, speed_unit="rad/s")
 
@@ -40,6 +37,6 @@ def places(data, kind):
 hopf, swings_end = places(found, "Hopf")[0], places(found, "fold")[0]
 part, stalled_end = places(stalled, "branch point")[0], places(stalled, "fold")[0]
 print(f"balanced from {hopf:.3f} rad/s on; the balls swing down to {swings_end:.3f} rad/s")
-print(f"all balls stalled up to {part:.2f} rad/s, and no more beyond {stalled_end:.2f} rad/s")
+print(f"all balls stalled together up to {part:.2f} rad/s; the branch turns back at {stalled_end:.2f} rad/s")
 assert abs(hopf / border.speed - 1.0) < 1e-9
 assert swings_end < hopf < part < stalled_end
