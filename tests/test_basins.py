@@ -102,6 +102,18 @@ def test_the_command_says_that_held_by_friction_is_no_verdict(tmp_path: Path) ->
     assert said.index("see the verdict") < said.index("verdict: balanced")
 
 
+def test_on_a_real_race_balls_end_where_they_do_on_a_smooth_one_after_a_run_up_and_with_the_last_unbalance() -> None:
+    """Friction of 1e-12 takes the equations of any rotor, whose unbalance stands apart from that of the planar one."""
+    schedule = {"time": [0.0, 1.0], "factor": [0.2, 1.0]}
+    axes = {"acceleration": [100.0, 200.0]}
+    smooth, rough = (
+        ab.basin(machine, 100.0, axes, hold=4.0)
+        for machine in (ab.load_machine(DISCOIDAL), with_parameter(_rough(1e-12), "unbalances[1].schedule", schedule))
+    )
+    for name, accuracy in (("final_ball_angle_in_rotor", 1e-6), ("final_deflection", 1e-9)):
+        np.testing.assert_allclose(rough[name].values, smooth[name].values, rtol=0.0, atol=accuracy)
+
+
 def test_with_much_friction_no_start_balances_and_without_any_the_result_says_that_balls_are_ideal() -> None:
     stuck = ab.basin(_rough(0.01), 125.0, random=40)
     assert float(stuck["share"].sel(end="balanced")) == 0.0

@@ -138,7 +138,7 @@ def _system(question: Question, ramp: bool) -> System:
         segments = np.concatenate([drive.segments, drive.segments]).view(np.recarray)
         segments[-1].start = 1.0
         drive = drive._replace(segments=segments)
-    loads = np.repeat(system.host.loads[:1], len(drive.segments), axis=0)  # a planar rotor has none
+    loads = np.repeat(system.host.loads[-1:], len(drive.segments), axis=0)  # after all schedules
     return system._replace(drive=drive, host=system.host._replace(loads=loads))
 
 
