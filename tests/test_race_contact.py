@@ -120,17 +120,17 @@ def test_elastic_balls_on_a_horizontal_race_keep_their_energy(oval: float) -> No
         contact={"restitution": 1.0},
         harmonics=[{"order": 2, "amplitude": oval, "angle": 0.7}, {"order": 3, "amplitude": 1e-12}],
     )
-    reference, found = races(machine), states_of(machine, np.linspace(0.0, 3.0, 3001))
+    # at a tolerance of 1e-12 a step over the begin of a contact may cost 3e-6 of the energy; at this one 5e-10 in five ovals
+    reference, found = races(machine), states_of(machine, np.linspace(0.0, 3.0, 3001), tolerance=1e-14)
     gaps = np.diff(np.column_stack([found[:, 6:9], found[:, 6] + 2.0 * math.pi]), axis=1)
     apart = gaps.min(axis=1) > TOUCH
     energies = []
-    for state in found[apart]:
+    for state in found[apart][::10]:
         q, v = reference.split(state)
         q[:2] = v[:2] = 0.0
         energies.append(reference.energy(q, v))
     assert 0 < (~apart).sum() < 1000
-    # a contact that begins within a step costs 5e-8 of the energy in the median of 40 ovals, at most 3e-6
-    np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=1e-5 * np.abs(energies[0]))
+    np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=5e-9 * np.abs(energies[0]))
     order = np.array([found[0, 9:12], found[-1, 9:12]])
     assert np.abs(order[1] - order[0]).max() > 0.1
 
