@@ -11,7 +11,7 @@ from tests.references.resolved import chamber, run
 
 from autobalancer.kernels.laws.contact import adherence, friction_coefficient, normal_force
 from autobalancer.kernels.records import resolved as at
-from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.laws.hertz import collision_time, hertz_stiffness, pair_stiffness
 from autobalancer.simulation.saved.resolved_walls import wall_forces
 
 HERTZ = {"reduced_modulus": 1.15e11}
@@ -63,6 +63,29 @@ def test_a_hertz_contact_lasts_as_long_as_hertz_says() -> None:
     assert after(own)[at.BALL_VX] == pytest.approx(-v, rel=1e-7)
     flown = (gap + ORBIT - after(own)[at.BALL_X]) / v
     assert end - flown == pytest.approx(lasts, rel=1e-4)
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.6])
+def test_two_unequal_balls_part_with_the_stated_share_and_without_loss_after_the_time_of_hertz(
+    restitution: float,
+) -> None:
+    v, gap, reach = 0.5, 1e-4, RADIUS + 8e-3
+    balls = [
+        {"count": 1, "mass": mass, "diameter": 2.0 * radius, "start_angles": [angle]}
+        for mass, radius, angle in ((MASS, RADIUS, 0.0), (4.0 * MASS, 8e-3, 1.0))
+    ]
+    race = {"orbit_radius": None, "race_radius": 0.1, "balls": balls, "contact": {"restitution": restitution}}
+    start = {(0, x): 0.0 for x in (at.BALL_X, at.BALL_Y, at.BALL_VY)} | {(0, at.BALL_VX): v}
+    start |= {(1, x): 0.0 for x in (at.BALL_VX, at.BALL_VY, at.BALL_Y)} | {(1, at.BALL_X): reach + gap}
+    end = 3.0 * gap / v
+    _, own, _ = run(chamber(race=race, **HERTZ), [0.0, end], start, tolerance=1e-12)
+    one, other = own[-1]
+    assert other[at.BALL_VX] - one[at.BALL_VX] == pytest.approx(restitution * v, rel=1e-6)
+    assert one[at.BALL_VX] + 4.0 * other[at.BALL_VX] == pytest.approx(v, rel=1e-9)
+    if restitution == 1.0:
+        apart = (other[at.BALL_X] - one[at.BALL_X] - reach) / v
+        lasts = collision_time(pair_stiffness(HERTZ["reduced_modulus"], RADIUS, 8e-3), 0.8 * MASS, v)
+        assert end - gap / v - apart == pytest.approx(lasts, rel=1e-5)
 
 
 def test_a_linear_contact_lasts_half_a_period() -> None:

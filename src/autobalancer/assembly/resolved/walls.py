@@ -107,7 +107,7 @@ def stiffnesses(contact: ResolvedContact, ball: Ball, inner: float) -> tuple[flo
     modulus = float(contact.reduced_modulus)
     outer = hertz_stiffness(modulus, ball.radius, ball.orbit_radius + ball.radius)
     within = hertz_stiffness(modulus, ball.radius, -inner) if inner > 0.0 else 0.0
-    return outer, within, 4.0 / 3.0 * modulus
+    return outer, within, hertz_stiffness(modulus, 1.0)  # of a pair whose radii reduce to 1 m
 
 
 def damping_number(contact: ResolvedContact, share: float) -> float:

@@ -39,3 +39,12 @@ LINE = Record(
     Field("reach", "1", "the greatest distance of the fit, in diameters"),
 )
 """A ball and the others of its race, of which the one ahead lessens its drag."""
+
+IN_FLUID = (
+    Field("drag_curve", "", "number of the table of its drag; NONE: linear", kind=np.int64),
+    Field("slipstream", "", "number of its line; NONE: no slipstream", kind=np.int64),
+    Field("lag_table", "", "number of the table of the fluid's lag; NONE: none", kind=np.int64),
+    Field("modes", "", "how many relaxation modes its fluid has", kind=np.int64),
+    Field("first_mode", "", "number of the first of them", kind=np.int64),
+)
+"""What any ball knows of its fluid: where its tables, its line and its modes are."""

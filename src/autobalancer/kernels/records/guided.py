@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.kernels.fields import Field, Record
+from autobalancer.kernels.records.fluid import IN_FLUID
 
 BALL = Record(
     Field("station", "", "number of its balancer", kind=np.int64),
@@ -24,11 +25,7 @@ BALL = Record(
     Field("adherence", "1", "greatest force that holds it at rest, over the normal force"),
     Field("waves", "", "how many harmonics its path has", kind=np.int64),
     Field("first_wave", "", "number of the first of them", kind=np.int64),
-    Field("drag_curve", "", "number of the table of its drag; NONE: linear", kind=np.int64),
-    Field("slipstream", "", "number of its line; NONE: no slipstream", kind=np.int64),
-    Field("lag_table", "", "number of the table of the fluid's lag; NONE: none", kind=np.int64),
-    Field("modes", "", "how many relaxation modes its fluid has", kind=np.int64),
-    Field("first_mode", "", "number of the first of them", kind=np.int64),
+    *IN_FLUID,
 )
 """What a guided ball is. The path is a circle, or has waves."""
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.kernels.fields import Field, Record
+from autobalancer.kernels.records.fluid import IN_FLUID
 
 BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_SPIN, HOLD, BALL_STATES = range(7)
 
@@ -35,7 +36,7 @@ FREE_BALL = Record(
     Field("wall_damping", "N s/m or N s/m^1.25", "of the outer wall"),
     Field("inner_stiffness", "N/m or N/m^1.5", "of the inner wall"),
     Field("inner_damping", "N s/m or N s/m^1.25", "of the inner wall"),
-    Field("ball_stiffness", "N/m or N/m^2", "between balls; with Hertz for a pair of unit radius"),
+    Field("ball_stiffness", "N/m or N/m^2", "between balls; with Hertz for a pair whose radii reduce to 1 m"),
     Field("ball_damping", "1 or 1/m^0.25", "between balls, per square root of stiffness times mass"),
     Field("sliding", "1", "friction of the walls"),
     Field("peak", "1", "its greatest value"),
@@ -53,11 +54,7 @@ FREE_BALL = Record(
     Field("waves", "", "how many harmonics its orbit has", kind=np.int64),
     Field("first_wave", "", "number of the first of them", kind=np.int64),
     Field("partition", "", "number of its partitions; NONE: none", kind=np.int64),
-    Field("drag_curve", "", "number of the table of its drag; NONE: linear", kind=np.int64),
-    Field("slipstream", "", "number of its line; NONE: no slipstream", kind=np.int64),
-    Field("lag_table", "", "number of the table of the fluid's lag; NONE: none", kind=np.int64),
-    Field("modes", "", "how many relaxation modes its fluid has", kind=np.int64),
-    Field("first_mode", "", "number of the first of them", kind=np.int64),
+    *IN_FLUID,
 )
 """What a resolved ball and its walls are."""
 
