@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import copy
 import json
 import math
@@ -21,7 +22,8 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, read_machine, save_machine
-from autobalancer.machine import Balls, Friction, Machine, PlanarRotor
+from autobalancer.machine import Balls, Friction, Machine, PlanarRotor, Unbalance
+from autobalancer.machine.chamber import ChamberUnbalance
 from autobalancer.machine.schema import Kind, file_tables, machine_schema
 from autobalancer.units import Given, from_si, to_si
 
@@ -77,6 +79,13 @@ def test_quantities_become_si_numbers_and_remember_how_they_were_written() -> No
     assert ball.diameter == 0.0123
     assert ball.start_angles == pytest.approx((math.radians(40.0), math.radians(250.0)), rel=1e-15)
     assert machine.unbalances[0].size == pytest.approx(5.5e-3 * 0.108, rel=1e-15)
+
+
+def test_an_unbalance_as_a_vector_points_to_its_angle_however_it_is_described() -> None:
+    for kind in (Unbalance, ChamberUnbalance):
+        three = kind(moment="3 g mm", angle="90 deg"), kind(mass="4 g", radius="1 mm"), kind(moment=5e-6, angle=-2.5)
+        assert [one.vector for one in three] == pytest.approx([3e-6j, 4e-6, 5e-6 * cmath.exp(-2.5j)], abs=1e-19)
+    assert Unbalance(couple="2 g mm^2", angle=1.0).vector == 0.0
 
 
 @pytest.mark.parametrize(

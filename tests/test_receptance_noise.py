@@ -13,6 +13,7 @@ from tests.references.receptances import accelerance, chain, measured
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.assembly.profile import largest_unbalance
 from autobalancer.cli.rotors.receptance import receptance as command
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop.balls import equal_balls
@@ -20,7 +21,6 @@ from autobalancer.measurement.loop.border import receptance_border
 from autobalancer.measurement.receptance.measured import receptance_dataset
 from autobalancer.measurement.receptance.rational_fit import fit_receptance
 from autobalancer.plots.measured.receptance import plot_receptance
-from autobalancer.stability.host.planar import largest_unbalance
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
 MASS, DAMPING, STIFFNESS = 12.27, 68.37, 44654.0  # Spannan (2021), table 6.4
@@ -69,7 +69,7 @@ def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(see
     """Of a machine file with this rotor, by the eigenvalues of its full equations."""
     rig = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
     fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
-    unbalance = largest_unbalance(ab.load_machine(rig))
+    unbalance = abs(largest_unbalance(ab.load_machine(rig)))
     found = receptance_border(fit, ab.measure.balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
     exact = {border.name: border.speed for border in ab.stability.borders(rig)}["exact border"]
     assert found.attrs["exact_border"] == pytest.approx(exact, rel=0.01)

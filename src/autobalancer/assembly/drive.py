@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import cmath
-
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.profile import Piece, profile_pieces, unbalance_factor
+from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, SEGMENT, TORQUE
 from autobalancer.kernels.system import Drive, Rows, System
 from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
@@ -79,11 +77,7 @@ def _pieces(machine: Machine) -> list[Piece]:
 def _segments(machine: Machine) -> Rows:
     """The common grid of all times at which drive or unbalance take another course."""
     pieces = _pieces(machine)
-    times = {0.0, *(piece.start for piece in pieces)}
-    for unbalance in machine.unbalances:
-        if unbalance.schedule is not None:
-            times |= {float(t) for t in unbalance.schedule.time}
-    grid = sorted(times)
+    grid = sorted({*(piece.start for piece in pieces), *schedule_times(machine)})
     rows = SEGMENT.rows(len(grid))
     for number, (row, time) in enumerate(zip(rows, grid, strict=True)):
         piece = [p for p in pieces if p.start <= time][-1]
@@ -93,15 +87,11 @@ def _segments(machine: Machine) -> Rows:
             row.end, row.half_time, row.exponent, row.begin = numbers
         else:
             row.value, row.rate = numbers[:2]
-        after, change = 0j, 0j
-        for unbalance in machine.unbalances:
-            vector = cmath.rect(unbalance.size, float(unbalance.angle))
-            factor = unbalance_factor(unbalance, time)
-            after += vector * factor
-            if number + 1 < len(grid):
-                late = unbalance_factor(unbalance, grid[number + 1], before=True)
-                change += vector * (late - factor) / (grid[number + 1] - time)
-                row.changing |= int(late != factor)
+        after, change = unbalance_vector(machine, time), 0j
+        for unbalance in machine.unbalances if number + 1 < len(grid) else ():
+            factor, late = unbalance_factor(unbalance, time), unbalance_factor(unbalance, grid[number + 1], before=True)
+            change += unbalance.vector * (late - factor) / (grid[number + 1] - time)
+            row.changing |= int(late != factor)
         row.unbalance_x, row.unbalance_y = after.real, after.imag
         row.unbalance_rate_x, row.unbalance_rate_y = change.real, change.imag
     return rows

@@ -133,6 +133,22 @@ def unbalance_jumps(machine: Machine, end: float) -> tuple[float, ...]:
     return tuple(sorted(found))
 
 
+def unbalance_vector(machine: Machine, time: float, *, before: bool = False) -> complex:
+    """Resultant of the point unbalances in the rotor just after a time, or just before it, kg m; *inf*: after all schedules."""
+    return sum((u.vector * unbalance_factor(u, time, before=before) for u in machine.unbalances), 0j)
+
+
+def largest_unbalance(machine: Machine) -> complex:
+    """The greatest resultant of the point unbalances over time, as a vector in the rotor, kg m."""
+    vectors = [unbalance_vector(machine, t, before=before) for t in schedule_times(machine) for before in (False, True)]
+    return max(vectors, key=abs)
+
+
+def schedule_times(machine: Machine) -> tuple[float, ...]:
+    """Zero and the times of all schedules of unbalances, s, ascending; between two of them all change linearly."""
+    return tuple(sorted({0.0, *(t for u in machine.unbalances if u.schedule is not None for t in u.schedule.time)}))
+
+
 def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False) -> float:
     """The schedule's factor just after ``time``, or just before it."""
     schedule = unbalance.schedule

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from difflib import get_close_matches
@@ -83,8 +84,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     if name == "unbalance" and not isinstance(machine.rotor, PlanarRotor):
         return _with_unbalances(machine, value)
     if name == "unbalance":
-        total = sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances)
-        angle = math.atan2(complex(total).imag, complex(total).real)
+        angle = cmath.phase(sum(u.vector for u in machine.unbalances))
         return with_parameter(machine, "unbalances", (Unbalance(moment=value, angle=angle),) if value > 0.0 else ())
     if not machine.balancers:
         raise QuestionError(f"quantity {name!r}: the machine has no balancer")
@@ -199,7 +199,7 @@ def value_of(machine: Machine, name: str) -> float:
         x, y = getattr(settled(machine).rotor, f"{name}_xy")
         return float(x) if x == y else math.nan
     if name == "unbalance":
-        return abs(sum(u.size * complex(math.cos(u.angle), math.sin(u.angle)) for u in machine.unbalances))
+        return abs(sum(u.vector for u in machine.unbalances))
     balls = resolve(machine)
     if name == "count":
         return float(len(balls))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cmath import rect
 from typing import Annotated
 
 from pydantic import model_validator
@@ -86,3 +87,8 @@ class Unbalance(Part):
     def size(self) -> float:
         """The moment m0 eps0 at factor one, kg m; 0 of a couple."""
         return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)
+
+    @property
+    def vector(self) -> complex:
+        """The moment at factor one as a vector in the rotor, m0 eps0 e^(i alpha), kg m; 0 of a couple."""
+        return rect(self.size, self.angle)

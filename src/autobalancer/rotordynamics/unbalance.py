@@ -55,9 +55,9 @@ def load_of(
             machine = with_parameter(machine, "unbalances", tuple(parts))
         load = unbalance_load(machine, model)
         for part in machine.unbalances:
-            turn = unbalance_factor(part, np.inf) * cmath.exp(1j * float(part.angle))
-            moments += turn * part.size
-            couples += turn * float(part.couple or part.misalignment or 0.0)
+            factor = unbalance_factor(part, np.inf)
+            moments += factor * part.vector
+            couples += factor * cmath.rect(part.couple or part.misalignment or 0.0, part.angle)
     if ball_angles is not None:
         balls = resolve(machine)
         if len(ball_angles) != len(balls):

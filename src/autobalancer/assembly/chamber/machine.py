@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from typing import Any
 
@@ -50,7 +49,7 @@ def machine_row(machine: ChamberMachine) -> Row:
         row.synchronous_speed = drive.synchronous_speed
         row.breakdown_speed = drive.synchronous_speed * (1.0 - drive.breakdown_slip)
     for unbalance in machine.unbalances:
-        vector = np.array([math.cos(unbalance.angle), math.sin(unbalance.angle)]) * unbalance.size
+        vector = np.array([unbalance.vector.real, unbalance.vector.imag])
         row.unbalance += vector
         row.couple += unbalance.position * vector
     return row

@@ -22,7 +22,7 @@ __all__ = [
     "LateralModel",
     "Rows",
     "balancer_rows",
-    "couple_size",
+    "couple_vector",
     "lateral_model",
     "reference",
     "rows_at",
@@ -98,20 +98,21 @@ def unbalance_shape(machine: Machine, model: LateralModel, number: int) -> Compl
     """The load of one unbalance at factor one, (pairs,) complex in the rotor: forces are w^2 Re, Im (load e^(i theta))."""
     unbalance: Unbalance = machine.unbalances[number]
     rows = rows_at(machine, model, unbalance.station, "unbalances", number, "station")
-    size, shape = unbalance.size, rows.deflection
+    vector, shape = unbalance.vector, rows.deflection
     if unbalance.is_couple:
-        size, shape = couple_size(machine, number), rows.slope
-    return np.asarray(size * cmath.exp(1j * float(unbalance.angle)) * shape, np.complex128)
+        vector, shape = couple_vector(machine, number), rows.slope
+    return np.asarray(vector * shape, np.complex128)
 
 
-def couple_size(machine: Machine, number: int) -> float:
-    """The couple, or (J_t - J_p) chi, of one unbalance at factor one, kg m^2; 0 of a point unbalance."""
+def couple_vector(machine: Machine, number: int) -> complex:
+    """The couple, or (J_t - J_p) chi, of one unbalance at factor one, kg m^2, in the rotor; 0 of a point unbalance."""
     unbalance = machine.unbalances[number]
-    if unbalance.misalignment is None:
-        return float(unbalance.couple or 0.0)
-    rotor = machine.rotor
-    assert isinstance(rotor, RigidRotor)
-    return float(unbalance.misalignment) * float(rotor.transverse_inertia - rotor.polar_inertia)
+    size = float(unbalance.couple or 0.0)
+    if unbalance.misalignment is not None:
+        rotor = machine.rotor
+        assert isinstance(rotor, RigidRotor)
+        size = float(unbalance.misalignment) * float(rotor.transverse_inertia - rotor.polar_inertia)
+    return cmath.rect(size, unbalance.angle)
 
 
 def unbalance_load(machine: Machine, model: LateralModel, time: float = np.inf) -> Complexes:

@@ -107,13 +107,13 @@ def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) 
 
 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
+    from autobalancer.assembly.profile import largest_unbalance
     from autobalancer.cli.terminal.quantities import quantity
     from autobalancer.files.machine_file import load_machine
-    from autobalancer.stability.host.planar import largest_unbalance
 
     if text == "any" or (not text and (machine is None or balls.count > 2)):
         return None
-    return quantity("--unbalance", text, "kg*m") if text else largest_unbalance(load_machine(machine or ""))
+    return quantity("--unbalance", text, "kg*m") if text else abs(largest_unbalance(load_machine(machine or "")))
 
 
 def _numbers(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cmath import rect
 from typing import Annotated, Literal
 
 from pydantic import model_validator
@@ -100,3 +101,8 @@ class ChamberUnbalance(Part):
     def size(self) -> float:
         """kg m."""
         return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)
+
+    @property
+    def vector(self) -> complex:
+        """As a vector in the rotor with the real part along y and the imaginary part along z, kg m."""
+        return rect(self.size, self.angle)

@@ -57,8 +57,7 @@ def unbalance_of(run: xr.Dataset) -> tuple[complex, complex] | None:
     static = couple = 0.0 + 0.0j
     for entry in _listed(machine.get("unbalances", [])):
         part = ChamberUnbalance(**entry)
-        moment = part.size * complex(np.exp(1j * part.angle))
-        static, couple = static + moment, couple + part.position * moment
+        static, couple = static + part.vector, couple + part.position * part.vector
     return static, couple
 
 

@@ -60,9 +60,9 @@ def body_without_balancing(machine: ChamberMachine, speed: float) -> float:
     nan at a critical speed of an undamped body.
     """
     free, m, g, k, c = linear_body(machine)
-    moments = [part.size * np.exp(1j * part.angle) for part in machine.unbalances]
-    couple = sum(m0 * part.position for m0, part in zip(moments, machine.unbalances, strict=True))
-    load = (UNBALANCES @ np.array([sum(moments), couple], complex))[free]
+    static = sum(part.vector for part in machine.unbalances)
+    couple = sum(part.vector * part.position for part in machine.unbalances)
+    load = (UNBALANCES @ np.array([static, couple], complex))[free]
     moved = np.zeros(6, complex)
     try:
         moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)

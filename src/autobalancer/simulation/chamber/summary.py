@@ -83,9 +83,8 @@ def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
         machine = load_chamber_machine(machine)
     fill(machine)
     fillings = tuple(_filling(number, chamber) for number, chamber in enumerate(machine.chambers, 1))
-    moments = [part.size * np.exp(1j * part.angle) for part in machine.unbalances]
-    unbalance = float(abs(sum(moments)))
-    couple = float(abs(sum(m * part.position for m, part in zip(moments, machine.unbalances, strict=True))))
+    unbalance = float(abs(sum(part.vector for part in machine.unbalances)))
+    couple = float(abs(sum(part.vector * part.position for part in machine.unbalances)))
     balls = sum(filling.ball_mass for filling in fillings)
     capability = sum(filling.capability for filling in fillings)
     critical, ratios = chamber_critical_speeds(machine)

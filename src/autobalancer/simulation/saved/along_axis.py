@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors import couple_size
+from autobalancer.assembly.rotors import couple_vector
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Machine, PlanarRotor
@@ -40,7 +40,7 @@ def couple_unbalance(places: Places, times: Floats) -> dict[str, Any]:
     for number, part in enumerate(places.machine.unbalances):
         if part.is_couple:
             factor = np.array([unbalance_factor(part, float(time)) for time in times])
-            total += factor * couple_size(places.machine, number) * np.exp(1j * float(part.angle))
+            total += factor * couple_vector(places.machine, number)
     if not total.any():
         return {}
     return {

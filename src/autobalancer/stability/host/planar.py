@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import Ball, resolve
@@ -99,7 +99,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         mass=total_mass(machine, balls),
         stiffness=springs.stiffness_xy,
         damping=springs.damping_xy,
-        unbalance=final_unbalance(machine) if unbalance is None else complex(unbalance),
+        unbalance=unbalance_vector(machine, math.inf) if unbalance is None else complex(unbalance),
         ball_mass=np.array([ball.effective_mass for ball in balls]),
         moment=np.array([ball.moment for ball in balls]),
         inertia=np.array([ball.inertia for ball in balls]),
@@ -108,27 +108,3 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
         offset=np.array([ball.eccentricity for ball in balls], np.complex128),
         capability=capability_of(balls),
     )
-
-
-def unbalance_vector(machine: Machine, time: float, before: bool = False) -> complex:
-    """Resultant unbalance in the rotor at a time, kg m; just before it if ``before``."""
-    total = 0j
-    for unbalance in machine.unbalances:
-        angle = float(unbalance.angle)
-        size = unbalance.size * unbalance_factor(unbalance, time, before=before)
-        total += size * complex(math.cos(angle), math.sin(angle))
-    return total
-
-
-def final_unbalance(machine: Machine) -> complex:
-    """Resultant unbalance after all schedules have run out, kg m."""
-    return unbalance_vector(machine, 1e300)
-
-
-def largest_unbalance(machine: Machine) -> float:
-    """Greatest resultant of all unbalances over time, kg m."""
-    times = {0.0}
-    for unbalance in machine.unbalances:
-        if unbalance.schedule is not None:
-            times |= {float(t) for t in unbalance.schedule.time}
-    return max(abs(unbalance_vector(machine, time, before)) for time in times for before in (False, True))

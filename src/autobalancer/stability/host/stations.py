@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.profile import schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.planes import planes_of
@@ -211,7 +211,7 @@ def of_plane(p: Plane) -> Stations:
 def _loads(machine: Machine, model: LateralModel, largest: bool) -> tuple[Complexes, complex]:
     """Load and resultant after all schedules, or at the time at which the load is largest."""
     if not largest:
-        return _load_at(machine, model, 1e300, False)
+        return _load_at(machine, model, np.inf, False)
     inverse = np.linalg.inv(model.mass[: model.pairs, : model.pairs])
     found = loads_at_corners(machine, model)
     return max(found, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
@@ -219,17 +219,14 @@ def _loads(machine: Machine, model: LateralModel, largest: bool) -> tuple[Comple
 
 def loads_at_corners(machine: Machine, model: LateralModel) -> list[tuple[Complexes, complex]]:
     """Load and resultant just before and after each time of all schedules; between two of them both change linearly."""
-    times = {0.0, *(float(t) for u in machine.unbalances if u.schedule is not None for t in u.schedule.time)}
-    return [_load_at(machine, model, time, before) for time in sorted(times) for before in (False, True)]
+    return [_load_at(machine, model, time, before) for time in schedule_times(machine) for before in (False, True)]
 
 
 def _load_at(machine: Machine, model: LateralModel, time: float, before: bool) -> tuple[Complexes, complex]:
-    load, resultant = np.zeros(model.pairs, np.complex128), 0j
+    load = np.zeros(model.pairs, np.complex128)
     for number, part in enumerate(machine.unbalances):
-        factor = unbalance_factor(part, time, before=before)
-        load = load + factor * unbalance_shape(machine, model, number)
-        resultant += factor * part.size * complex(np.exp(1j * float(part.angle)))
-    return load, resultant
+        load += unbalance_factor(part, time, before=before) * unbalance_shape(machine, model, number)
+    return load, unbalance_vector(machine, time, before=before)
 
 
 def _replaced(machine: Machine, model: LateralModel, unbalance: complex | float) -> tuple[Complexes, complex]:

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from autobalancer.assembly.profile import largest_unbalance
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import moment_text
-from autobalancer.stability.host.planar import Plane, plane, unbalance_vector
+from autobalancer.stability.host.planar import Plane, plane
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.states.stations import required
@@ -37,7 +38,7 @@ def highest_searched(p: Described) -> float:
 
 def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
     """The plane with an unbalance; a mere size keeps the direction of the machine's largest one, the default."""
-    largest = _largest_unbalance(machine)
+    largest = largest_unbalance(machine)
     if unbalance is None:
         return plane(machine, largest)
     value = complex(unbalance)
@@ -48,16 +49,6 @@ def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
     if isinstance(unbalance, complex) or largest == 0.0:
         return plane(machine, value)
     return plane(machine, value * largest / abs(largest))
-
-
-def _largest_unbalance(machine: Machine) -> complex:
-    """The greatest resultant of all unbalances over time, as a vector."""
-    times = {0.0}
-    for unbalance in machine.unbalances:
-        if unbalance.schedule is not None:
-            times |= {float(t) for t in unbalance.schedule.time}
-    vectors = [unbalance_vector(machine, time, before) for time in sorted(times) for before in (False, True)]
-    return max(vectors, key=abs)
 
 
 def lower_critical_speed(p: Described) -> float:

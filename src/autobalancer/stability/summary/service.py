@@ -9,10 +9,10 @@ import numpy as np
 
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, places_of, turning_mass
+from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.assembly.system import Assembly
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine import Machine
-from autobalancer.stability.host.planar import final_unbalance
 
 LATE = 1e300  # a time after all schedules, s
 
@@ -59,4 +59,4 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
 def _unbalance(machine: Machine, places: Places, speed: float) -> float:
     if len(places.planes) > 1:
         return float(np.abs(plane_unbalances(places, np.array([LATE]), np.array([speed]))).sum())
-    return abs(final_unbalance(machine))
+    return abs(unbalance_vector(machine, np.inf))

@@ -9,7 +9,7 @@ from typing import Any
 
 from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
-from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.profile import highest_prescribed, largest_unbalance
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
@@ -24,7 +24,6 @@ from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
-from autobalancer.stability.host.planar import largest_unbalance
 from autobalancer.stability.maps.speeds import Border, border_speeds
 from autobalancer.stability.summary.rotor import StationSummary, frame_of
 from autobalancer.stability.summary.rows import SpeedText, summary_rows
@@ -102,7 +101,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
     races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
-    unbalance, capability = largest_unbalance(machine), sum(race.capability for race in races)
+    unbalance, capability = abs(largest_unbalance(machine)), sum(race.capability for race in races)
     highest = highest_prescribed(machine)
     frame = frame_of(machine, highest)
     critical = frame.critical_speeds
