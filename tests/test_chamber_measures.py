@@ -45,12 +45,13 @@ def test_amplitude_is_half_of_the_range_in_steady_state() -> None:
 
 def test_a_run_whose_speed_still_changes_has_no_numbers_of_a_steady_state() -> None:
     faster = RUN.assign(speed=RUN["speed"] * np.linspace(0.5, 1.0, RUN["time"].size))
-    steady = ("vertical_amplitude", "vertical_synchronous", "rotation_amplitude", "residual_unbalance")
+    steady = ("vertical_amplitude", "vertical_synchronous", "rotation_amplitude", "residual_unbalance", "vertical_peak")
     for run, known in ((RUN, True), (faster, False)):
         found = ab.measures(run, unbalance=0.008)
         assert all(np.isfinite(found[name]) == known for name in steady)
         assert found["vertical_amplitude"].attrs["units"] == "m"
-        assert np.isfinite(found["vertical_peak"])
+        assert np.isfinite(found["hardest_contact"])
+        assert np.isfinite(found["bearing_1_rms"]).values.tolist() == [True, known]
     assert np.isfinite(ab.measures(faster, last=1.0)["vertical_amplitude"])
 
 
@@ -228,3 +229,29 @@ def test_the_verdict_compares_with_the_unbalance_of_the_body_without_balancing()
     assert moving.because.startswith("the run did not finish")
     with pytest.raises(QuestionError, match="of which machine"):
         chamber_verdict(RUN)
+
+
+def test_the_static_deflection_does_not_depend_on_where_in_a_turn_the_steady_state_begins() -> None:
+    # the run circles about a place 100 um below, with 20 um vertically; 0.42 s are ten turns and a half, of which the plain
+    # mean keeps up to 20 um/(pi 10.5) = 0.6 um
+    told = {"machine": machine_text(small_machine()), "outcome": "finished"}
+    for last in (0.4, 0.41, 0.42, 0.43):
+        found = chamber_verdict(chamber_run().assign_attrs(told), last)
+        assert found.places[0].static == pytest.approx(100e-6, abs=0.02e-6)
+        assert found.supports[0].static == pytest.approx(500.0, abs=0.1)  # 100 N turn with the rotor
+
+
+def test_the_verdict_on_a_run_under_way_says_how_far_it_got_and_no_number_of_a_steady_state() -> None:
+    told = {"machine": machine_text(small_machine()), "outcome": "finished"}
+    run = chamber_run().assign_attrs(told)
+    faster = run.assign(speed=run["speed"] * np.linspace(0.5, 1.0, run["time"].size))
+    found = chamber_verdict(faster)
+    assert found.word == "no verdict"
+    assert "the speed still changes" in found.because
+    assert found.places == found.supports == ()
+    assert np.isnan([found.residual, found.grade_after, found.ratio]).all()
+    shown = str(found)
+    assert not any(word in shown for word in ("residual", "vibration ", "static", "support", "ISO"))
+    assert found.peak is not None
+    assert found.peak.deflection == pytest.approx(2e-3 - 1e-4, rel=0.03)  # from the rest position without balls
+    assert chamber_verdict(faster, last=1.0).places

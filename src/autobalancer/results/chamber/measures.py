@@ -194,12 +194,18 @@ def chamber_measures(
 
 
 def without_steady_state(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
-    """The measures of a ``run`` with nan for what is measured in steady state, if its speed still changes at the end."""
+    """The measures of a ``run`` with nan for what is measured in steady state or counts from it, if its speed still changes."""
     time = run["time"].values
     if not speed_changes(time, run["speed"].values, float(time[-1])):
         return measured
-    names = [name for name in measured.data_vars if STEADY in measured[name].attrs.get("long_name", "")]
-    return measured.assign({name: measured[name].where(False) for name in names})
+    peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
+    found = {}
+    for name, value in measured.data_vars.items():
+        if "stage" in value.dims:
+            found[name] = value.where(value["stage"] != "steady")
+        elif name in peaks or STEADY in value.attrs.get("long_name", ""):
+            found[name] = value.where(False)
+    return measured.assign(found)
 
 
 def catalogue_measures(measured: xr.Dataset) -> dict[str, float]:

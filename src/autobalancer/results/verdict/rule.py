@@ -51,7 +51,10 @@ def changing_because(course: Course, without_balls: float) -> str:
     ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
     """
     if speed_changes(course.time, course.speed, course.end):
-        return "the speed still changes in the last twentieth of the run; run longer"
+        return (
+            "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
+            "not of a steady state; run longer"
+        )
     before, after = (_vibration(course, begin) for begin in (0.9, 0.95))
     greater, smaller = max(before, after), min(before, after)
     if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if course.uneven else SAME_VIBRATION) * smaller:

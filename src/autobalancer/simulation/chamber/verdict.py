@@ -13,9 +13,10 @@ from autobalancer.results.chamber.balls import ball_settling_time, balls_carried
 from autobalancer.results.chamber.shape import unbalance_of
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import Complexes, moved
+from autobalancer.results.standing import calm_mean
 from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Verdict
 from autobalancer.results.verdict.passage import Peak, Settling
-from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, verdict_word
+from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, speed_changes, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
 from autobalancer.units import optional_argument
 
@@ -29,6 +30,9 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
     balls is the steady one of the same body with the balls as masses in the middles of their chambers.
 
+    A run whose speed still changes has no steady state: without ``last`` only its greatest deflection is said, from the rest
+    position of the machine without balls.
+
     Parameters
     ----------
     run
@@ -41,7 +45,6 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     QuestionError
         If there are too few samples, or the run does not say of which machine it is.
     """
-    last = optional_argument("last", last, "s")
     described = unbalance_of(run)
     if described is None:
         raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
@@ -50,7 +53,9 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     last = optional_argument("last", last, "s")
     steady = window(run, last)
     z, time = _across(run, "body_position"), run["time"].values
-    static, rate = z[steady, None].mean(axis=0), np.gradient(z, time)[steady, None]
+    if last is None and speed_changes(time, run["speed"].values, float(time[-1])):
+        return _under_way(run, z, abs(described[0]))
+    static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
     vibration, _, velocity = moved(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
     without = body_without_balancing(machine, speed)
@@ -58,7 +63,6 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
     because = _because(run, z - static[0], without)
-    peak = int(np.argmax(np.abs(z - static[0])))
     return Verdict(
         word=NO_VERDICT if because else verdict_word(ratio),
         because=because,
@@ -71,17 +75,59 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         places=(PlaceVerdict(MIDDLE, float(abs(static[0])), float(vibration[0]), float(velocity[0]), without),),
         planes=(),
         supports=_bearings(run.isel(time=steady)),
-        peak=Peak(MIDDLE, float(np.abs(z - static[0])[peak]), float(run["speed"].values[peak])),
+        peak=_peak(run, z - static[0]),
         peak_without_balls=None,
         settling=_settling(run, last),
-        notes=tuple(str(run.attrs["input_text"]).split("\n")) if "input_text" in run.attrs else (),
+        notes=_notes(run),
     )
 
 
-def _because(run: xr.Dataset, away: Complexes, without: float) -> str:
+def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
+    """Of a run whose speed still changes: how far it got from the rest position of the machine without balls."""
+    none = np.nan
+    stopped = _stopped(run)
+    because = (
+        stopped or "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
+    )
+    speed = float(run["speed"].values[-1])
+    return Verdict(
+        NO_VERDICT,
+        because,
+        speed,
+        none,
+        unbalance,
+        none,
+        none,
+        none,
+        (),
+        (),
+        (),
+        _peak(run, z),
+        None,
+        None,
+        _notes(run),
+    )
+
+
+def _peak(run: xr.Dataset, away: Complexes) -> Peak:
+    distance = np.abs(away)
+    place = int(np.argmax(distance))
+    return Peak(MIDDLE, float(distance[place]), float(run["speed"].values[place]))
+
+
+def _notes(run: xr.Dataset) -> tuple[str, ...]:
+    return tuple(str(run.attrs["input_text"]).split("\n")) if "input_text" in run.attrs else ()
+
+
+def _stopped(run: xr.Dataset) -> str:
     outcome = run.attrs.get("outcome", "finished")
-    if outcome != "finished":
-        return f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
+    return "" if outcome == "finished" else f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
+
+
+def _because(run: xr.Dataset, away: Complexes, without: float) -> str:
+    stopped = _stopped(run)
+    if stopped:
+        return stopped
     if not without > 0.0:
         return (
             "the rotor has no unbalance"
@@ -104,7 +150,7 @@ def _across(run: xr.Dataset, name: str) -> Complexes:
 def _bearings(steady: xr.Dataset) -> tuple[SupportVerdict, ...]:
     """Radial forces of the rotor on its bearings; what they would be without balls is not worked out."""
     force = -_across(steady, "bearing_force")
-    mean = force.mean(axis=0)
+    mean = calm_mean(force)
     greatest = np.abs(force - mean).max(axis=0)
     return tuple(
         SupportVerdict(f"bearing {int(number)}", float(abs(mean[i])), float(greatest[i]), np.nan)
