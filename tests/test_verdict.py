@@ -268,3 +268,20 @@ def test_two_races_are_compared_with_the_unbalance_together() -> None:
     assert [name for name, _ in rows] == ["all races"]
     assert f"{found.capability / found.unbalance:.3g} times" in rows[0][1]
     assert found.capability == pytest.approx(2.0 * ab.check(one).capability, rel=1e-12)
+
+
+def test_a_force_that_holds_a_vertical_rotor_aside_is_no_vibration() -> None:
+    machine = at_speed("stall_and_release.toml", 500.0)
+    push = {"kind": "recorded_force", "time": [0.0, 0.5, 1.0, 4.0], "force": [0.0, 62.5, 62.5, 62.5]}
+    pushed = ab.with_parameter(machine, "excitations", (push,))
+    run, held = (ab.simulate(pushed, duration=4.0, hold_balls=hold) for hold in (False, True))
+    found = ab.verdict(run, held)
+    static = 62.5 / 625e3  # force over stiffness
+    assert found.places[0].static == pytest.approx(static, rel=1e-3)
+    assert found.places[0].vibration < 0.01 * static
+    assert found.word == "balanced"
+    assert ab.residual_vibration(run) < 0.01 * static
+    assert float(ab.sweep(pushed, {"unbalance": [5e-4]}, duration=4.0)["vibration"][0]) < 0.01 * static
+    assert f"vibration about {1e6 * static:.0f} µm" in str(
+        [x.get_label() for x in ab.plot.run_up(run).axes[1].get_lines()]
+    )

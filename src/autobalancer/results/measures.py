@@ -20,6 +20,7 @@ from autobalancer.results.recorded_of import (
     series,
 )
 from autobalancer.results.series import last_deflection, released_at, wrapped
+from autobalancer.results.standing import NONE, load_of
 from autobalancer.units import optional_argument
 
 SOURCE = ("machine_name", "outcome", "outcome_text", "source")
@@ -77,8 +78,8 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> float:
     """Greatest vibration (m) at the reference station at the end of the run, without static deflection.
 
-    On a vertical axis, which has no static deflection, it is the greatest deflection over the ``last`` seconds, by
-    default over the last twentieth of the run. On a horizontal one it is the greatest distance from the mean position,
+    On a vertical axis, which has no static deflection without a recorded excitation, it is the greatest deflection over the
+    ``last`` seconds, by default over the last twentieth of the run. Else it is the greatest distance from the mean position,
     over the last revolutions that the run kept; over the samples of the ``last`` seconds if that is given or there are
     none.
 
@@ -94,15 +95,15 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
     if last is not None and not last > 0.0:
         raise QuestionError(f"last: given {last:g} s; must be greater than zero")
     begin = end - (LAST * end if last is None else last)
-    if run.attrs.get("axis", "vertical") == "vertical":
+    if load_of(run.attrs) == NONE:
         bins = bins_of(run)
         return last_deflection(bins.time, bins.high, begin)
     if last is None and run.sizes.get("turn", 0) > 1:
         return float(vibration(run)["greatest"].values[0])
     if "x" not in run:
         raise QuestionError(
-            "the axis is horizontal, so the envelope holds static deflection and vibration together; "
-            "run it with save=[..., LastRevolutions()]"
+            "the rotor has a static load, its weight or a recorded excitation, so the envelope holds static deflection and "
+            "vibration together; run it with save=[..., LastRevolutions()]"
         )
     late = run.isel(time=series(run, "time")[0] >= begin)
     if not late.sizes["time"]:

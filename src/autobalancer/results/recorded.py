@@ -65,7 +65,7 @@ class Recorded:
     """The arrays of one run; None for what it did not record. Places, planes and supports in the last revolutions."""
 
     end: float  # s
-    vertical: bool
+    centered: bool  # nothing can deflect the rotor for good
     critical_speed: float  # the lowest, rad/s; nan without one
     bins: Bins
     balls: Balls | None = None
@@ -89,8 +89,8 @@ class Recorded:
 
     @cached_property
     def residual_vibration(self) -> float:
-        """Vibration at the reference station at the end, m; nan on a horizontal axis if nothing tells it."""
-        if self.vertical:
+        """Vibration at the reference station at the end, m; nan if a static load hides it."""
+        if self.centered:
             return last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
         if self.turns is not None:
             return float(self.moved.greatest[0])
@@ -100,7 +100,7 @@ class Recorded:
     def vibration(self) -> Floats:
         """Vibration of each place at the end, m: at the reference station slow changes in the last twentieth count too."""
         greatest = self.moved.greatest.copy()
-        if self.vertical:
+        if self.centered:
             greatest[0] = max(greatest[0], self.residual_vibration)
         return greatest
 

@@ -13,7 +13,7 @@ from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.places import Floats, plane_vectors, turns_of
 from autobalancer.results.recorded import LAST, Balls, Bins, Recorded
 from autobalancer.results.series import wrapped
-from autobalancer.results.standing import standing_in
+from autobalancer.results.standing import NONE, load_of, standing_in
 
 
 def recorded_of(run: xr.Dataset) -> Recorded:
@@ -26,12 +26,8 @@ def recorded_of(run: xr.Dataset) -> Recorded:
     """
     bins, balls = bins_of(run), balls_of(run)
     told: dict[str, Any] = {}
-    end, vertical, of_turns = (
-        float(run.attrs["end_time"]),
-        run.attrs.get("axis", "vertical") == "vertical",
-        _of_turns(run),
-    )
-    if not (vertical or of_turns) and "x" in run and (inside := run["time"].values >= end - LAST * end).any():
+    end, centered, of_turns = float(run.attrs["end_time"]), load_of(run.attrs) == NONE, _of_turns(run)
+    if not (centered or of_turns) and "x" in run and (inside := run["time"].values >= end - LAST * end).any():
         told["late"] = away_from_standing(run.isel(time=inside))
     if balls is not None and "unbalance_angle_in_rotor" in run:
         told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
@@ -41,7 +37,7 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         told["parts"] = tuple(_without_turns(part) for part in parts)
     return Recorded(
         end=end,
-        vertical=vertical,
+        centered=centered,
         critical_speed=critical_speed_of(run),
         bins=bins,
         balls=balls,
@@ -140,7 +136,7 @@ def _without_turns(part: xr.Dataset) -> Recorded:
     """What a part of a run between jumps of the unbalance recorded."""
     return Recorded(
         end=float(part.attrs["end_time"]),
-        vertical=part.attrs.get("axis", "vertical") == "vertical",
+        centered=load_of(part.attrs) == NONE,
         critical_speed=critical_speed_of(part),
         bins=bins_of(part),
         balls=balls_of(part),

@@ -20,7 +20,7 @@ from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.places import turns_of
 from autobalancer.results.recorded import Balls, Bins, Recorded
 from autobalancer.results.series import wrapped
-from autobalancer.results.standing import standing, static_load
+from autobalancer.results.standing import NONE, standing, static_load
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.saved.at_places import at_the_end, ball_moments
@@ -44,7 +44,7 @@ def sweep_row(
     moving = Balls(float(edges[0]), time, speed, angle, rate) if assembly.balls else None
     recorded = Recorded(
         end=clock,
-        vertical=places.machine.axis == "vertical",
+        centered=static_load(places.machine) == NONE,
         critical_speed=min(assembly.critical_speeds, default=math.nan),
         bins=Bins(middle, 2.0 * (time - middle), low, high, speed),
         balls=moving,
@@ -54,7 +54,7 @@ def sweep_row(
     )
     found |= numbers(recorded)
     without = found.get("vibration_without_balls", 0.0)
-    course = Course(clock, recorded.vertical, time, speed, goes_round(time, angle, clock), middle, low, high)
+    course = Course(clock, recorded.centered, time, speed, goes_round(time, angle, clock), middle, low, high)
     if status == FINISHED and without > 0.0 and not changing_because(course, without):
         found["verdict"] = verdict_word(found["vibration"] / without)
     return found

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.plots.run.motion import Complexes, Floats
+from autobalancer.results.standing import NONE, load_of
 
 SAMPLES = 60  # that are looked at around a moment
 LEAST = 0.1  # of the vibration; a smaller static part cannot be told from one that comes and goes
@@ -18,10 +19,11 @@ def static_part(
     """The mean place in m, x + i y in space, about which a place moves around a ``moment`` (s).
 
     Fitted to samples of the deflection in space: a vector that stands, one that turns with the rotor (by ``angle``) and
-    one against it. Zero on a vertical axis, and where
-    samples lie so far apart that they always see the rotor from the same side.
+    one against it. Zero where nothing can deflect the rotor for good, as on a vertical axis without a recorded excitation, and
+    where samples lie so far apart that they always see the rotor from the same side.
     """
-    still = run.attrs.get("axis") == "vertical" or run.attrs.get("frame_of_integration", "space") == "rotor"
+    loaded = load_of({"axis": "horizontal"} | run.attrs) != NONE
+    still = not loaded or run.attrs.get("frame_of_integration", "space") == "rotor"
     if still or time.size < 8:
         return 0j
     near = np.argsort(np.abs(time - moment))[:samples]

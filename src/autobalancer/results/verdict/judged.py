@@ -14,6 +14,7 @@ from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
 from autobalancer.results.recorded_of import recorded_of
+from autobalancer.results.standing import NONE, load_of
 from autobalancer.results.verdict.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.results.verdict.text import verdict_html, verdict_lines
@@ -214,9 +215,9 @@ def _course(run: xr.Dataset) -> Course:
     envelope = tuple(
         run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
     )
-    vertical = run.attrs.get("axis", "vertical") == "vertical"
+    centered = load_of(run.attrs) == NONE
     end = float(run.attrs["end_time"])
-    return Course(end, vertical, time, speed, goes_round(time, angles, end), *envelope)
+    return Course(end, centered, time, speed, goes_round(time, angles, end), *envelope)
 
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:

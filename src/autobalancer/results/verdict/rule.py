@@ -36,7 +36,7 @@ class Course(NamedTuple):
     """What tells whether a run has come to its end: samples, and the envelope of the reference station."""
 
     end: float  # time, s
-    vertical: bool
+    centered: bool  # nothing can deflect the rotor for good
     time: Floats  # (T,) s
     speed: Floats  # (T,) rad/s
     uneven: bool  # whether a ball goes round in the rotor at the end
@@ -81,4 +81,4 @@ def _vibration(course: Course, begin: float) -> float:
     if not inside.any():
         return np.nan
     high, low = float(course.high[inside].max()), float(course.low[inside].min())
-    return high if course.vertical else 0.5 * (high - low)
+    return high if course.centered else 0.5 * (high - low)

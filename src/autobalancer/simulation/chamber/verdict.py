@@ -84,28 +84,23 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
 
 def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
     """Of a run whose speed still changes: how far it got from the rest position of the machine without balls."""
-    none = np.nan
-    stopped = _stopped(run)
-    because = (
-        stopped or "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
-    )
-    speed = float(run["speed"].values[-1])
+    because = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
     return Verdict(
-        NO_VERDICT,
-        because,
-        speed,
-        none,
-        unbalance,
-        none,
-        none,
-        none,
-        (),
-        (),
-        (),
-        _peak(run, z),
-        None,
-        None,
-        _notes(run),
+        word=NO_VERDICT,
+        because=_stopped(run) or because,
+        speed=float(run["speed"].values[-1]),
+        ratio=np.nan,
+        unbalance=unbalance,
+        residual=np.nan,
+        grade_before=np.nan,
+        grade_after=np.nan,
+        places=(),
+        planes=(),
+        supports=(),
+        peak=_peak(run, z),
+        peak_without_balls=None,
+        settling=None,
+        notes=_notes(run),
     )
 
 
