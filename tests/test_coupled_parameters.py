@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.references.two_balls import specials
 
 import autobalancer as ab
-from autobalancer.assembly.quantities import label_of, value_of, with_quantity
+from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
+from autobalancer.machine.plain_names import axis_attributes
+from autobalancer.plots.drawing.quantity_axis import quantity_axis
 from autobalancer.stability.host.stations import stations
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -38,7 +41,8 @@ def test_joined_quantities_keep_their_proportion() -> None:
     changed = with_quantity(TWO_PLANES, pair, "50 g*mm")
     assert changed.unbalances[0].moment == pytest.approx(5e-5)
     assert changed.unbalances[1].couple == pytest.approx(0.5 * TWO_PLANES.unbalances[1].couple)
-    assert label_of(BOTH) == ("mass of a ball (in proportion: drag torque of a ball over its speed)", "kg")
+    text = "mass of a ball (in proportion: drag torque of a ball over its speed)"
+    assert axis_attributes(BOTH) == {"long_name": text, "units": "kg"}
 
 
 def test_a_map_and_a_border_curve_over_joined_quantities_are_those_of_the_machines() -> None:
@@ -90,3 +94,21 @@ def test_all_unbalances_of_a_rotor_that_tilts_change_together() -> None:
         with_quantity(couple, "unbalance", 1e-4)
     with pytest.raises(QuestionError, match="planar rotor"):
         ab.stability.border_curve(TWO_PLANES, "unbalance")
+
+
+@pytest.mark.parametrize(
+    ("name", "path", "symbol"),
+    [
+        ("viscosity", "balancers[1].races[1].fluid.viscosity", r"\nu"),
+        ("drag", "balancers[1].races[1].drag.beta", r"\beta"),
+        ("ball_mass", "balancers[2].races[1].balls[1].mass", "m"),
+        ("unbalance", "unbalances[1].moment", "U"),
+        ("stiffness", "rotor.stiffness", "k"),
+    ],
+)
+def test_an_axis_has_unit_and_symbol_of_the_key_by_plain_name_and_by_path(name: str, path: str, symbol: str) -> None:
+    plain, full = axis_attributes(name), axis_attributes(path)
+    assert plain["symbol"] == full["symbol"] == symbol
+    assert plain["units"] == full["units"] != ""
+    axis = xr.DataArray([1.0, 2.0], dims=name, attrs=plain)
+    assert f", ${symbol}$ (" in quantity_axis(axis, "rpm").label

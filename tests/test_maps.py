@@ -296,7 +296,7 @@ def test_a_map_over_the_temperature_is_in_degrees_celsius() -> None:
     )
     figure = plot_map(found)
     axes = figure.axes[0]
-    assert axes.get_ylabel() == "temperature of the fluid (°C)"
+    assert axes.get_ylabel() == "temperature of the fluid, $T$ (°C)"
     assert axes.get_ylim() == pytest.approx((10.0, 60.0))
     exact = next(line for line in axes.get_lines() if line.get_label() == "exact border")
     assert exact.get_ydata()[[0, -1]] == pytest.approx([10.0, 60.0])

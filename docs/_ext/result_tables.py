@@ -86,7 +86,8 @@ def result_variables() -> str:
         here = {(str(name), ", ".join(map(str, run[name].dims))) for name in run.variables}
         for name, dimensions in sorted(here - listed, key=lambda row: list(LABELS).index(row[0])):
             label = LABELS[name]
-            text += f"| `{name}` | {dimensions} | {label.units} | {label.frame} | {label.long_name} |\n"
+            symbol = f", ${label.symbol}$" * bool(label.symbol)
+            text += f"| `{name}` | {dimensions} | {label.units} | {label.frame} | {label.long_name}{symbol} |\n"
         listed |= here
     for name in sorted(set(LABELS) - {name for name, _ in listed}):
         logging.getLogger(__name__).warning("no run holds %s, which results/labels.py explains", name)

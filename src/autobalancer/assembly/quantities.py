@@ -30,23 +30,9 @@ from autobalancer.machine import (
     Unbalance,
 )
 from autobalancer.machine.near_paths import did_you_mean
-from autobalancer.machine.path import dimension_of_path, entry_at, label_of_path, unit_at
+from autobalancer.machine.path import entry_at, unit_at
+from autobalancer.machine.plain_names import QUANTITIES, named_unit, parts_of
 from autobalancer.units import to_si
-
-QUANTITIES = {
-    "viscosity": ("kinematic viscosity of the fluid", "m^2/s"),
-    "drag": ("drag torque of a ball over its speed", "N*m*s"),
-    "ball_mass": ("mass of a ball", "kg"),
-    "ball_diameter": ("diameter of a ball", "m"),
-    "count": ("number of balls", ""),
-    "unbalance": ("unbalance", "kg*m"),
-    "damping": ("damping of the supports", "N*s/m"),
-    "stiffness": ("stiffness of the supports", "N/m"),
-    "temperature": ("temperature of the fluid", "K"),
-    "plateau": ("drag coefficient at high Reynolds numbers", ""),
-    "rolling_resistance": ("rolling resistance of the balls", ""),
-}
-TOGETHER = "&"  # joins quantities and paths that change in proportion
 
 
 def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
@@ -57,9 +43,9 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     machine
         Left as it is.
     name
-        A name of :data:`QUANTITIES`, which concerns all races and all balls at once, or a path of
-        :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid; another
-        temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
+        A name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, which concerns all races and all balls at once, or a
+        path of :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid;
+        another temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
         and its schedules are dropped; on rotors that tilt or bend all unbalances and couples change in proportion, and their
         resultant is the value. Several of them joined by ``&``, such as ``"ball_mass & drag"``, change together: the
@@ -121,7 +107,7 @@ def with_named(machine: Machine, name: str, value: Any) -> Machine:
         Left as it is.
     name
         A path such as ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``, with entries counted from 1; or a plain
-        name of :data:`QUANTITIES`, such as ``viscosity``, see :func:`with_quantity`.
+        name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``viscosity``, see :func:`with_quantity`.
     value
         SI, or a text with a unit; at a path also a whole part.
 
@@ -145,11 +131,6 @@ def _near_quantity(machine: Machine, name: str) -> str:
         return ""
     near = get_close_matches(name, QUANTITIES, n=2, cutoff=0.75)
     return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
-
-
-def parts_of(name: str) -> list[str]:
-    """The quantities and paths that change together under one name."""
-    return [part.strip() for part in name.split(TOGETHER)]
 
 
 def _together(machine: Machine, name: str, value: Any) -> Machine:
@@ -180,7 +161,7 @@ def si_value(machine: Machine, name: str, value: Any) -> float:
         if number != int(number) or number < 1.0:
             raise QuestionError(f"quantity 'count': given {value!r}; must be a whole number of balls, 1 or more")
         return int(number)
-    number = float(to_si(value if isinstance(value, str) else float(value), QUANTITIES[name][1]))
+    number = float(to_si(value if isinstance(value, str) else float(value), QUANTITIES[name].unit))
     if number < 0.0:
         raise QuestionError(f"quantity {name!r}: given {value!r}; must not be negative")
     return number
@@ -217,19 +198,6 @@ def value_of(machine: Machine, name: str) -> float:
     return float(values.pop()) if len(values) == 1 else math.nan
 
 
-def label_of(name: str) -> tuple[str, str]:
-    """Long name and SI unit of a quantity or path; the unit of a path is that of its key, empty if unknown."""
-    first, *others = parts_of(name)
-    if others:
-        text, unit = label_of(first)
-        return f"{text} (in proportion: {', '.join(label_of(part)[0] for part in others)})", unit
-    if name in QUANTITIES:
-        return QUANTITIES[name]
-    if name == "speed":
-        return "rotor speed", "rad/s"
-    return label_of_path(name), unit_at(name)
-
-
 def parameter_unit(machine: Machine, name: str) -> str:
     """The SI unit of a quantity or of the entry at a path, empty where it is a plain number.
 
@@ -242,10 +210,8 @@ def parameter_unit(machine: Machine, name: str) -> str:
     if others:
         units = [parameter_unit(machine, part) for part in (first, *others)]  # refuses names that are none
         return units[0]
-    if name == "speed":
-        return "rad/s"
-    if name in QUANTITIES:
-        return QUANTITIES[name][1]
+    if name == "speed" or name in QUANTITIES:
+        return named_unit(name)
     if "." not in name:
         known = ", ".join(("speed", *QUANTITIES))
         raise QuestionError(
@@ -254,11 +220,6 @@ def parameter_unit(machine: Machine, name: str) -> str:
         )
     entry_at(machine, name)  # refuses a path that leads nowhere
     return unit_at(name)
-
-
-def dimension_of(name: str) -> str:
-    """The name of a quantity or path as a dimension of a dataset."""
-    return "_and_".join(map(dimension_of_path, parts_of(name)))
 
 
 def _is_path(name: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
-from autobalancer.machine.part import Part
+from autobalancer.machine.part import Part, symbol_of
 from autobalancer.machine.quantity import Quantity
 
 SCALARS = (PlainValidator, Quantity)  # what reads a single entry
@@ -93,9 +93,7 @@ def summary_of(part: type[Part]) -> str:
 def _key(part: type[Part], name: str, field: FieldInfo) -> Key:
     if name in TAGS:
         return Key(name, f'"{field.default}"', "", summary_of(part))
-    extra = field.json_schema_extra
-    symbol = str(extra.get("symbol", "")) if isinstance(extra, dict) else ""
-    return Key(name, _value(field), _default(field), field.description or "", symbol)
+    return Key(name, _value(field), _default(field), field.description or "", symbol_of(part, name))
 
 
 def _tables(path: str, parts: tuple[type[Part], ...], seen: set[type[Part]], many: bool) -> Iterator[Table]:

@@ -143,6 +143,12 @@ def quantity_of(part: type[Part], name: str) -> Quantity | None:
     return _quantity_in((field.annotation, *field.metadata))
 
 
+def symbol_of(part: type[Part], name: str) -> str:
+    """Symbol of a key in formulas (LaTeX); empty if it has none."""
+    extra = part.model_fields[name].json_schema_extra
+    return str(extra.get("symbol", "")) if isinstance(extra, dict) else ""
+
+
 def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:
     for hint in hints:
         found = hint if isinstance(hint, Quantity) else _quantity_in(_inner(hint))

@@ -10,7 +10,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine.keys import parts_at
 from autobalancer.machine.machine import Machine
 from autobalancer.machine.near_paths import did_you_mean
-from autobalancer.machine.part import Part, quantity_of
+from autobalancer.machine.part import Part, quantity_of, symbol_of
 from autobalancer.units import shortened
 
 _STEP = re.compile(r"([a-z_]+)((?:\[\d+\])*)")
@@ -82,18 +82,28 @@ def with_entry(machine: Part, path: str, value: Any) -> Any:
 
 def unit_at(path: str, root: type[Part] = Machine) -> str:
     """SI unit of the entry at a path of any machine; empty for a plain number, or where no machine has such an entry."""
+    held = (quantity_of(part, key) for part, key in _keys_at(path, root))
+    return next((quantity.unit for quantity in held if quantity is not None), "")
+
+
+def symbol_at(path: str, root: type[Part] = Machine) -> str:
+    """Symbol of the key at a path of any machine (LaTeX); empty where there is none."""
+    return next((symbol for part, key in _keys_at(path, root) if (symbol := symbol_of(part, key))), "")
+
+
+def _keys_at(path: str, root: type[Part]) -> list[tuple[type[Part], str]]:
+    """The parts that may hold the last key of a path, and this key."""
     parts: tuple[type[Part], ...] = (root,)
-    unit = ""
+    found: list[tuple[type[Part], str]] = []
     try:
         steps = path_steps(path)
     except QuestionError:
-        return ""
+        return []
     for step in steps:
         if isinstance(step, str):
-            held = [quantity_of(part, step) for part in parts if step in part.model_fields]
-            unit = next((quantity.unit for quantity in held if quantity is not None), "")
-            parts = tuple(inner for part in parts if step in part.model_fields for inner in parts_at(part, step))
-    return unit
+            found = [(part, step) for part in parts if step in part.model_fields]
+            parts = tuple(inner for part, key in found for inner in parts_at(part, key))
+    return found
 
 
 def label_of_path(path: str) -> str:

@@ -9,21 +9,22 @@ import xarray as xr
 
 @dataclass(frozen=True)
 class Label:
-    """Long name, SI unit and, where it matters, the frame."""
+    """Long name, SI unit and, where they matter, the frame and the symbol in formulas (LaTeX)."""
 
     long_name: str
     units: str
     frame: str = ""
+    symbol: str = ""
 
 
 LABELS: dict[str, Label] = {
-    "time": Label("time", "s"),
-    "speed": Label("rotor speed", "rad/s"),
-    "rotor_angle": Label("rotor angle", "rad", "space"),
+    "time": Label("time", "s", symbol="t"),
+    "speed": Label("rotor speed", "rad/s", symbol="w"),
+    "rotor_angle": Label("rotor angle", "rad", "space", symbol="\\theta"),
     "x": Label("deflection along x", "m", "space"),
     "y": Label("deflection along y", "m", "space"),
     "deflection": Label("deflection", "m"),
-    "ball_angle_in_rotor": Label("ball angle in the rotor", "rad", "rotor"),
+    "ball_angle_in_rotor": Label("ball angle in the rotor", "rad", "rotor", symbol="\\varphi"),
     "ball_speed_in_rotor": Label("ball speed in the rotor", "rad/s", "rotor"),
     "ball_speed_in_space": Label("ball speed in space", "rad/s", "space"),
     "ball_x": Label("position of a resolved ball along x", "m", "space"),
@@ -31,8 +32,8 @@ LABELS: dict[str, Label] = {
     "ball_gap": Label("distance of a ball from the wall of its race, negative in contact", "m"),
     "ball_spin": Label("spin of a resolved ball", "rad/s", "space"),
     "ball_at_rest": Label("whether adherence holds the ball at rest in the rotor", ""),
-    "ball_normal_force": Label("normal force of the race on a ball", "N"),
-    "unbalance": Label("unbalance of the rotor without balls", "kg m"),
+    "ball_normal_force": Label("normal force of the race on a ball", "N", symbol="F_N"),
+    "unbalance": Label("unbalance of the rotor without balls", "kg m", symbol="U"),
     "unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),
     "residual_unbalance": Label("resultant of unbalance and balls", "kg m"),
     "envelope_time": Label("middle of the bin", "s"),
@@ -57,7 +58,7 @@ LABELS: dict[str, Label] = {
     "ball_plane": Label("plane of the ball, counted from 1", ""),
     "plane_position": Label("place of the plane along the axis", "m"),
     "station_position": Label("place of the station along the axis", "m"),
-    "couple_unbalance": Label("couple unbalance of the rotor without balls", "kg m^2"),
+    "couple_unbalance": Label("couple unbalance of the rotor without balls", "kg m^2", symbol="\\chi"),
     "couple_unbalance_angle_in_rotor": Label("angle of its part at greater z in the rotor", "rad", "rotor"),
     "plane_x": Label("deflection along x in a plane of balancers", "m", "space"),
     "plane_y": Label("deflection along y in a plane of balancers", "m", "space"),
@@ -95,9 +96,9 @@ LABELS: dict[str, Label] = {
     "balancer_name": Label("name of the balancer of the ball", ""),
     "race": Label("race of the ball in its balancer, counted from 1", ""),
     "ball": Label("ball, counted from 1", ""),
-    "orbit_radius": Label("orbit radius of the ball", "m"),
+    "orbit_radius": Label("orbit radius of the ball", "m", symbol="\\varepsilon"),
     "ball_diameter": Label("diameter of the ball, 0 if not given", "m"),
-    "ball_moment": Label("effective mass times orbit radius", "kg m"),
+    "ball_moment": Label("effective mass times orbit radius", "kg m", symbol="m\\,\\varepsilon"),
     "race_center_x": Label("race center in the rotor", "m", "rotor"),
     "race_center_y": Label("race center in the rotor", "m", "rotor"),
     # of deep chambers, with x along the rotor
@@ -132,10 +133,10 @@ LABELS: dict[str, Label] = {
 
 
 def label(dataset: xr.Dataset) -> xr.Dataset:
-    """Attach unit, long name and frame to every variable of ``dataset``; returns it."""
+    """Attach long name, unit, frame and symbol to every variable of ``dataset``; returns it."""
     for name in dataset.variables:
         entry = LABELS[str(name)]
         dataset[name].attrs.update(long_name=entry.long_name, units=entry.units)
-        if entry.frame:
-            dataset[name].attrs["frame"] = entry.frame
+        more = {"frame": entry.frame, "symbol": entry.symbol}
+        dataset[name].attrs.update({key: text for key, text in more.items() if text})
     return dataset

@@ -62,7 +62,7 @@ def sweep(
         A machine or the path of a machine file.
     variations
         Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
-        :data:`~autobalancer.assembly.quantities.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
+        :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
         or whole parts as a dict. A single value may stand without a list.
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,

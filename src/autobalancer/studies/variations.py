@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.quantities import QUANTITIES, label_of, parameter_unit, parts_of, si_value, with_named
+from autobalancer.assembly.quantities import parameter_unit, si_value, with_named
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import entry_at
+from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
 
 
 def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any, ...]) -> Machine:
@@ -41,7 +42,7 @@ def coordinate(machine: Machine, path: str, values: Sequence[Any]) -> tuple[Any,
     found = [_number(machine, path, value) for value in values]
     if not all(isinstance(value, (int, float, np.number)) for value in found):
         found = [_text(value) for value in found]
-    return found, {"long_name": label_of(path)[0], "units": _unit(machine, path)}
+    return found, axis_attributes(path) | {"units": _unit(machine, path)}
 
 
 def _unit(machine: Machine, path: str) -> str:

@@ -22,7 +22,7 @@ class Fluid(Part):
     """
 
     name: str | None = key("of the catalog; this, or density and viscosity", None)
-    temperature: Temperature | None = key("of a fluid of the catalog; without it 25 °C", None)
+    temperature: Temperature | None = key("of a fluid of the catalog; without it 25 °C", None, symbol="T")
     density: Density | None = key("with viscosity, instead of a name", None, symbol=r"\rho")
     viscosity: Viscosity | None = key("kinematic", None, symbol=r"\nu")
     virtual_mass: Ratio = key("fluid mass that moves with a ball, over the mass it displaces", 2.0)

@@ -12,13 +12,9 @@ from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
 
 SHOWN = {
     "m^2/s": AxisUnit("mm²/s", 1e6),
-    "kg*m": AxisUnit("g mm", 1e6),
     "kg m": AxisUnit("g mm", 1e6),
     "1": AxisUnit("", 1.0),
     "m": AxisUnit("mm", 1e3),
-    "N*m*s": AxisUnit("N m s", 1.0),
-    "N*s/m": AxisUnit("N s/m", 1.0),
-    "N/m": AxisUnit("N/m", 1.0),
     "rad": AxisUnit("°", 180.0 / np.pi),
     "kg/m^3": AxisUnit("kg/m³", 1.0),
     "K": AxisUnit("°C", 1.0, -273.15),
@@ -38,9 +34,13 @@ def quantity_axis(values: xr.DataArray, speed_unit: str) -> QuantityAxis:
     """Shown values and label; logarithmic for values that ascend by equal ratios over more than a decade."""
     unit = axis_unit(values, speed_unit)
     numbers = np.asarray(values.values, np.float64)
-    text = str(values.attrs.get("long_name", values.name))
-    label = f"{text} ({unit.sign})" if unit.sign else text
-    return QuantityAxis(unit.shown(numbers), label, unit, _geometric(numbers))
+    return QuantityAxis(unit.shown(numbers), axis_label(values, unit), unit, _geometric(numbers))
+
+
+def axis_label(values: xr.DataArray, unit: AxisUnit) -> str:
+    """Name, symbol and unit of a coordinate: ``mass of a ball, $m$ (g)``."""
+    text, symbol = str(values.attrs.get("long_name", values.name)), values.attrs.get("symbol", "")
+    return text + f", ${symbol}$" * bool(symbol) + f" ({unit.sign})" * bool(unit.sign)
 
 
 def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:

@@ -60,8 +60,11 @@ LOOK: Any = {
 }
 
 
-# the formulas of this package and the powers of ten of an axis; any other dollar sign belongs to a name
-OWN_FORMULA = re.compile(r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*")
+# the formulas of this package, the powers of ten of an axis and the symbol at the end of its label; any other dollar sign
+# belongs to a name
+FORMULA = r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*"
+SYMBOL = r"[A-Za-z](?:_[a-z0-9])?|\\(?:beta|chi|mu|nu|rho|varepsilon)|c_d \\mathrm\{Re\}"
+OWN_FORMULA = re.compile(rf"{FORMULA}|[^$]*, \$(?:{SYMBOL})\$(?: \([^$]*\))?")
 
 
 def as_written(text: Text) -> None:

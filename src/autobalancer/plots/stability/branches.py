@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
-from autobalancer.plots.drawing.quantity_axis import axis_unit
+from autobalancer.plots.drawing.quantity_axis import axis_label, axis_unit
 from autobalancer.plots.drawing.style import INK, look, picture, with_ignored
 from autobalancer.results.given import Given, result
 
@@ -91,7 +91,8 @@ def plot_branches(
         _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
         which = "greatest deflection\nof all stations" if "station" in branches.dims else "deflection"
         panels[0].set_ylabel(f"{which} ({lengths.sign})")
-        top = float(np.nanmax(branches["deflection_max"].values)) * lengths.factor or 1.0
+        greatest = float(np.nanmax(branches["deflection_max"].values))
+        top = greatest * lengths.factor if greatest > ROUNDING else 1.0
         panels[0].set_ylim(-0.03 * top, 1.05 * top)  # states without deflection stay visible
         if with_angles:
             degrees = AxisUnit("°", 180.0 / math.pi)
@@ -104,8 +105,7 @@ def plot_branches(
         if stalls:
             _draw(panels[-1], branches, across, speeds, "ball_speed_in_space", "ball_speed_in_space")
             panels[-1].set_ylabel(f"mean ball speed in space ({speeds.sign})")
-        label = str(branches["parameter"].attrs.get("long_name", "parameter"))
-        panels[-1].set_xlabel(f"{label} ({across.sign})" if across.sign else label)
+        panels[-1].set_xlabel(axis_label(branches["parameter"], across))
         figure.align_ylabels(panels)
         handles = _explained(branches)
         figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=2.0)

@@ -1,6 +1,6 @@
 """A machine with one or several of its numbers free: the vector field as a function of parameters.
 
-A parameter is ``speed``, a name of :data:`autobalancer.assembly.quantities.QUANTITIES` but ``count``, ``plateau`` and
+A parameter is ``speed``, a name of :data:`autobalancer.machine.plain_names.QUANTITIES` but ``count``, ``plateau`` and
 ``rolling_resistance``, or several joined by ``&``, or a path such as ``"balancers[1].races[1].balls[1].diameter"``.
 """
 
@@ -14,10 +14,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from autobalancer.assembly.quantities import QUANTITIES, label_of, parts_of, si_value, value_of, with_quantity
+from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
+from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
 from autobalancer.machine.profile import Constant
 from autobalancer.stability.continuation.symmetry import Groups, merged
 from autobalancer.stability.continuation.vector_field import Field
@@ -98,9 +99,9 @@ class Family:
             return abs(self._base.unbalance)
         return value_of(self.machine, self.parameters[index])
 
-    def label(self, index: int) -> tuple[str, str]:
-        """Long name and SI unit of a parameter."""
-        return label_of(self.parameters[index])
+    def attributes(self, index: int) -> dict[str, str]:
+        """Long name, SI unit and symbol of a parameter."""
+        return axis_attributes(self.parameters[index])
 
     def _build(self, values: tuple[float, ...]) -> Field:
         machine, speed = self.machine, self._speed

@@ -135,7 +135,7 @@ def branches(
     }
     if "speed" not in parameter:
         attributes["speed"] = family(first).speed
-    return branch_dataset(explorer, *family.label(0), attributes)
+    return branch_dataset(explorer, family.attributes(0), attributes)
 
 
 def state_vector(field: Field, angles: Floats) -> Floats:

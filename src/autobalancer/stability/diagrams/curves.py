@@ -190,10 +190,9 @@ def _near(row: dict[str, Any], problem: Curve, u: Floats) -> bool:
 def _dataset(
     family: Family, rows: list[dict[str, Any]], specials: list[dict[str, Any]], attributes: dict[str, Any]
 ) -> xr.Dataset:
-    labels = [("parameter", family.label(0)), ("second_parameter", family.label(1))]
+    parameters = {"parameter": family.attributes(0), "second_parameter": family.attributes(1)}
     data: dict[str, Any] = {"curve": ("point", [row["curve"] for row in rows], {"long_name": "number of the curve"})}
-    for name, (text, unit) in labels:
-        attrs = {"long_name": text, "units": unit}
+    for name, attrs in parameters.items():
         data[name] = ("point", [row[name] for row in rows], attrs)
         data[f"special_{name}"] = ("special", np.array([row[name] for row in specials], np.float64), attrs)
     types = np.array([row["type"] for row in specials], dtype=np.str_)

@@ -1,4 +1,4 @@
-"""Branches and special points as a labelled dataset."""
+"""Branches and special points as a labeled dataset."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from autobalancer.stability.periodic.rows import Row, verdict
 TEXTS = ("kind", "name", "verdict", "special_type", "criticality")
 
 
-def branch_dataset(explorer: Explorer, long_name: str, unit: str, attributes: dict[str, Any]) -> xr.Dataset:
+def branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: dict[str, Any]) -> xr.Dataset:
     """Flat table of all points, branch after branch, and of all special points."""
     rows = [row for branch in explorer.branches for row in branch.rows]
     number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
     kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
     balls, names = len(explorer.kind), explorer.span.whole(0.0).host.names
-    parameter = {"long_name": long_name, "units": unit}
     data: dict[str, tuple[Any, Any, dict[str, str]]] = {
         "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
         "parameter": ("point", [row.value for row in rows], parameter),

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import dimension_of, label_of, si_value
+from autobalancer.assembly.quantities import si_value
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.plain_names import axis_attributes, dimension_of, text_of
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, plane
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
@@ -55,7 +56,7 @@ def border_curve(
     machine
         A machine or the path of a machine file.
     parameter
-        A name of :data:`autobalancer.assembly.quantities.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
+        A name of :data:`autobalancer.machine.plain_names.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
         ``"rolling_resistance"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
     values
         SI, or strings with units. For the unbalance they may be omitted: then from zero to the capability, dense near the
@@ -129,8 +130,7 @@ def _dataset(
     machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
 ) -> xr.Dataset:
     dim = dimension_of(parameter)
-    text, unit = label_of(parameter)
-    found = xr.Dataset(coords={dim: (dim, numbers, {"long_name": text, "units": unit})})
+    found = xr.Dataset(coords={dim: (dim, numbers, axis_attributes(parameter))})
     names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
     for name in names:
         by_name = [{border.name: border for border in row} for row in rows]
@@ -145,7 +145,7 @@ def _dataset(
     found["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
     p = described(machine, None)
     found.attrs = {
-        "title": f"Border speeds of {machine.name} over {text}",
+        "title": f"Border speeds of {machine.name} over {text_of(parameter)}",
         **provenance(),
         "machine": machine_text(machine),
         "machine_name": machine.name,

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import dimension_of, with_quantity
+from autobalancer.assembly.quantities import with_quantity
 from autobalancer.machine import Machine
+from autobalancer.machine.plain_names import dimension_of
 from autobalancer.stability.friction.held import held_share
 from autobalancer.stability.host.planar import Floats
 

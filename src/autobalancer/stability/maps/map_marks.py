@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import dimension_of, si_value, value_of
+from autobalancer.assembly.quantities import si_value, value_of
 from autobalancer.catalog.fluid_table import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.plain_names import dimension_of
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.maps.curve import VARIABLES, border_curve, unbalances_to_capability
 from autobalancer.stability.maps.map_rates import with_values

@@ -11,10 +11,6 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.quantities import (
-    QUANTITIES,
-    dimension_of,
-    label_of,
-    parts_of,
     si_value,
     value_of,
     with_quantity,
@@ -23,6 +19,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats
@@ -61,7 +58,7 @@ def stability_map(
         A machine or the path of a machine file.
     axes
         Two parameters with their values, SI or strings with units: ``"speed"``, names of
-        :data:`autobalancer.assembly.quantities.QUANTITIES` such as ``"viscosity"``, or paths.
+        :data:`autobalancer.machine.plain_names.QUANTITIES` such as ``"viscosity"``, or paths.
     speed
         The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
     positions
@@ -150,8 +147,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
     dims = tuple(dimension_of(name) for name in values)
     found = xr.Dataset()
     for dim, (name, numbers) in zip(dims, values.items(), strict=True):
-        text, unit = label_of(name)
-        found = found.assign_coords({dim: (dim, numbers, {"long_name": text, "units": unit})})
+        found = found.assign_coords({dim: (dim, numbers, axis_attributes(name))})
     found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
     p = described(machine, None)
     route = balanced_states(p)[0].route
