@@ -30,6 +30,7 @@ NAMES = {
     "swinging": "balls swing (thick: greatest, thin: least)",
     "stalled": "balls stall (thick: greatest, thin: least)",
 }
+ROUNDING = 1e-15  # m; a deflection below it is zero
 TOO_CLOSE = 0.02  # of the picture: marks nearer to each other are one
 MARKS = {
     "supercritical": ("o", INK, "Hopf, supercritical"),
