@@ -99,7 +99,7 @@ NAMES: dict[str, dict[str, str]] = {
         "equilibria": "stability.states.questions",
         "borders": "stability.maps.speeds:border_speeds",
         "border_curve": "stability.maps.curve",
-        "averaged_border": "stability.averaged.border",
+        "averaged_border": "stability.maps.averaged",
         "explicit_averaged_border": "stability.averaged.formulas",
         "map": "stability.maps.stability_map:stability_map",
         "branches": "stability.diagrams.branches",

@@ -1,11 +1,11 @@
 # written by tools/write_stubs.py from public_names.py
 
-from autobalancer.stability.averaged.border import averaged_border as averaged_border
 from autobalancer.stability.averaged.formulas import explicit_averaged_border as explicit_averaged_border
 from autobalancer.stability.averaged.phase_windows import speed_windows as speed_windows
 from autobalancer.stability.diagrams.branches import branches as branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves as bifurcation_curves
 from autobalancer.stability.friction.held import held_by_friction as held_by_friction
+from autobalancer.stability.maps.averaged import averaged_border as averaged_border
 from autobalancer.stability.maps.curve import border_curve as border_curve
 from autobalancer.stability.maps.minimum import minimum_drag as minimum_drag
 from autobalancer.stability.maps.minimum import minimum_viscosity as minimum_viscosity

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -28,12 +28,22 @@ SAMPLES = 24  # of a continuum
 PLACES = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of |S2| from least to greatest
 
 
+Growth = Callable[[Stations, float, StationState], float]
+
+
+def growth_of(st: Stations, speed: float, state: StationState) -> float:
+    """Greatest real part that counts: without the zeros of a continuum, 1/s."""
+    values, _ = eigensystem(*matrices(st, speed, state))
+    return float(kept(values, state.freedom).real.max())
+
+
 @dataclass(frozen=True)
 class StationBalls:
     """Balanced states; ``leading`` are directions of all but the two heaviest balls of each station, from its target on."""
 
     stations: Stations
     leading: tuple[tuple[float, ...], ...] | None = None  # None: the states in which races run true
+    growth: Growth = growth_of
     route: str = "eigenvalues"
 
     def rates(self, speeds: Floats) -> Floats:
@@ -45,7 +55,7 @@ class StationBalls:
             states = self.states(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor
             return math.nan
-        return min((growth_of(self.stations, speed, state) for state in states), default=math.nan)
+        return min((self.growth(self.stations, speed, state) for state in states), default=math.nan)
 
     def states(self, speed: float) -> list[StationState]:
         """The balanced states at a speed; mirror images of equal balls count once."""
@@ -93,6 +103,7 @@ class EqualAtOneStation:
     stations: Stations
     place: float = 0.0  # 0 the least, 1 the greatest |S2|
     spread: float | None = None
+    growth: Growth = growth_of
     route: str = "eigenvalues"
 
     @property
@@ -124,7 +135,7 @@ class EqualAtOneStation:
         if math.isnan(spread):
             return math.nan
         pair, state = _pair(self.stations, spread)
-        return growth_of(pair, speed, state)
+        return self.growth(pair, speed, state)
 
 
 @lru_cache(maxsize=16)
@@ -145,12 +156,6 @@ def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:
     return pair, StationState("balanced", np.array([angle, -angle]), np.zeros(1, np.complex128), in_line, 0)
 
 
-def growth_of(st: Stations, speed: float, state: StationState) -> float:
-    """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    values, _ = eigensystem(*matrices(st, speed, state))
-    return float(kept(values, state.freedom).real.max())
-
-
 def equal_at_one_station(st: Stations) -> bool:
     """Whether only |S2| counts: isotropic, two or more equal balls in races on the axis, all at one station."""
     columns = (st.moment, st.inertia, st.drag)
@@ -158,14 +163,18 @@ def equal_at_one_station(st: Stations) -> bool:
     return st.isotropic and len(st.names) == 1 and st.moment.size >= 2 and equal and not np.any(st.offset)
 
 
-def members_of(st: Stations) -> list[StationBalls | EqualAtOneStation]:
-    """Members of the family of balanced states on isotropic supports: one, or several that stand for a continuum."""
+def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | EqualAtOneStation]:
+    """Members of the family of balanced states on isotropic supports: one, or several that stand for a continuum.
+
+    ``growth`` is that of the full equations, or of others such as the averaged ones.
+    """
     if equal_at_one_station(st):
-        return [EqualAtOneStation(st, place) for place in (PLACES if st.moment.size > 2 else (0.0,))]
+        places = PLACES if st.moment.size > 2 else (0.0,)
+        return [EqualAtOneStation(st, place, growth=growth) for place in places]
     counts = np.bincount(st.station, minlength=len(st.names))
     if counts.max() <= 2 or _centers(st) is None:
-        return [StationBalls(st)]
-    return [StationBalls(st), *_sampled(st, [int(count) for count in counts])]
+        return [StationBalls(st, growth=growth)]
+    return [StationBalls(st, growth=growth), *_sampled(st, [int(count) for count in counts], growth)]
 
 
 def _centers(st: Stations) -> Complexes | None:
@@ -179,14 +188,14 @@ def _centers(st: Stations) -> Complexes | None:
     return found
 
 
-def _sampled(st: Stations, counts: list[int]) -> list[StationBalls]:
+def _sampled(st: Stations, counts: list[int], growth: Growth) -> list[StationBalls]:
     """Places of all but two balls of each station, drawn evenly, for which these two can close the sum at high speed."""
     random = np.random.default_rng(0)
     high = 40.0 * st.scale_speed if math.isinf(st.model.top_speed) else st.model.top_speed
     found: list[StationBalls] = []
     for _ in range(200 * SAMPLES):
         drawn = tuple(tuple(random.uniform(-math.pi, math.pi, max(count - 2, 0)).tolist()) for count in counts)
-        member = StationBalls(st, drawn)
+        member = StationBalls(st, drawn, growth)
         if member.states(high):
             found.append(member)
         if len(found) == SAMPLES:

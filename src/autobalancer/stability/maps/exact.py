@@ -58,9 +58,14 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     ]
 
 
-def border_of(state: Balanced, p: Described, highest: float | None = None) -> tuple[float, str]:
-    """Lowest speed from which on a state is stable up to the highest one that is searched, and a note."""
-    critical = lower_critical_speed(p)
+def border_of(
+    state: Balanced, p: Described, highest: float | None = None, lowest: float | None = None
+) -> tuple[float, str]:
+    """Lowest speed from which on a state is stable up to the highest one that is searched, and a note.
+
+    By default from the lower critical speed to :func:`highest_searched`.
+    """
+    critical = lower_critical_speed(p) if lowest is None else lowest
     high = highest_searched(p) if highest is None else highest
     windows, note = windows_of(state, critical, high, p)
     rotor = (float(np.abs(p.model.damping).max()),) if isinstance(p, Stations) else p.damping

@@ -15,13 +15,13 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import VARIABLES
 from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
-from autobalancer.stability.maps.speeds import averaged
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
-from autobalancer.stability.states.described import Described, described, lower_critical_speed, plane_of
+from autobalancer.stability.states.described import Described, described, lower_critical_speed
 from autobalancer.units import to_si, unbalance_argument
 
 VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside
@@ -128,8 +128,11 @@ def _question(
     def of(machine: Machine) -> Described:
         return described(machine, unbalance)
 
-    if which == "averaged border":
-        return lambda m: averaged(plane_of(m, unbalance)).speed <= speed
+    if which == AVERAGED:
+        found = averaged_of(of(machine))
+        if math.isnan(found.speed):
+            raise QuestionError(f"{which}: {found.note}")
+        return lambda m: averaged_of(of(m)).speed <= speed
     if which in (RELEASE, CAPTURE):
         return lambda m: _surplus(m, of(m), which, speed) <= 0.0
     if which == "exact border, worst case":

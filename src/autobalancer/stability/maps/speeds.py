@@ -12,17 +12,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.stability.averaged.border import averaged_border
-from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.border import Border, Borders
-from autobalancer.stability.host.planar import Plane
-from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
+from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.exact import exact_borders, worst_case_of
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
@@ -36,7 +31,7 @@ __all__ = ["Border", "border_speeds", "borders_of"]
 
 
 NAMES = (
-    "averaged border",
+    AVERAGED,
     "exact border, worst case",
     "exact border",
     "exact border, best case",
@@ -75,7 +70,7 @@ def border_speeds(
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
         worst ones; *release speed* and, where balls stall and are released, *capture speed*. An empty note means that
         there is nothing to add. An infinite speed means never; for nan the note gives the reason. The averaged
-        border is for planar rotors only, the others for any rotor.
+        border is known on isotropic supports and of planar rotors.
 
     Raises
     ------
@@ -109,8 +104,8 @@ def borders_of(
         raise QuestionError("border speeds: the machine has no balls")
     wanted = set(only or NAMES)
     found: list[Border] = []
-    if "averaged border" in wanted and not isinstance(p, Stations):
-        found.append(averaged(p))
+    if AVERAGED in wanted:
+        found.append(averaged_of(p))
     if "exact border, worst case" in wanted:
         found.append(worst_case_of(p))
     if wanted & {"exact border", "exact border, best case"}:
@@ -129,20 +124,3 @@ def saying_what_is_ignored(machine: Machine, borders: Sequence[Border]) -> tuple
         says = ignored and not math.isnan(border.speed)
         found.append(replace(border, note="; ".join(filter(None, (border.note, ignored)))) if says else border)
     return tuple(found)
-
-
-def averaged(p: Plane) -> Border:
-    """*averaged border*: (4.74), generalized to any balls on the axis; elsewhere the averaged eigenvalue problem."""
-    name = "averaged border"
-    if p.moment.size == 1:
-        return Border(name, math.nan, "one ball alone can balance one unbalance only")
-    if not (p.drag > 0.0).all():
-        return Border(name, math.inf, "never: a ball has no drag")
-    if p.isotropic and p.damping[0] == 0.0:
-        return Border(name, math.inf, "never: the rotor has no damping")
-    if p.isotropic and np.all(p.offset == 0.0):
-        found = explicit_averaged_border(p)
-        return Border(name, found.speed, found.note)
-    found = averaged_border(p)
-    note = found.note or "at this unbalance, from the averaged eigenvalue problem (Spannan 2021, 4.69)"
-    return Border(name, found.speed, note)
