@@ -35,7 +35,7 @@ def equations(machine: Machine) -> list[Any]:
         by = vy + shift * w * hy.cos(at) + p.orbit[i] * (w + rate[i]) * hy.cos(theta + phi[i])
         height = y + shift * hy.sin(at) + p.orbit[i] * hy.sin(theta + phi[i])
         kinetic += 0.5 * p.effective_mass[i] * (bx**2 + by**2) + 0.5 * p.fluid_mass[i] * (p.orbit[i] * rate[i]) ** 2
-        kinetic += 0.5 * p.spin_ratio[i] * p.ball_mass[i] * (p.radius[i] * w - p.orbit[i] * rate[i]) ** 2
+        kinetic += 0.5 * p.own[i] * (w + p.turn[i] * rate[i]) ** 2
         potential -= p.gravity[1] * p.effective_mass[i] * height
         loss += 0.5 * p.drag[i] * rate[i] ** 2
     found = {str(variable): rhs for variable, rhs in hy.lagrangian(kinetic - potential, q, v, loss)}

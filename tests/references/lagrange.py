@@ -3,10 +3,11 @@
 Coordinates q = (x, y, theta, phi_1 ... phi_n). With z_i = z + E e^(i(theta + gamma)) + eps e^(i(theta + phi_i)),
 
     T = 1/2 m |z'|^2 + 1/2 J theta'^2 + theta' z' . (i U e^(i theta))
-        + sum 1/2 m_eff |z_i'|^2 + 1/2 (m - m_eff + c_vm m_displaced) (eps phi_i')^2 + 1/2 J_i (theta' - eps/r phi_i')^2
+        + sum 1/2 m_eff |z_i'|^2 + 1/2 (m - m_eff + c_vm m_displaced) (eps phi_i')^2 + 1/2 J_i (theta' + turn phi_i')^2
     V = 1/2 k_x x^2 + 1/2 k_y y^2 - g . (U e^(i theta) + sum m_eff z_i)
 
-which is (4.10) of Spannan 2021 where there is no fluid; the mass of the rotor includes that of the unbalance, and the
+where turn is -eps/r of what rolls and 1 of a pendulum, whose arm turns by phi. It is (4.10) of Spannan 2021 where there are
+balls only and no fluid; the mass of the rotor includes that of the unbalance, and the
 deflection is counted from where the rotor without balls hangs. The Jacobians dz_i/dq give the full mass matrix.
 """
 
@@ -45,8 +46,8 @@ class Planar:
     ball_mass: np.ndarray
     effective_mass: np.ndarray
     fluid_mass: np.ndarray  # m - m_eff + c_vm m_displaced, moves with eps phi'
-    spin_ratio: np.ndarray  # J / (m r^2)
-    radius: np.ndarray
+    own: np.ndarray  # J_i
+    turn: np.ndarray  # angle that a body turns in the rotor, over phi
     orbit: np.ndarray
     center: np.ndarray  # complex, E e^(i gamma)
     drag: np.ndarray
@@ -66,14 +67,13 @@ class Planar:
         host = v[0] + 1j * v[1]
         lever = 1j * self.unbalance(time) * cmath.exp(1j * theta)
         ball = host + 1j * np.exp(1j * theta) * (w * self.center + (w + rate) * self.orbit * np.exp(1j * phi))
-        slip = self.radius * w - self.orbit * rate
         return float(
             0.5 * self.mass * abs(host) ** 2
             + 0.5 * self.inertia * w**2
             + w * (host * lever.conjugate()).real
             + 0.5 * np.sum(self.effective_mass * np.abs(ball) ** 2)
             + 0.5 * np.sum(self.fluid_mass * (self.orbit * rate) ** 2)
-            + 0.5 * np.sum(self.spin_ratio * self.ball_mass * slip**2)
+            + 0.5 * np.sum(self.own * (w + self.turn * rate) ** 2)
         )
 
     def potential(self, time: float, q: np.ndarray) -> float:
@@ -112,9 +112,9 @@ class Planar:
         for i in range(n):
             jacobian = self._jacobian(i, q)
             matrix += self.effective_mass[i] * jacobian.T @ jacobian
-            slip = np.zeros(n + 3)
-            slip[2], slip[3 + i] = self.radius[i], -self.orbit[i]
-            matrix += self.spin_ratio[i] * self.ball_mass[i] * np.outer(slip, slip)
+            turning = np.zeros(n + 3)
+            turning[2], turning[3 + i] = 1.0, self.turn[i]
+            matrix += self.own[i] * np.outer(turning, turning)
             matrix[3 + i, 3 + i] += self.fluid_mass[i] * self.orbit[i] ** 2
         return matrix
 
@@ -208,8 +208,8 @@ def planar(machine: Machine) -> Planar:
         ball_mass=column("mass"),
         effective_mass=column("mass") - displaced,
         fluid_mass=displaced + column("virtual_mass") * displaced,
-        spin_ratio=column("spin_ratio"),
-        radius=0.5 * column("diameter"),
+        own=np.array([own for own, _ in own_turning(machine)]),
+        turn=np.array([turn for _, turn in own_turning(machine)]),
         orbit=column("orbit_radius"),
         center=column("eccentricity", complex),
         drag=column("drag"),
@@ -217,6 +217,23 @@ def planar(machine: Machine) -> Planar:
         speed=speed if isinstance(machine.drive, PrescribedSpeed) else None,
         torque=torque,
     )
+
+
+def own_turning(machine: Machine) -> list[tuple[float, float]]:
+    """Inertia of each body about its own center, and its angle in the rotor over phi, written down once more."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    groups = [group for race in races for group in race.balls for _ in range(group.count)]
+    found = []
+    for group, ball in zip(groups, resolve(machine), strict=True):
+        if group.body == "pendulum":
+            found.append((float(group.inertia), 1.0))
+        elif group.body == "ball" and group.motion == "point":
+            found.append((0.0, 0.0))
+        else:
+            r, inside = ball.radius, 0.5 * float(group.inner_diameter or 0.0)
+            own = 0.5 * ball.mass * (r**2 + inside**2) if group.body == "roller" else 0.4 * ball.mass * r**2
+            found.append((own, -ball.orbit_radius / r))
+    return found
 
 
 def profile_value(profile: Any, time: float) -> tuple[float, float]:

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
-from tests.references.lagrange import profile_value
+from tests.references.lagrange import own_turning, profile_value
 
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, RigidRotor, TargetTorque
 
-NUMBERS = {"rotor": "M J_t J_p Ux Uy Cx Cy gx gy", "ball": "m eps Ex Ey z J r gx gy gz"}
+NUMBERS = {"rotor": "M J_t J_p Ux Uy Cx Cy gx gy", "ball": "m eps Ex Ey z J turn gx gy gz"}
 
 
 @cache
@@ -54,13 +54,13 @@ def derived(part: str, full: bool = False) -> Callable[..., Any]:
         kinetic += (turning.T * inertia * turning)[0] / 2
         potential = -(gx * moment[0] + gy * moment[1])
     else:
-        mass, orbit, ex, ey, z, own, radius, gx, gy, gz = numbers
+        mass, orbit, ex, ey, z, own, turn, gx, gy, gz = numbers
         rho = spin * sp.Matrix([ex + orbit * sp.cos(phi), ey + orbit * sp.sin(phi), 0])
         place = sp.Matrix([x + z * a, y + z * b, 0]) + rho
         if full:
             place += tilt.cross(rho) + tilt.cross(tilt.cross(rho)) / 2
         moving = rate(place)
-        kinetic = mass * (moving.T * moving)[0] / 2 + own * (v[4] - orbit / radius * v[5]) ** 2 / 2
+        kinetic = mass * (moving.T * moving)[0] / 2 + own * (v[4] + turn * v[5]) ** 2 / 2
         potential = -mass * (gx * place[0] + gy * place[1] + gz * place[2])
 
     def cut(expression: Any) -> Any:
@@ -104,11 +104,11 @@ class Spatial:
         matrix[:5, :5] = np.reshape(body[:36], (6, 6))[:5, :5]
         force[:5] = body[36:41]
         kinetic, potential = body[42:]
+        own = own_turning(machine)
         for i, ball in enumerate(balls):
             at = np.array([0, 1, 2, 3, 4, 5 + i])
             z, e = position(machine, machine.balancers[ball.balancer].station), ball.eccentricity
-            own = ball.spin_ratio * ball.mass * ball.radius**2
-            numbers = [ball.mass, ball.orbit_radius, e.real, e.imag, z, own, ball.radius or 1.0, 0.0, pull, axial]
+            numbers = [ball.mass, ball.orbit_radius, e.real, e.imag, z, *own[i], 0.0, pull, axial]
             body = derived("ball", machine.tilting_races == "full")(q[at].tolist(), v[at].tolist(), numbers)
             matrix[np.ix_(at, at)] += np.reshape(body[:36], (6, 6))
             force[at] += body[36:42]

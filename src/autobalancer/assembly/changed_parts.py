@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from autobalancer.catalog.resolve import fluid_numbers
+from autobalancer.catalog.resolve_bodies import roller_face
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Race
 
@@ -55,8 +56,10 @@ def group_with_ball(group: Balls, ball: Any, name: str, value: float, where: str
     if name == "ball_mass":
         sized = {"diameter": ball.diameter} if ball.diameter else {}
         return Balls(**others, mass=value, **sized)
-    if not ball.diameter:
-        raise QuestionError(f"quantity 'ball_diameter': the balls of {where} are points of unknown density")
+    if not ball.volume:
+        raise QuestionError(f"quantity 'ball_diameter': the density of the {group.body}s of {where} is not known")
+    if group.body == "roller":
+        others["length"] = ball.volume / roller_face(group)
     return Balls(**others, diameter=value, density=ball.mass / ball.volume)
 
 

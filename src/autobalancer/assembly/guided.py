@@ -23,20 +23,19 @@ def is_real(machine: Machine, balls: tuple[Ball, ...], lags: Lags | None = None)
 
 def ball_inertia(ball: Ball) -> float:
     """Inertia of a ball about the shaft, its own spin included, kg m^2."""
-    spin = ball.spin_ratio * ball.mass * ball.radius**2
-    return spin + ball.effective_mass * (abs(ball.eccentricity) ** 2 + ball.orbit_radius**2)
+    return ball.own_inertia + ball.effective_mass * (abs(ball.eccentricity) ** 2 + ball.orbit_radius**2)
 
 
 def ball_rows(balls: tuple[Ball, ...]) -> Rows:
     """Balls on smooth circles with linear drag."""
     rows = BALL.rows(len(balls))
     for row, ball in zip(rows, balls, strict=True):
+        roll = ball.spin_ratio * ball.mass * ball.rolling_radius
         row.station, row.orbit = ball.balancer, ball.orbit_radius
         row.mass, row.moment, row.inertia = ball.effective_mass, ball.moment, ball.inertia
         row.stretch = ball.inertia / ball.orbit_radius**2
-        row.spin = ball.moment * ball.orbit_radius - ball.spin_ratio * ball.mass * ball.radius * ball.orbit_radius
-        row.roll = ball.spin_ratio * ball.mass * ball.radius
-        row.own_spin = ball.spin_ratio * ball.mass * ball.radius**2
+        row.spin = ball.moment * ball.orbit_radius - roll * ball.orbit_radius
+        row.roll, row.own_spin = roll, ball.own_inertia
         row.drag, row.viscous = ball.drag, ball.drag / ball.orbit_radius**2
         row.center_x, row.center_y = ball.eccentricity.real, ball.eccentricity.imag
     rows.drag_curve = rows.slipstream = rows.lag_table = NONE
@@ -54,9 +53,9 @@ def put_on_races(machine: Machine, balls: tuple[Ball, ...], rows: Rows, moving: 
     """Give balls the friction, drag and shape of their races; returns the waves of these."""
     waves = WaveRows(machine)
     for number, (row, now, ball) in enumerate(zip(rows, moving, balls, strict=True)):
-        friction = machine.balancers[ball.balancer].races[ball.race].friction
-        if friction is not None and friction.holding > 0.0:
-            row.rolling, row.adherence = float(friction.rolling_resistance), float(friction.holding)
+        if ball.adherence > 0.0:
+            row.rolling, row.adherence = ball.rolling_resistance, ball.adherence
+            row.pulls = 1.0 if ball.body == "pendulum" else 0.0
             now.mode = math.copysign(1.0, ball.start_speed) if ball.start_speed else 0.0
         waves.fill(row, ball)
         fluids.fill(row, number)

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from autobalancer.catalog.bearing_table import Bearing
 from autobalancer.catalog.bearing_table import bearing as find_bearing
 from autobalancer.catalog.fluid_table import fluid
-from autobalancer.catalog.material_table import material
+from autobalancer.catalog.resolve_bodies import friction_of, size_of, spin_ratio_of
 from autobalancer.catalog.resolve_drag import ball_drag
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.machine import Balls, DragTorque, Fluid, Machine, Race
+from autobalancer.machine import DragTorque, Fluid, Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
 
 @dataclass(frozen=True)
 class Ball:
-    """One ball in its race, SI. ``diameter`` and ``volume`` are 0 for a point ball of unknown size."""
+    """One ball, roller or pendulum in its race, SI. ``diameter`` and ``volume`` are 0 where they are not known."""
 
     balancer: int
     race: int
@@ -27,7 +27,7 @@ class Ball:
     volume: float
     displaced: float  # mass of the fluid displaced
     orbit_radius: float
-    spin_ratio: float  # J / (m r^2): 2/5 rolling, 0 point
+    spin_ratio: float  # J / (m a^2), a the rolling radius: 2/5 rolling ball, 0 point, 1/2 to 1 roller
     virtual_mass: float  # coefficient
     drag: float  # beta, N m s
     eccentricity: complex  # race center in the rotor, m
@@ -38,6 +38,9 @@ class Ball:
     fluid_viscosity: float = 0.0  # kinematic; both 0 without a fluid
     slipstream: bool = False  # whether the balls of its race shield each other
     stokes: bool = False  # whether its drag is the linear range of a law, kept at any Reynolds number
+    body: str = "ball"  # or "roller", "pendulum"
+    rolling_resistance: float = 0.0  # torque against its motion over normal force times orbit radius
+    adherence: float = 0.0  # the same of what holds it at rest
 
     @property
     def effective_mass(self) -> float:
@@ -48,6 +51,19 @@ class Ball:
     def radius(self) -> float:
         """Ball radius, m."""
         return 0.5 * self.diameter
+
+    @property
+    def rolling_radius(self) -> float:
+        """a, m: the body turns against its rotor with -eps phi'/a, a ball that rolls with its radius.
+
+        A pendulum turns with phi', as if it rolled on the negative orbit radius.
+        """
+        return -self.orbit_radius if self.body == "pendulum" else self.radius
+
+    @property
+    def own_inertia(self) -> float:
+        """J about its own center, of what turns, kg m^2."""
+        return self.spin_ratio * self.mass * self.rolling_radius**2
 
     @property
     def inertia(self) -> float:
@@ -105,11 +121,11 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
     for g, group in enumerate(race.balls):
         keys = ("balls", g)
         try:
-            mass, diameter = _size(group, ring)
+            mass, diameter, volume = size_of(group, ring)
         except CatalogError as error:
             problems.append(((*keys, "material"), str(error)))
             return []
-        radius, volume = 0.5 * diameter, math.pi / 6.0 * diameter**3
+        radius = 0.5 * diameter
         if race.race_radius is not None and diameter == 0.0:
             problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
             return []
@@ -121,13 +137,16 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             problems.append(
                 (
                     keys,
-                    f"a ball of {_mm(diameter)} is larger than an orbit of {_mm(max(orbit, 0.0))} radius allows",
+                    f"a {group.body} of {_mm(diameter)} is larger than an orbit of {_mm(max(orbit, 0.0))} radius allows",
                 )
             )
             return []
-        for key, room in (("width", race.width), ("height", race.height)):
-            if room is not None and diameter > room:
-                problems.append((keys, f"a ball of {_mm(diameter)} does not fit into a chamber of {key} {_mm(room)}"))
+        along = float(group.length or 0.0) if group.body == "roller" else diameter
+        for key, room, size in (("width", race.width, diameter), ("height", race.height, along)):
+            if room is not None and size > room:
+                problems.append(
+                    (keys, f"a {group.body} of {_mm(size)} does not fit into a chamber of {key} {_mm(room)}")
+                )
         if race.width is not None and race.width > orbit + radius:
             problems.append(
                 (
@@ -137,7 +156,9 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             )
         displaced = density * volume
         if displaced >= mass:
-            problems.append((keys, f"the ball (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid"))
+            problems.append(
+                (keys, f"the {group.body} (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
+            )
         if not isinstance(race.drag, DragTorque) and diameter == 0.0:
             problems.append((keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'"))
         if race.slipstream and diameter == 0.0:
@@ -147,6 +168,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         except QuestionError as error:
             problems.append((("drag",), str(error)))
             return []
+        rolling, adherence = friction_of(group, race, orbit)
         for i in range(group.count):
             balls.append(
                 Ball(
@@ -157,7 +179,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     volume=volume,
                     displaced=displaced,
                     orbit_radius=orbit,
-                    spin_ratio=0.4 if group.motion == "rolling" else 0.0,
+                    spin_ratio=spin_ratio_of(group, mass, orbit),
                     virtual_mass=float(race.fluid.virtual_mass) if race.fluid is not None else 0.0,
                     drag=beta,
                     eccentricity=race.eccentricity
@@ -169,9 +191,13 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     fluid_viscosity=viscosity,
                     slipstream=race.slipstream and race.ball_count > 1,
                     stokes=curve is None and viscosity > 0.0 and not isinstance(race.drag, DragTorque),
+                    body=group.body,
+                    rolling_resistance=rolling,
+                    adherence=adherence,
                 )
             )
-    if race.orbit_radius is not None and len({ball.diameter for ball in balls if ball.diameter}) > 1:
+    on_the_wall = {ball.diameter for ball in balls if ball.diameter and ball.body != "pendulum"}
+    if race.orbit_radius is not None and len(on_the_wall) > 1:
         problems.append((("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead"))
     elif race.slipstream and len({ball.diameter for ball in balls}) > 1:
         problems.append((("slipstream",), "supported for balls of equal size only; use equal balls, or leave it out"))
@@ -231,21 +257,6 @@ def _too_large(diameter: float, ring: Bearing) -> str:
         f"a ball of {_mm(diameter)} is larger than those of bearing {ring.designation}, {_mm(ring.ball_diameter)}, for which its "
         "groove is made; take smaller balls, or describe the race by 'race_radius'"
     )
-
-
-def _size(group: Balls, ring: Bearing | None) -> tuple[float, float]:
-    """Mass and diameter; diameter 0 if nobody knows it."""
-    stuff = float(group.density) if group.density is not None else None
-    if group.material is not None:
-        stuff = float(material(group.material).density)
-    diameter = float(group.diameter) if group.diameter is not None else None
-    if group.unsized and ring is not None:
-        diameter = ring.ball_diameter
-    if diameter is not None:
-        mass = float(group.mass) if group.mass is not None else (stuff or 0.0) * math.pi / 6.0 * diameter**3
-        return mass, diameter
-    mass = float(group.mass or 0.0)
-    return mass, (6.0 * mass / (math.pi * stuff)) ** (1.0 / 3.0) if stuff else 0.0
 
 
 def _mm(length: float) -> str:

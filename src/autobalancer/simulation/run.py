@@ -208,8 +208,7 @@ def simulate_races(
         },
     )
     run.attrs |= drag_range_attributes(assembly, run, record, state)
-    orbits = {} if hold_balls else {(ball.balancer, ball.race): ball.orbit_radius for ball in resolve(machine)}
-    if friction := friction_text(machine, orbits, run):
+    if friction := friction_text(machine, () if hold_balls else assembly.balls, run):
         run.attrs["friction_text"] = friction
     if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
         run.attrs["eccentricity_text"] = eccentric

@@ -99,7 +99,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     vertical = machine.axis == "vertical"
     row.mass = ball.effective_mass
     row.extra = whole - ball.effective_mass
-    row.spin_inertia = ball.spin_ratio * ball.mass * ball.radius**2
+    row.spin_inertia = ball.own_inertia
     row.radius = ball.radius
     row.orbit = ball.orbit_radius
     row.center_x = ball.eccentricity.real

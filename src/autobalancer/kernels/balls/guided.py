@@ -4,12 +4,13 @@ Symbols, in the axes of the frame: a ball at rho = E + eps n from the axis, its 
 per angle, n_hat = -i tau/L outward normal. With A the acceleration of the station and k what is known of the rest,
 
     z'' = A + tau phi'' + i rho w' + k,    k = d tau/d phi phi'^2 + 2 i w tau phi' - w^2 rho
-    I phi'' = r - m tau.A - c w' - f N,    N = -n_hat.m (z'' - g),    I = (inertia) L^2,    c = m rho x tau - j m r L
+    I phi'' = r - m tau.A - c w' - f N,    N = -n_hat.m (z'' - g),    I = (inertia) L^2,    c = m rho x tau - j m a L
 
 r holds centrifugal force, weight, drag and contact, N also what balls that touch press each other onto the wall; f = mu L is
 the arm of rolling resistance against the motion. The normal force N depends on the accelerations itself: it is put in, which
 leaves a system that is linear but not symmetric. A ball at rest on its race has phi'' = 0 instead, and r - m tau.A - c w' is
-what must hold it. Derived from the kinetic energy of ball, rotor and spin.
+what must hold it. Derived from the kinetic energy of ball, rotor and spin, J/2 (w - L phi'/a)^2: a ball or roller rolls with
+its radius a = r, a pendulum turns with w + phi', which is a = -eps on its circle.
 
 A station has two rows (deflection), or four (slope s too) where balls move with their full inertia on a race that tilts: to
 second order in the slope the ball then has the axial motion s.rho and less reach across the axis, rho - (s.rho) s/2. With
@@ -210,8 +211,9 @@ def _sway(mass: float, path: Path, motion: Motion, slope: Slope) -> tuple[float,
 
 @njit(**INLINE)
 def rubbing_arm(ball: Any, path: Path, mode: float, force: float) -> float:
-    """Arm f of rolling resistance against the motion; a ball that nothing presses on its race does not rub."""
-    return where(force > 0.0, mode * ball.rolling * path.length, 0.0)
+    """Arm f of rolling resistance against the motion; a ball that nothing presses on its race does not rub, a bearing does."""
+    arm = mode * ball.rolling * path.length
+    return where(force > 0.0, arm, -ball.pulls * arm)
 
 
 @njit(**INLINE)

@@ -47,7 +47,8 @@ def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> 
 def _loose(ball: Any, moving: Any) -> bool:
     """Whether adherence cannot hold this ball, after the equations were evaluated."""
     path = math.sqrt(moving.held_lean_x**2 + moving.held_lean_y**2) / ball.mass
-    return abs(moving.need) > ROUNDING * ball.adherence * path * max(moving.normal, 0.0)
+    pressed = max(moving.normal, -ball.pulls * moving.normal)
+    return abs(moving.need) > ROUNDING * ball.adherence * path * pressed
 
 
 @njit(**INLINE)

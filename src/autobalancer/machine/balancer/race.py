@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.balls import INCOMPLETE, Balls
+from autobalancer.machine.balancer.bodies import refuse_bodies
 from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
@@ -72,6 +73,11 @@ class Race(Part):
     )
 
     @model_validator(mode="after")
+    def _bodies(self) -> Race:
+        refuse_bodies(self)
+        return self
+
+    @model_validator(mode="after")
     def _complete(self) -> Race:
         radii = (self.orbit_radius is not None) + (self.race_radius is not None)
         if radii > 1 or (radii == 0 and self.bearing is None):
@@ -101,8 +107,10 @@ class Race(Part):
             raise ValueError(
                 "contact.friction: applies to guided balls; for 'resolved' balls use resolved.ball_friction"
             )
-        if any(group.motion == "point" for group in self.balls):
-            raise ValueError("contact.friction: only rolling balls rub on each other; set motion = 'rolling'")
+        if not all(group.rolls for group in self.balls):
+            raise ValueError(
+                "contact.friction: only rolling balls and rollers rub on each other; set motion = 'rolling'"
+            )
         return self
 
     @model_validator(mode="after")

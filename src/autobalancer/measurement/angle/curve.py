@@ -71,6 +71,8 @@ def angle_machine(machine: Machine | str | Path) -> AngleMachine:
     ball = balls[0]
     race = machine.balancers[ball.balancer].races[ball.race]
     where = f"balancers[{ball.balancer + 1}].races[{ball.race + 1}]"
+    if ball.body != "ball":
+        raise QuestionError(f"equilibrium angle: {where} has a {ball.body}; the experiment is one with a ball")
     if ball.fluid_viscosity <= 0.0 or ball.diameter <= 0.0:
         raise QuestionError(f"equilibrium angle: {where} needs a fluid, and its ball a size")
     if ball.drag <= 0.0:

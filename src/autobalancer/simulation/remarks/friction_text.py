@@ -7,24 +7,22 @@ import math
 import xarray as xr
 
 from autobalancer.catalog.friction_table import NONE_GIVEN
+from autobalancer.catalog.resolve import Ball
 from autobalancer.laws.held_by_friction import held_whirl
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import length_text
 
 
-def friction_text(machine: Machine, orbits: dict[tuple[int, int], float], run: xr.Dataset) -> str:
+def friction_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> str:
     """The whirl below which balls at rest do not move at its last speed, of all races with balls; or that there is no friction.
 
-    ``orbits`` (m) are those of the races with balls, by balancer and race; without any the text is empty.
+    Without ``balls`` the text is empty.
     """
-    if not orbits:
+    if not balls:
         return ""
     weight = machine.gravity / max(_last_speed(run) ** 2, 1e-300) if machine.axis == "horizontal" else 0.0
-    held = []
-    for (balancer, race), orbit in orbits.items():
-        friction = machine.balancers[balancer].races[race].friction
-        if friction is not None and friction.holding > 0.0:
-            held.append(held_whirl(orbit, friction.holding, weight=weight))
+    kinds = {(ball.orbit_radius, ball.adherence) for ball in balls if ball.adherence > 0.0}
+    held = [held_whirl(orbit, adherence, weight=weight) for orbit, adherence in sorted(kinds)]
     if not held:
         return NONE_GIVEN
     if max(held) < 0.0:

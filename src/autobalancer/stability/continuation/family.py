@@ -179,7 +179,8 @@ def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
     assert isinstance(rotor, PlanarRotor)
     mass = np.array([value - ball.displaced for ball in balls])
     orbit = np.array([ball.orbit_radius for ball in balls])
-    spin = np.array([ball.spin_ratio for ball in balls])
+    kept = [ball.mass / value if ball.body == "pendulum" else 1.0 for ball in balls]  # whose own inertia stays
+    spin = np.array([ball.spin_ratio * share for ball, share in zip(balls, kept, strict=True)])
     fluid = np.array([ball.virtual_mass * ball.displaced for ball in balls])
     inertia = ((1.0 + spin) * value + fluid) * orbit**2
     return replace(p, mass=float(rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia)

@@ -72,7 +72,7 @@ def held_by_friction(
     at = service_speed(st, highest_prescribed(machine)) if speed is None else float(to_si(speed, "rad/s"))
     if not (math.isfinite(at) and at > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
-    holding, rolling = _coefficients(machine, balls)
+    holding, rolling = _coefficients(balls)
     if not holding.any():
         return HeldByFriction(at, 0, (), NONE_GIVEN)
     races = _races(st, at, balls, holding, rolling)
@@ -89,7 +89,7 @@ def held_share(machine: Machine, speeds: Floats) -> Floats:
     Above one balls at rest do not move there; zero without friction.
     """
     st, balls = _stations(machine, None), resolve(machine)
-    holding, _ = _coefficients(machine, balls)
+    holding, _ = _coefficients(balls)
     orbits = np.array([ball.orbit_radius for ball in balls])
     shares = []
     for speed in speeds.tolist():
@@ -104,12 +104,9 @@ def held_share(machine: Machine, speeds: Floats) -> Floats:
     return np.array(shares)
 
 
-def _coefficients(machine: Machine, balls: tuple[Ball, ...]) -> tuple[Floats, Floats]:
+def _coefficients(balls: tuple[Ball, ...]) -> tuple[Floats, Floats]:
     """Adherence and rolling resistance of each ball."""
-    frictions = [machine.balancers[ball.balancer].races[ball.race].friction for ball in balls]
-    holding = np.array([0.0 if one is None else one.holding for one in frictions])
-    rolling = np.array([0.0 if one is None else float(one.rolling_resistance) for one in frictions])
-    return holding, rolling
+    return np.array([ball.adherence for ball in balls]), np.array([ball.rolling_resistance for ball in balls])
 
 
 def _weight(machine: Machine, speed: float) -> float:

@@ -52,7 +52,8 @@ class StalledGroup:
 
     def carried(self, slip: Floats, whirl: Floats, radial: Floats) -> Floats:
         """Torque that drives one ball: drag and rolling resistance; ``radial`` is Re(e^(-i psi) zeta), m."""
-        pressed = np.maximum(self.moment * whirl**2 * (1.0 + radial / self.ball.orbit_radius), 0.0)
+        pressed = self.moment * whirl**2 * (1.0 + radial / self.ball.orbit_radius)
+        pressed = np.abs(pressed) if self.ball.body == "pendulum" else np.maximum(pressed, 0.0)
         return np.asarray(self.drag(slip) + self.rolling * self.ball.orbit_radius * pressed)
 
 
@@ -63,7 +64,7 @@ def stalled_groups(machine: Machine, station: list[int]) -> tuple[StalledGroup, 
         race = machine.balancers[ball.balancer].races[ball.race]
         if race.partitions is not None:
             continue
-        rolling = float(race.friction.rolling_resistance) if race.friction is not None else 0.0
+        rolling = ball.rolling_resistance
         key = (place, ball.moment, ball.orbit_radius, ball.drag, ball.drag_curve, rolling)
         found.setdefault(key, []).append((place, ball, rolling))
     return tuple(

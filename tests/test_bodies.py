@@ -1,0 +1,274 @@
+"""Rollers and pendulums in a race: what they keep, and what they have in common with balls."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.references import lagrange
+from tests.references.motion import motion
+from tests.references.planar_linear import matrices
+from tests.references.runs import states_at
+from tests.references.spatial import Spatial, joined, split
+from tests.references.spatial_machines import rates, states_of, tilting
+from tests.test_spatial_lagrange import random_place
+
+import autobalancer as ab
+from autobalancer.assembly.system import assemble
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import MachineError
+from autobalancer.kernels.system import BALLS, VX, VY, X, Y
+from autobalancer.machine import Machine
+from autobalancer.stability.host.planar import plane
+from autobalancer.stability.states.linear import eigensystem
+from autobalancer.stability.states.planar import equilibria_of
+
+SPEED = 300.0  # rad/s, above the critical speed of about 240
+RING = {"body": "roller", "diameter": 0.012, "inner_diameter": 0.007, "length": 0.015, "density": 7800.0}
+ROD = {"body": "pendulum", "mass": 0.02, "inertia": 4e-5}
+
+
+def race(*groups: dict[str, Any], eccentricity: float = 1e-3, beta: float = 0.0, **other: Any) -> dict[str, Any]:
+    """One of 0.08 m around a point beside the shaft."""
+    return {
+        "coincidence": True,
+        "orbit_radius": 0.08,
+        "eccentricity": eccentricity,
+        "eccentricity_angle": 0.7,
+        "drag": {"law": "beta", "beta": beta},
+        "balls": list(groups),
+        **other,
+    }
+
+
+def machine(*races: dict[str, Any], axis: str = "vertical", isotropic: bool = True, **top: Any) -> Machine:
+    """A planar rotor that nothing drives and nothing brakes."""
+    rotor = {"mass": 10.0, "stiffness": 6e5 if isotropic else [6e5, 8e5], "damping": 0.0, "inertia": 0.05}
+    data: dict[str, Any] = {
+        "name": "free",
+        "axis": axis,
+        "rotor": rotor,
+        "unbalances": [{"moment": 6e-4, "angle": 0.4}],
+        "balancers": [{"races": list(races)}],
+        "drive": {"kind": "torque", "torque": 0.0},
+        "start": {"speed": SPEED, "deflection": [2e-4, -1e-4], "velocity": [0.03, 0.05]},
+    }
+    return Machine(**(data | top))
+
+
+def both(**top: Any) -> Machine:
+    """Two rollers of one race, two pendulums of another."""
+    rollers = race({**RING, "start_angles": 1.0}, {**RING, "start_angles": 3.5, "start_speeds": -40.0})
+    arms = race({**ROD, "start_angles": -1.0}, {**ROD, "mass": 0.03, "start_angles": 2.0, "start_speeds": 30.0})
+    return machine(rollers, arms, **top)
+
+
+TIMES = np.linspace(0.0, 2.0, 100)
+
+
+@pytest.mark.parametrize("axis", ["vertical", "horizontal"])
+@pytest.mark.parametrize("isotropic", [True, False])
+def test_rollers_and_pendulums_keep_the_energy_of_a_rotor_that_spins_freely(axis: str, isotropic: bool) -> None:
+    """Their own inertia takes part in the speed of the rotor, also where their race is off center."""
+    case = both(axis=axis, isotropic=isotropic)
+    reference, states = lagrange.planar(case), states_at(case, TIMES)
+    assert np.ptp(motion(case, states).angles, axis=0).min() > 3.0  # they really run
+    energy = [reference.energy(t, *reference.split(y)) for t, y in zip(TIMES, states, strict=True)]
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+
+
+def test_rollers_and_pendulums_keep_the_angular_momentum_if_all_is_isotropic_and_free() -> None:
+    case = both()
+    reference, states = lagrange.planar(case), states_at(case, TIMES)
+    momentum = [reference.angular_momentum(t, *reference.split(y)) for t, y in zip(TIMES, states, strict=True)]
+    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-10)
+
+
+def test_the_equations_are_those_of_the_lagrangian_with_nothing_eliminated() -> None:
+    """At random states on eccentric races, with a rotor that is free to speed up."""
+    case = both(axis="horizontal", isotropic=False)
+    reference, assembly = lagrange.planar(case), assemble(case, rotating=False)
+    random = np.random.default_rng(5)
+    for _ in range(5):
+        state = np.array(
+            [*random.normal(size=2) * 1e-3, *random.normal(size=2), 0.3, 250.0, *random.normal(size=8) * 60.0]
+        )
+        expected, found = reference.rates(0.0, state), rates(assembly, 0.0, state)
+        for group in (slice(2, 4), [5], slice(10, 14)):
+            np.testing.assert_allclose(
+                found[group], expected[group], rtol=0.0, atol=1e-12 * np.abs(expected[group]).max()
+            )
+
+
+@pytest.mark.parametrize("races", ["deflection", "full"])
+def test_the_equations_of_a_rotor_that_tilts_are_those_of_its_lagrangian(races: str) -> None:
+    case = tilted(tilting_races=races, axis="horizontal")
+    reference, assembly = Spatial(case), assemble(case, rotating=False)
+    random = np.random.default_rng(6)
+    for _ in range(3):
+        q, v = random_place(random, 180.0)
+        found = split(case, rates(assembly, 0.0, joined(case, q, v))[None])[0][1]
+        expected = reference.accelerations(0.0, q, v)
+        for group in ([0, 2], [1, 3], [4], [5, 6, 7, 8]):
+            np.testing.assert_allclose(
+                found[group], expected[group], rtol=0.0, atol=1e-12 * np.abs(expected[group]).max()
+            )
+
+
+@pytest.mark.parametrize("races", ["deflection", "full"])
+def test_rollers_and_pendulums_keep_energy_and_angular_momentum_of_a_rotor_that_tilts(races: str) -> None:
+    case = tilted(tilting_races=races)
+    times = np.linspace(0.0, 1.0, 21)
+    reference, states = Spatial(case), split(case, states_of(case, times))
+    assert np.ptp(states[:, 0, 5:], axis=0).min() > 1.0
+    energy = [reference.energy(t, q, v) for t, (q, v) in zip(times, states, strict=True)]
+    momentum = [reference.angular_momentum(t, q, v) for t, (q, v) in zip(times, states, strict=True)]
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-10)
+
+
+def tilted(**top: Any) -> Machine:
+    """Rollers in the lower plane, pendulums in the upper one, both off center."""
+    rollers = race({**RING, "start_angles": 1.0}, {**RING, "start_angles": -1.9})
+    arms = race({**ROD, "start_angles": 2.5}, {**ROD, "start_angles": 5.0, "start_speeds": -20.0})
+    planes = [{"station": "lower", "races": [rollers]}, {"station": "upper", "races": [arms]}]
+    return tilting(isotropic=True, damping=0.0, beta=0.0, balancers=planes, **top)
+
+
+def test_a_pendulum_without_inertia_moves_as_a_point_ball() -> None:
+    start = {"start_angles": [1.0], "start_speeds": [30.0]}
+    arm = machine(race({"body": "pendulum", "mass": 0.02, "inertia": 0.0, **start}), axis="horizontal")
+    point = machine(race({"motion": "point", "mass": 0.02, **start}), axis="horizontal")
+    np.testing.assert_array_equal(states_at(arm, TIMES), states_at(point, TIMES))
+
+
+@pytest.mark.parametrize("name", ["pendulum", "roller"])
+def test_a_free_body_answers_a_rotor_that_speeds_up_by_its_coupling(name: str) -> None:
+    """(m eps^2 + J) w' + I phi'' = 0 of a pendulum, which so stays where it is in space; - j m r eps for J of a roller."""
+    group = {"pendulum": ROD, "roller": RING}[name]
+    rotor = {"mass": 1e6, "stiffness": 1e12, "damping": 0.0, "inertia": 0.05}
+    drive = {"kind": "torque", "torque": 0.1}
+    case = machine(
+        race({**group, "start_angles": 0.0}, eccentricity=0.0), rotor=rotor, drive=drive, unbalances=[], start={}
+    )
+    (ball,), moved = resolve(case), motion(case, states_at(case, [0.1]))
+    square = ball.mass * 0.08**2
+    own = 4e-5 if name == "pendulum" else -0.5 * (1.0 + (7.0 / 12.0) ** 2) * ball.mass * 0.006 * 0.08
+    inertia = square + (4e-5 if name == "pendulum" else 0.5 * (1.0 + (7.0 / 12.0) ** 2) * square)
+    share = moved.speeds[0, 0] / moved.rotor_speed[0]
+    assert share == pytest.approx(-(square + own) / inertia, rel=1e-6)
+    assert (share == pytest.approx(-1.0, rel=1e-6)) == (name == "pendulum")
+
+
+@pytest.mark.parametrize("group", [RING, ROD], ids=["rollers", "pendulums"])
+@pytest.mark.parametrize("speed", [150.0, 400.0])
+def test_growth_rates_of_steady_states_are_those_of_the_compiled_equations(group: dict[str, Any], speed: float) -> None:
+    """The right-hand side at each state, differentiated; below and above the critical speed."""
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}
+    bodies = race({**group, "count": 2}, eccentricity=0.0, beta=2e-3)
+    rotor = {"mass": 10.0, "stiffness": 6e5, "damping": 300.0}
+    case = machine(bodies, rotor=rotor, drive=drive, start={})
+    assembly, p = assemble(case), plane(case)
+    places = np.array([X, Y, VX, VY, *range(BALLS, BALLS + 4)])
+    found = equilibria_of(p, speed)
+    assert len(found) >= 2
+    for state in found:
+        y = assembly.state.copy()
+        v = 1j * speed * state.whirl
+        y[[X, Y, VX, VY]] = state.whirl.real, state.whirl.imag, v.real, v.imag
+        y[BALLS : BALLS + 2], y[BALLS + 2 :] = state.angles, 0.0
+        jacobian = np.empty((8, 8))
+        for column, place in enumerate(places):
+            step = np.zeros_like(y)
+            step[place] = 1e-4 * assembly.scale[place]
+            rise = rates(assembly, 0.0, y + step) - rates(assembly, 0.0, y - step)
+            jacobian[:, column] = rise[places] / (2.0 * step[place])
+        scale = assembly.scale[places]
+        numeric = np.linalg.eigvals(jacobian * scale / scale[:, None])
+        exact, _ = eigensystem(*matrices(p, speed, state))
+        for value in exact:
+            assert np.abs(numeric - value).min() < 1e-5 * speed
+
+
+def swinging(**group: Any) -> Machine:
+    """A pendulum of 0.08 m with the bearing friction 0.3 at 8 mm, on a rotor that stands still; the axis is horizontal."""
+    arm = race({**ROD, "bearing_radius": 0.008, **group}, eccentricity=0.0, friction={"rolling_resistance": 0.3})
+    still = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}
+    return machine(
+        arm, axis="horizontal", rotor={"mass": 1e9, "stiffness": 1e15, "damping": 0.0}, drive=still, start={}
+    )
+
+
+def test_the_bearing_of_a_pendulum_takes_its_friction_of_what_it_carries_also_where_it_pulls() -> None:
+    """From above, where the bearing holds the pendulum up, to below: the loss is the integral of mu r |N| |phi'|."""
+    case = swinging(start_angles=1.2 + np.pi / 2)
+    run = ab.simulate(case, duration=0.5, tolerance=1e-10, save=ab.Samples(2000))
+    angle, speed = run.ball_angle_in_rotor.values[:, 0], run.ball_speed_in_rotor.values[:, 0]
+    assert np.cos(angle[0] + np.pi / 2) < 0.0  # above
+    inertia, weight = 0.02 * 0.08**2 + 4e-5, 0.02 * case.gravity
+    energy = 0.5 * inertia * speed**2 + weight * 0.08 * np.sin(angle)
+    force = 0.02 * 0.08 * speed**2 - weight * np.sin(angle)
+    assert force.min() < -0.2 * weight
+    assert force.max() > weight
+    loss = 0.3 * 0.008 * np.abs(force * speed)
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (loss[1:] + loss[:-1]) * np.diff(run.time.values))])
+    np.testing.assert_allclose(energy[0] - energy, work, atol=2e-5 * np.ptp(energy))
+    assert work[-1] > 0.02 * np.ptp(energy)
+
+
+@pytest.mark.parametrize("middle", [np.pi / 2, -np.pi / 2], ids=["above", "below"])
+def test_the_bearing_holds_a_pendulum_within_its_cone_of_friction(middle: float) -> None:
+    """m g eps sin(a) <= mu r m g cos(a) around the highest and the lowest place: tan(a) <= 0.3 * 8/80."""
+    cone = np.arctan(0.3 * 0.008 / 0.08)
+    for share, rests in ((0.99, True), (1.01, False)):
+        run = ab.simulate(swinging(start_angles=middle + share * cone), duration=0.05, save=ab.Samples(2))
+        assert (run.ball_speed_in_rotor.values[-1, 0] == 0.0) == rests
+
+
+FLUID = {"density": 900.0, "viscosity": 1e-5}
+BALL = {"diameter": 0.012, "density": 7800.0}
+RESOLVED = {"stiffness": 1e7, "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": 1e-3}
+WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "size of a roller": ({**RING, "diameter": None}, {}, "a roller needs its 'diameter'"),
+    "mass of a roller": ({**RING, "density": None}, {}, "a roller needs its 'diameter', and 'mass'"),
+    "roller given twice": ({**RING, "mass": 0.01}, {}, "mass, length and density"),
+    "bore": ({**RING, "inner_diameter": 0.013}, {}, "given 13 mm; must be smaller than the diameter, 12 mm"),
+    "inertia": ({**ROD, "inertia": None}, {}, "a pendulum needs its 'mass' and 'inertia'"),
+    "ball with a length": ({**BALL, "length": 0.01}, {}, "length: a key of rollers, but this is a group of balls"),
+    "point roller": ({**RING, "motion": "point"}, {}, "motion: a key of balls, but this is a group of rollers"),
+    "pendulum of steel": ({**ROD, "material": "steel"}, {}, "material: a key of balls and rollers"),
+    "drag of spheres": (RING, {"drag": {"law": "free_sphere"}, "fluid": FLUID}, "'free_sphere' is that of spheres"),
+    "bearing": (RING, {"orbit_radius": None, "bearing": "16021"}, "its groove is made for balls"),
+    "virtual mass": (RING, {"fluid": FLUID}, "its default, 2, is that of balls"),
+    "fluid in a bore": (RING, {"fluid": {**FLUID, "virtual_mass": 1.5}}, "hollow roller is not known"),
+    "mixed": (ROD, {"balls": [ROD, BALL]}, "pendulums share no race with others"),
+    "waves": (ROD, {"harmonics": {"order": 2, "amplitude": 1e-5}}, "the path of a pendulum is a circle"),
+    "pendulum in oil": (ROD, {"fluid": FLUID}, "does not know what it displaces"),
+    "wall": (ROD, {"orbit_radius": None, "race_radius": 0.08}, "a pendulum runs on no wall"),
+    "bearing radius": (ROD, {"friction": {"adherence": 0.1}}, "balls.bearing_radius: missing"),
+    "large bearing": ({**ROD, "bearing_radius": 0.08}, {}, "must be smaller than the orbit radius, 80 mm"),
+    "rubbing pendulums": (
+        ROD,
+        {"coincidence": False, "contact": {"restitution": 0.5, "friction": 0.1}},
+        "only rolling",
+    ),
+    "resolved pendulum": (ROD, {"resolved": RESOLVED}, "a pendulum is guided by its bearing"),
+    "contact of spheres": (
+        RING,
+        {"resolved": {**RESOLVED, "stiffness": None, "reduced_modulus": 1e11}},
+        "contact of spheres",
+    ),
+    "too long": (RING, {"height": 0.01}, "a roller of 15 mm does not fit into a chamber of height 10 mm"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_does_not_fit_a_body_is_refused_in_words(name: str) -> None:
+    group, other, words = WRONG[name]
+    described = {key: value for key, value in {**race(group), **other}.items() if value is not None}
+    given = {key: value for key, value in group.items() if value is not None}
+    described["balls"] = described["balls"] if "balls" in other else [given]
+    with pytest.raises(MachineError, match=re.escape(words)):
+        resolve(machine(described))
