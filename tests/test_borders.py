@@ -437,3 +437,10 @@ def test_a_speed_in_a_window_below_the_border_is_not_called_unstable() -> None:
     assert border.speed > 1200.0 * math.pi / 30.0
     (warning,) = [text for text in ab.check(rig).warnings if "below the exact border" in text]
     assert "only in the ranges" in warning
+
+
+@pytest.mark.parametrize(("name", "value"), [("damping", 1.0), ("damping", 0.0), ("drag", 1e-6)])
+def test_a_border_that_is_never_reached_is_not_called_so_twice(name: str, value: float) -> None:
+    never = [one for one in ab.stability.borders(ab.with_parameter(rig(), name, value)) if math.isinf(one.speed)]
+    assert never
+    assert not [one for one in never if one.note.startswith("never") or not one.note]

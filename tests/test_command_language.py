@@ -361,3 +361,16 @@ def test_eigenvalues_reach_the_highest_speed_of_the_drive_by_default() -> None:
     chosen = usual(ab.load_machine(ROOT / "examples" / "machines" / "two_plane_rotor.toml"))
     assert chosen[-1] == pytest.approx(found.highest_speed, rel=1e-12)
     assert chosen[0] == pytest.approx(0.5 * min(found.critical_speeds), rel=1e-12)
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_a_help_breaks_its_lines_at_the_edge_of_the_screen_only(path: tuple[str, ...]) -> None:
+    """A line ends early only at the end of a paragraph, however wide the screen."""
+    text = say(*path, "--help", columns=400)
+    told = text[: text.index("Example:")].split("Usage:")[1]
+    blocks = re.split(r"\n\s*\n", told)[1:]
+    assert all("\n" not in block.strip() for block in blocks)
+
+
+def test_no_description_of_a_sample_is_cut() -> None:
+    assert "..." not in say("example")

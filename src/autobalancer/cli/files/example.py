@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -64,8 +65,7 @@ def _print(sample: Path, as_json: bool) -> None:
 
 
 def _list(as_json: bool) -> None:
-    from textwrap import shorten
-
+    from autobalancer.cli.terminal.words import say
     from autobalancer.files.samples import KINDS, sample_names
 
     found = {kind: {name: _about(name) for name in sample_names(kind)} for kind in KINDS}
@@ -82,8 +82,12 @@ def _list(as_json: bool) -> None:
         typer.secho(kind, bold=True, underline=True)
         for name, (title, text) in listed.items():
             typer.secho(name, bold=True)
-            typer.echo("  " + shorten(text or title, 76, placeholder=" ..."))
+            say(_first_sentence(text) or title, indent="  ", first="  ")
     typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=\.)\s+(?=[A-Z])", text, maxsplit=1)[0]
 
 
 def _about(name: str) -> tuple[str, str]:

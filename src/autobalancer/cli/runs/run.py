@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Seed, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign
+from autobalancer.cli.terminal.words import measure_unit, note, say, speed_number, speed_sign
 
 if TYPE_CHECKING:
     from autobalancer.cli.terminal.sheet import Column
@@ -146,23 +146,14 @@ def _measured(result: Any) -> Any:
         return {}
 
 
-SHOWN = {
-    "m": ("µm", 1e6),
-    "rad": ("deg", 57.29577951308232),
-    "m/s": ("mm/s", 1e3),
-    "kg m": ("g mm", 1e6),
-    "1": ("%", 100.0),
-}
-
-
 def _shown(value: Any) -> tuple[list[float], str]:
     """The numbers of a measure, and the unit in which they are shown."""
     import numpy as np
 
-    unit, factor = SHOWN.get(value.attrs["units"], (value.attrs["units"], 1.0))
     numbers = [float(number) for number in np.atleast_1d(value.values)]
-    if unit == "rad/s":
+    if value.attrs["units"] == "rad/s":
         return [float(speed_number(number, ".10g")) for number in numbers], speed_sign()
+    unit, factor = measure_unit(value.attrs["units"])
     return [number * factor for number in numbers], unit
 
 

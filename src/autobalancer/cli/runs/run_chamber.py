@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 from autobalancer.cli.terminal.output import Files, print_csv, print_json
-from autobalancer.cli.terminal.words import say, speed_text
+from autobalancer.cli.terminal.words import measure_unit, say, speed_text
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 
@@ -16,7 +16,6 @@ SHOWN = (
     *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "settling_time", "share_carried"),
     *("residual_unbalance", "hardest_contact", "energy_error"),
 )
-SCALE = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "1": ("%", 100.0)}
 
 
 def run_chamber(context: typer.Context, described: ChamberMachine, files: Files) -> None:
@@ -41,7 +40,7 @@ def run_chamber(context: typer.Context, described: ChamberMachine, files: Files)
     outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     found, reason = _measures(result)
     verdict = chamber_verdict(result) if found else None
-    shown = [(text, value, *SCALE.get(unit, (unit, 1.0))) for value, unit, text in found.values()]
+    shown = [(text, value, *measure_unit(unit)) for value, unit, text in found.values()]
     if context.params["as_json"]:
         numbers = {name: value for name, (value, _, _) in found.items()}
         said = verdict.as_dict() if verdict is not None else None

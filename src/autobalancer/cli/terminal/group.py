@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import warnings
 from typing import Any
@@ -18,6 +19,12 @@ NOTES = (RangeWarning, CacheWarning, DurationWarning)
 
 class Group(TyperGroup):
     """One readable message for everything a user can get wrong; warnings without lines of code."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            command.help = _unbroken(command.help or "")
+        return command
 
     def invoke(self, ctx: Any) -> Any:
         words = [*getattr(ctx, "_protected_args", ()), *ctx.args]  # gone when a command has run
@@ -48,3 +55,9 @@ def _file_of(error: AutobalancerError, words: list[str]) -> str:
     named = [word for word in words if word.endswith(".toml")]
     unsaid = isinstance(error, MachineError) and named and named[0] not in str(error)
     return f"{printable(named[0])}: " if unsaid else ""
+
+
+def _unbroken(text: str) -> str:
+    """A help whose lines end where the screen ends, not where they end in the code; an example keeps its lines."""
+    parts = inspect.cleandoc(text).split("\n\n")
+    return "\n\n".join(part if part.startswith("Example:") else part.replace("\n", " ") for part in parts)

@@ -25,7 +25,7 @@ def chamber_rows(found: ChamberSummary, said: Callable[[float], str]) -> list[tu
         *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
         ("unbalance", f"{moment_text(found.unbalance, 5)}{couple}"),
         *((f"chamber {filling.chamber}", _filling(filling, found.unbalance)) for filling in found.chambers),
-        ("friction", f"{found.friction:g}; too little, or too few balls, and they stay at the bottom"),
+        ("friction", f"{found.friction:g}; with too little friction, or too few balls, the balls stay at the bottom"),
         ("shortest contact", f"{1e6 * found.contact_time:.4g} us at 4 m/s"),
         ("step", f"{1e6 * found.step:.4g} us{steps}"),
         ("highest speed", said(found.highest_speed)),

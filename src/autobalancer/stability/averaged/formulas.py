@@ -50,7 +50,11 @@ def explicit_averaged_border(machine: Given) -> Border:
     p = averaged_plane(machine)
     share = damping_share(p)
     if share >= 1.0:
-        return Border("averaged border, worst case", math.inf, "never: S reaches its limit (Spannan 2021, 4.75)")
+        return Border(
+            "averaged border, worst case",
+            math.inf,
+            "drag or damping is too small (Spannan 2021, 4.75)",
+        )
     speed = math.sqrt(p.stiffness[0] / p.mass * (1.0 + share) / (1.0 - share))
     return Border("averaged border, worst case", speed, "sufficient only" if p.moment.size == 1 else "")
 

@@ -82,16 +82,16 @@ def averaged_of(p: Described) -> Border:
     if p.moment.size == 1:
         return Border(AVERAGED, math.nan, "one ball alone can balance one unbalance only")
     if not (p.drag > 0.0).all():
-        return Border(AVERAGED, math.inf, "never: a ball has no drag")
+        return Border(AVERAGED, math.inf, "a ball has no drag")
     if isinstance(p, Stations):
         if not p.isotropic:
             note = "computed for isotropic supports only where the rotor tilts or bends; see the exact border"
             return Border(AVERAGED, math.nan, note, False)
         if not p.model.damping.any():
-            return Border(AVERAGED, math.inf, "never: the rotor has no damping")
+            return Border(AVERAGED, math.inf, "the rotor has no damping")
         return replace(_of_stations(p, worst_case=_one_centric(p)), name=AVERAGED)
     if p.isotropic and p.damping[0] == 0.0:
-        return Border(AVERAGED, math.inf, "never: the rotor has no damping")
+        return Border(AVERAGED, math.inf, "the rotor has no damping")
     if p.isotropic and np.all(p.offset == 0.0):
         return replace(explicit_averaged_border(p), name=AVERAGED)
     found = planar_border(p)

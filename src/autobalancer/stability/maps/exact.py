@@ -107,10 +107,10 @@ def worst_case(p: Plane) -> Border:
         return Border(name, math.nan, "computed for races on the axis only; see the exact border", False)
     balancer = planar_balancer_of(p)
     if balancer.damping == 0.0 or balancer.drag == 0.0:
-        return Border(name, math.inf, "never: the rotor or its balls are undamped")
+        return Border(name, math.inf, "the rotor or its balls are undamped")
     speed, spread = worst_case_border(balancer), 0.0
     if math.isinf(speed):
-        return Border(name, speed, "never, for balls at right angles (|S2| = 0)")
+        return Border(name, speed, "of balls at right angles (|S2| = 0)")
     for share in SPREADS[1:]:
         fixed = _FixedSpread(balancer, share * balancer.count)
         other, _ = border_of(fixed, p)

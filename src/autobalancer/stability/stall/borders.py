@@ -86,7 +86,7 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
     ball = StalledBall(float(p.moment[0]), float(p.moment.sum()), group.ball.orbit_radius, drag, group.rolling)
     folds = stall_ranges(ball, receptance, critical)
     if folds and math.isinf(folds[-1].release):
-        return never("never: no drag is enough at a resonance", capture)
+        return never("no drag is enough at a resonance", capture)
     released = release_border(p) if group.plain and p.isotropic else _released(ball, receptance, p, folds, group.count)
     if not capture:
         return (released,)

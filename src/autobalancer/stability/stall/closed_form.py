@@ -21,7 +21,7 @@ import numpy as np
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Plane
 
-UNDAMPED = "never: without damping of the rotor its whirl at a critical speed has no bound"
+UNDAMPED = "without damping of the rotor its whirl at a critical speed has no bound"
 
 
 def release_border(p: Plane) -> Border:

@@ -61,7 +61,7 @@ def joint_borders(
     met = _with_free_balls(rotor, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
-        first = f"never: at {top:.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
+        first = f"at {top:.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
     else:
         first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
@@ -94,7 +94,7 @@ def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
         modes = rotor.modes(w)
         near = int(np.argmin(np.abs(modes.frequency - w))) if modes.frequency.size else 0
         if w <= limit and modes.frequency.size and modes.decay[near] <= 1e-12 * w:
-            return f"never: at {w:.4g} rad/s the rotor is undamped, and its whirl has no bound"
+            return f"at {w:.4g} rad/s the rotor is undamped, and its whirl has no bound"
     return ""
 
 

@@ -12,7 +12,7 @@ from autobalancer.stability.stall.ranges import HangingRange
 RELEASE, CAPTURE = "release speed", "capture speed"
 HOW = "torque balance of stalled balls in line"
 PASS = "the balls never stall: drag and friction carry them through"
-DRAGLESS = "never: a ball without drag is not dragged along"
+DRAGLESS = "a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not computed where balls are never released"
 FREE = "parting, others free"
