@@ -18,6 +18,7 @@ from autobalancer.plots.drawing.axis_units import SPEED_UNITS
 from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.style import look
 from autobalancer.plots.film.animation import _frame_times
+from autobalancer.plots.film.question import size_words
 from autobalancer.plots.film.scene import Scene
 from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.simulation.sampling import Envelope, Samples
@@ -189,3 +190,11 @@ def test_the_cursor_of_a_film_passes_behind_its_labels(run: xr.Dataset) -> None:
     boxes = labels_of(scene.figure.axes[-1]).placed
     assert boxes
     assert not any(one.overlaps(other) for i, one in enumerate(boxes) for other in boxes[:i])
+
+
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [(20.0, "drawn 20 times larger"), (1.0, "to scale"), (0.5, "at half size"), (0.2, "at 1/5 of its size")],
+)
+def test_a_caption_says_how_large_the_deflection_is_drawn(scale: float, words: str) -> None:
+    assert size_words("deflection", scale).endswith(words)

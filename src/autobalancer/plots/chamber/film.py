@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.view import COLORS, Camera, ChamberView, Poses, poses_of
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look
 from autobalancer.plots.film.canvas import FilmCanvas, frames_of
-from autobalancer.plots.film.files import film_format, write_film
+from autobalancer.plots.film.files import write_film
 from autobalancer.plots.film.film import Film
-from autobalancer.plots.film.question import frame_count, frame_times, magnification, pace
+from autobalancer.plots.film.question import film_question, frame_times, magnification, pace, size_words
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
-from autobalancer.units import argument, optional_argument
 
 
 def animate_chamber(
@@ -78,16 +77,12 @@ def animate_chamber(
     ResultError
         If the file cannot be written.
     """
-    start = optional_argument("start", start, "s")
-    end = optional_argument("end", end, "s")
-    duration = argument("duration", duration, "s")
-    path = Path(path)
-    film_format(path)
-    unit = speed_axis(speed_unit)
-    count = frame_count(frame, fps, duration, width)
+    asked = film_question(
+        path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
+    )
     if not (np.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
         raise QuestionError(f"elevation: given {elevation:g} degrees, azimuth {azimuth:g}; the first is from -90 to 90")
-    times = frame_times(run["time"].values, start, end, count)
+    times = frame_times(run["time"].values, asked.start, asked.end, asked.frames)
     chambers = chambers_of(run)
     inside = (run["time"].values >= times[0]) & (run["time"].values <= times[-1])
     greatest = float(np.abs(run["body_position"].values[inside]).max(initial=0.0))
@@ -97,10 +92,10 @@ def animate_chamber(
     with look():
         poses = poses_of(run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=heavy)
         view = "in the frame of the rotor" if frame == "rotor" else "in space"
-        caption = f"{view}, {pace(duration, times)}, displacement drawn {scale:g} times larger"
-        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), unit, caption, width)
-        write_film(path, frames_of(scene.frame, count, progress), fps)
-    return Film(path)
+        caption = f"{view}, {pace(asked.duration, times)}, {size_words('displacement', scale)}"
+        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), asked.unit, caption, width)
+        write_film(asked.path, frames_of(scene.frame, asked.frames, progress), fps)
+    return Film(asked.path)
 
 
 class _Scene(FilmCanvas):

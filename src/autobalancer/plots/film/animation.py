@@ -10,17 +10,16 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.patience import shows_progress
-from autobalancer.plots.drawing.axis_units import significant, speed_axis
+from autobalancer.plots.drawing.axis_units import significant
 from autobalancer.plots.drawing.style import look
 from autobalancer.plots.film.canvas import frames_of
-from autobalancer.plots.film.files import film_format, write_film
+from autobalancer.plots.film.files import write_film
 from autobalancer.plots.film.film import Film
-from autobalancer.plots.film.question import frame_count, frame_times, magnification, pace
+from autobalancer.plots.film.question import film_question, frame_times, magnification, pace, size_words
 from autobalancer.plots.film.rotor import unit_length
 from autobalancer.plots.film.scene import Scene
 from autobalancer.plots.run.motion import Floats, Moments, Motion, races_of
 from autobalancer.plots.run.places import places_in_rotor
-from autobalancer.units import argument, optional_argument
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 
@@ -92,15 +91,11 @@ def animate_races(
     ResultError
         If the file cannot be written.
     """
-    start = optional_argument("start", start, "s")
-    end = optional_argument("end", end, "s")
-    duration = argument("duration", duration, "s")
-    path = Path(path)
-    film_format(path)
-    unit = speed_axis(speed_unit)
-    count = frame_count(frame, fps, duration, width)
+    asked = film_question(
+        path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
+    )
     motion, races = Motion(run), races_of(run)
-    times = _frame_times(motion.time, start, end, count)
+    times = _frame_times(motion.time, asked.start, asked.end, asked.frames)
     moments = motion.at(times)
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
@@ -118,12 +113,12 @@ def animate_races(
             in_space=turns,
             per_frame=PATH_POINTS,
             magnification=scale,
-            unit=unit,
-            caption=_caption(moments, turns, duration, scale, bool(races.orbit_radius.size)),
+            unit=asked.unit,
+            caption=_caption(moments, turns, asked.duration, scale, bool(races.orbit_radius.size)),
             width=width,
         )
-        write_film(path, frames_of(scene.frame, times.size, progress), fps)
-    return Film(path)
+        write_film(asked.path, frames_of(scene.frame, times.size, progress), fps)
+    return Film(asked.path)
 
 
 def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:
@@ -145,5 +140,5 @@ def _caption(moments: Moments, turns: bool, duration: float, scale: float, with_
         view = "in space"
     else:
         view = f"in space, up to {significant(fastest)} turns between two frames"
-    size = f"deflection drawn {scale:g} times larger" if with_race else "not to scale"
+    size = size_words("deflection", scale) if with_race else "not to scale"
     return f"{view}\n{pace(duration, moments.time)}, {size}"

@@ -2,15 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from pathlib import Path
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import round_down, significant
+from autobalancer.plots.drawing.axis_units import AxisUnit, round_down, significant, speed_axis
+from autobalancer.plots.film.files import film_format
+from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
+
+
+class FilmQuestion(NamedTuple):
+    """What was asked of a film, in SI."""
+
+    path: Path
+    start: float | None  # s
+    end: float | None  # s
+    duration: float  # s, of the film
+    frames: int
+    unit: AxisUnit  # of speeds
+
+
+def film_question(
+    path: str | Path,
+    *,
+    start: float | str | None,
+    end: float | str | None,
+    duration: float | str,
+    fps: int,
+    frame: str,
+    speed_unit: str,
+    width: int,
+) -> FilmQuestion:
+    """The arguments that all films have, read and checked.
+
+    Raises
+    ------
+    QuestionError
+        If one of them is not possible.
+    """
+    first, last = optional_argument("start", start, "s"), optional_argument("end", end, "s")
+    seconds = argument("duration", duration, "s")
+    film_format(Path(path))
+    unit = speed_axis(speed_unit)
+    return FilmQuestion(Path(path), first, last, seconds, frame_count(frame, fps, seconds, width), unit)
 
 
 def frame_count(frame: str, fps: int, duration: float, width: int) -> int:
@@ -66,6 +105,15 @@ def magnification(asked: float | Literal["auto"], greatest: float, size: float, 
             raise QuestionError(f"deflection_scale: given {asked!r}; must be 'auto' or a number greater than zero")
         return float(asked)
     return round_down(share * size / greatest) if greatest > 1e-12 * size else 1.0
+
+
+def size_words(thing: str, scale: float) -> str:
+    """How large a ``thing`` is drawn, in words: ``"deflection drawn 20 times larger"``, ``"... at half size"``."""
+    if scale == 1.0:
+        return f"{thing} to scale"
+    if scale > 1.0:
+        return f"{thing} drawn {scale:g} times larger"
+    return f"{thing} drawn at " + ("half size" if scale == 0.5 else f"1/{significant(1.0 / scale)} of its size")
 
 
 def pace(duration: float, times: Floats) -> str:
