@@ -21,6 +21,7 @@ from autobalancer.plots.drawing.style import picture
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
 from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.plots.run.race_vectors import Vector, vectors_of
+from autobalancer.plots.run.static import static_part
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -99,7 +100,7 @@ def test_a_run_up_of_two_planes_has_the_angles_of_each_and_the_deflection_of_bot
     labels = [str(line.get_label()) for line in figure.axes[1].get_lines()]
     assert {"greatest, lower balancer", "upper balancer"} <= set(labels)
     upper = next(line for line in figure.axes[1].get_lines() if line.get_label() == "upper balancer")
-    assert np.asarray(upper.get_ydata())[-1] == pytest.approx(1e6 * float(np.hypot(two.plane_x, two.plane_y)[-1, 1]))
+    assert np.asarray(upper.get_ydata())[-1] == pytest.approx(float(np.hypot(two.plane_x, two.plane_y)[-1, 1]))
     for panel, balls, plane in ((2, {"ball 1", "ball 2"}, 0), (3, {"ball 3", "ball 4"}, 1)):
         lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in figure.axes[panel].get_lines()}
         assert {name for name in lines if name.startswith("ball")} == balls
@@ -186,7 +187,7 @@ def test_pictures_of_a_horizontal_machine_tell_vibration_from_static_deflection(
     vibration = next(line for line in panel.get_lines() if str(line.get_label()).startswith("vibration about"))
     z = drum.x.values + 1j * drum.y.values
     last = np.abs(z + 1j * static)[-1]
-    assert np.asarray(vibration.get_ydata())[-1] * 1e-6 == pytest.approx(last, abs=1e-3 * static)
+    assert np.asarray(vibration.get_ydata())[-1] == pytest.approx(last, abs=1e-3 * static)
 
 
 def test_more_balls_than_colors_have_one_color_for_each_race(drum: xr.Dataset) -> None:
@@ -237,10 +238,28 @@ def test_stacks_stand_at_or_above_their_places_and_below_the_edge() -> None:
 def test_the_run_up_shows_the_machine_without_balancing_beside_it(drum: xr.Dataset) -> None:
     panel = ab.plot.run_up(drum).axes[1]
     reference = next(line for line in panel.get_lines() if line.get_label() == "without balancing")
-    factor = {"deflection (µm)": 1e6, "deflection (mm)": 1e3}[panel.get_ylabel()]
-    assert np.asarray(reference.get_ydata()) == pytest.approx(factor * float(drum.vibration_without_balls[0]))
+    assert panel.get_ylabel() == "deflection"  # logarithmic: each tick has its unit
+    assert np.asarray(reference.get_ydata()) == pytest.approx(float(drum.vibration_without_balls[0]))
     held = ab.simulate(ab.load_machine(MACHINES / "two_plane_rotor.toml"), duration=0.2, hold_balls=True, save=SAVE)
     whole = next(
         line for line in ab.plot.run_up(held, held=held).axes[1].get_lines() if line.get_label() == "without balancing"
     )
     assert np.asarray(whole.get_ydata()) == pytest.approx(1e6 * held.envelope_high.values)
+
+
+def test_the_end_of_a_part_of_a_run_is_named_by_its_time(two: xr.Dataset) -> None:
+    end = float(two.attrs["end_time"])
+    for until, when in ((end, "at the end"), (0.75 * end, f"at {0.75 * end - 0.015:.4g} s")):
+        texts = [label.text.get_text() for label in labels_of(ab.plot.run_up(two, end=until).axes[1]).entries]
+        assert any(when in text for text in texts)
+        assert any("at the end" in text for text in texts) == (until == end)
+
+
+def test_a_whirl_that_grows_has_no_static_part() -> None:
+    time = np.linspace(0.0, 1.0, 2001)
+    angle = 2.0 * np.pi * 25.0 * time
+    run = xr.Dataset(attrs={"axis": "horizontal", "static_load": "weight"})
+    whirl = 1e-3 * np.exp(16.0 * (time - 1.0) + 1j * angle)
+    assert static_part(run, time, angle, whirl, 1.0) == 0.0
+    still = -1e-3j + 1e-4 * np.exp(1j * angle)
+    assert static_part(run, time, angle, still, 1.0) == pytest.approx(-1e-3j, rel=1e-9)

@@ -94,6 +94,8 @@ def plot_energy(run: Given, *, title: str | None = None) -> Figure:
 
 def plot_collisions(run: Given, *, title: str | None = None) -> Figure:
     """Rates (1/s) of the contacts of a ``run`` that begin, and the hardest of them (N), over time, below a ``title``."""
+    from matplotlib.ticker import SymmetricalLogLocator
+
     run = chamber_run(run, "plot.chamber_collisions")
     found = collision_statistics(run)
     with look():
@@ -104,10 +106,13 @@ def plot_collisions(run: Given, *, title: str | None = None) -> Figure:
         rates.step(time, found["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
         rates.set_ylabel("contacts begun (1/s)")
         rates.set_yscale("symlog", linthresh=10.0)
+        rates.yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=(1.0, 2.0, 5.0)))
+        rates.yaxis.set_major_formatter("{x:g}")
         legend(rates)
         force.step(time, found["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
         force.set_xlabel("time (s)")
+        force.set_xlim(run["time"].values[[0, -1]])
         figure.align_ylabels()
         heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure

@@ -32,9 +32,9 @@ def plot_reactions(
     until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
-        ("axial force $P_x$ (N)", run["constraint_force"].isel(axis=0).values),
-        ("moment about y,\n$M_y$ (N m)", run["constraint_moment"].isel(axis=1).values),
-        ("moment about z,\n$M_z$ (N m)", run["constraint_moment"].isel(axis=2).values),
+        ("axial force (N)", run["constraint_force"].isel(axis=0).values),
+        ("moment about y (N m)", run["constraint_moment"].isel(axis=1).values),
+        ("moment about z (N m)", run["constraint_moment"].isel(axis=2).values),
     )
     with look():
         columns = 1 if body is None else 2

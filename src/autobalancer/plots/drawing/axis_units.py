@@ -10,12 +10,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
 
 __all__ = [
+    "EACH_ITS_OWN",
     "LENGTH_UNITS",
     "SPEED_UNITS",
     "AxisUnit",
     "couple_text",
     "length_axis",
     "length_text",
+    "length_tick",
     "moment_axis",
     "moment_text",
     "round_down",
@@ -62,6 +64,15 @@ def speed_axis(unit: str) -> AxisUnit:
     if unit not in SPEED_UNITS:
         raise QuestionError(f"speed_unit: given {unit!r}; must be one of {', '.join(SPEED_UNITS)}")
     return SPEED_UNITS[unit]
+
+
+EACH_ITS_OWN = AxisUnit("", 1.0)  # of a logarithmic axis of lengths: its ticks say nm, µm, mm or m
+
+
+def length_tick(value: float) -> str:
+    """``"10 µm"``: a length in m with the unit that suits it."""
+    unit = length_axis(None, value * (1.0 + 1e-9))
+    return f"{value * unit.factor:g} {unit.sign}"
 
 
 def length_axis(unit: str | None, greatest: float) -> AxisUnit:

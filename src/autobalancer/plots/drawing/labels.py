@@ -109,6 +109,8 @@ class Labels(Artist):
                 for far in FAR:
                     gap = far * pixel
                     left = x + gap * side - (0.0, 0.5, 1.0)[1 - side] * size.width
+                    if up and frame.x0 <= x <= frame.x1:  # above or below its point it need not leave the axes
+                        left = float(np.clip(left, frame.x0, frame.x1 - 2.0 * pixel - size.width))
                     low = y + gap * up * (0.7 if side else 1.0) - (0.0, 0.5, 1.0)[1 - up] * size.height
                     box = Bbox.from_bounds(left, low, size.width, size.height)
                     corner = (float(np.clip(x, box.x0, box.x1)), float(np.clip(y, box.y0, box.y1)))
@@ -130,7 +132,7 @@ class Labels(Artist):
             start, end = np.asarray(joint.get_xydata(), np.float64).tolist()
             cost += CROSSED * _passes((start[0], start[1]), (end[0], end[1]), box)
         cost += OUTSIDE * (1.0 - _common(box, frame) / area)
-        inside = (curves[:, 0] > box.x0) & (curves[:, 0] < box.x1) & (curves[:, 1] > box.y0) & (curves[:, 1] < box.y1)
+        inside = (curves[:, 0] > near.x0) & (curves[:, 0] < near.x1) & (curves[:, 1] > box.y0) & (curves[:, 1] < box.y1)
         return float(cost + CURVE * min(float(inside.sum()) / box.height, 6.0))
 
     def _put(self, label: _Label, box: Bbox, renderer: Any) -> None:

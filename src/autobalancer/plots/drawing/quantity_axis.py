@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -53,8 +54,8 @@ def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
     return SHOWN.get(unit, AxisUnit(unit, 1.0))
 
 
-def plain_log_ticks(axes: Axes, which: str) -> None:
-    """1, 2, 5, 10, ... as plain numbers on a logarithmic axis; more of them on a short one."""
+def plain_log_ticks(axes: Axes, which: str, write: Callable[[float], str] = "{:g}".format) -> None:
+    """1, 2, 5, 10, ... as plain numbers on a logarithmic axis, or as ``write`` says; more of them on a short one."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis = axes.xaxis if which == "x" else axes.yaxis
@@ -63,7 +64,7 @@ def plain_log_ticks(axes: Axes, which: str) -> None:
     if high / low < 8.0:
         steps = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
     axis.set_major_locator(LogLocator(subs=steps, numticks=30))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: write(value)))
     axis.set_minor_formatter(NullFormatter())
 
 

@@ -62,7 +62,7 @@ LOOK: Any = {
 
 # the formulas of this package, the powers of ten of an axis and the symbol at the end of its label; any other dollar sign
 # belongs to a name
-FORMULA = r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|[cPM]_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*"
+FORMULA = r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|c_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*"
 SYMBOL = r"[A-Za-z](?:_[a-z0-9])?|\\(?:beta|chi|mu|nu|rho|varepsilon)|c_d \\mathrm\{Re\}"
 OWN_FORMULA = re.compile(rf"{FORMULA}|[^$]*, \$(?:{SYMBOL})\$(?: \([^$]*\))?")
 
@@ -82,6 +82,9 @@ class Picture(Figure):
             axes.get_xticklabels(), axes.get_yticklabels()  # brings their texts up to date
         for text in self.findobj(Text):
             as_written(text)
+        engine = self.get_layout_engine()
+        if engine is not None:
+            engine.execute(self)  # once more than matplotlib does: panels of another size have other ticks
         super().draw(renderer)
 
     def _repr_png_(self) -> bytes:

@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, length_text, significant
+from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 from autobalancer.plots.film.axis import AxisView
 from autobalancer.plots.film.canvas import FilmCanvas
 from autobalancer.plots.film.rotor import RotorView, unit_length
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
-from autobalancer.plots.run.history import Deflections, critical_speeds_of, deflections_of, history_of, quiet
+from autobalancer.plots.run.history import Deflections, critical_speeds_of, deflections_of, ends_at, history_of, quiet
 from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.plots.run.places import places_in_rotor
@@ -126,11 +126,10 @@ class Scene(FilmCanvas):
             speed_panel(upper, history, critical_speeds_of(run), self.unit, ball_looks(run))
         if deflections is None or deflections.time.size < 2:  # a short film between two bins or samples
             size = np.abs(self.moments.deflection_in_rotor)
-            deflections = Deflections(self.moments.time, size, size, False)
+            deflections = Deflections(self.moments.time, size, size, False, ends=ends_at(run, last))
         log = quiet(deflections)
-        deflection_panel(
-            lower, deflections, length_axis("um" if log else None, float(deflections.high.max())), log=log, brief=True
-        )
+        unit = EACH_ITS_OWN if log else length_axis(None, float(deflections.high.max()))
+        deflection_panel(lower, deflections, unit, log=log, brief=True)
         lower.set_xlabel("time (s)")
         lower.set_xlim(first, last)
         self.figure.align_ylabels([upper, lower])

@@ -161,7 +161,7 @@ def _amplitudes(
         here = leg["motion"].values == number if motion else np.isfinite(y)
         color = COLORS.get(motion, ALL_BALLS)
         face = "white" if hollow else color
-        panel.plot(
+        marks = panel.plot(
             x[here],
             y[here],
             ls="",
@@ -173,6 +173,7 @@ def _amplitudes(
             zorder=2.0,
             clip_on=False,
         )
+        marks[0].set_in_layout(False)  # before the panels have their size they would seem to reach far out of them
 
 
 def _jumps(y: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -46,6 +46,7 @@ class Deflections(NamedTuple):
     name: str = ""  # of the reference place, if there are others
     static: complex = 0j  # m, about which the place vibrates at the end
     curves: tuple[Curve, ...] = ()  # of other places; with a static deflection the vibration of all
+    ends: bool = True  # whether the run ends where they end
     without: Curve | None = None  # the vibration of the same machine with its balls spread and held
 
 
@@ -113,7 +114,14 @@ def deflections_of(run: xr.Dataset, start: float, end: float, held: xr.Dataset |
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
     name, static, curves = places_of(run, start, end)
     without = _at_last_speed(run, start, end) if held is None else _of_held(held, start, end)
-    return Deflections(time[inside], low[inside], high[inside], envelope, name, static, curves, without)
+    return Deflections(
+        time[inside], low[inside], high[inside], envelope, name, static, curves, ends_at(run, end), without
+    )
+
+
+def ends_at(run: xr.Dataset, end: float) -> bool:
+    """Whether a run ends at ``end`` (s)."""
+    return end >= span_of(run)[1] - 1e-9
 
 
 def _of_held(held: xr.Dataset, start: float, end: float) -> Curve | None:

@@ -8,12 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from autobalancer.plots.drawing.angles import slipping, wrapped
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_text, significant
+from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, AxisUnit, length_text, length_tick, significant
 from autobalancer.plots.drawing.labels import label_level, label_point
+from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, legend
 from autobalancer.plots.run.ball_looks import BallLook
 from autobalancer.plots.run.history import Curve, Deflections, History
 
+RARE = 0.002  # of all speeds of balls; if these alone make the axis three times longer they leave the picture
+NEAR = 0.15  # of the speed axis: a label is an eighth of the lowest panel
 PLACES = (BALLS[0], BALLS[1], BALLS[2], BALLS[3], BALLS[4], BALLS[5])  # colors of the deflection at other places
 
 
@@ -21,19 +24,16 @@ def speed_panel(
     axes: Axes, history: History, critical: Sequence[float], unit: AxisUnit, looks: Sequence[BallLook]
 ) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls stall, they leave the rotor's line."""
-    drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
-    drawn = drawn[np.isfinite(drawn)]
-    least, most = float(drawn.min(initial=np.inf)), float(drawn.max(initial=-np.inf))
-    if not drawn.size:
-        least, most = 0.0, 1.0
+    least, most = _speeds_shown(history)
     least = min(least, 0.0) if least < 0.6 * most else least
-    for level in critical:
-        if not 0.9 * least <= level <= 1.1 * most:
-            continue  # would squeeze what is asked for
+    shown = sorted(level for level in critical if 0.9 * least <= level <= 1.1 * most)  # others would squeeze the rest
+    for level in shown:
         axes.axhline(level * unit.factor, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), zorder=1.5)
-        text = f"critical speed {significant(level * unit.factor)} {unit.sign}"
-        label_level(axes, text, level * unit.factor, color=CRITICAL)
         least, most = min(least, level), max(most, level)
+    for group in _near(shown, NEAR * (most - least)):
+        numbers = [significant(level * unit.factor) for level in group]
+        text = f"critical speed{'s' * (len(group) > 1)} {_listed(numbers)} {unit.sign}"
+        label_level(axes, text, group[-1] * unit.factor, color=CRITICAL)
     axes.plot(history.time, history.speed * unit.factor, color=INK, lw=1.6, label="rotor")
     count = history.ball_speed_in_space.shape[1]
     for i in range(count):
@@ -72,7 +72,9 @@ def deflection_panel(
         )
     if without is not None:
         axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
-    axes.set_ylabel(f"deflection ({unit.sign})")
+    if unit == EACH_ITS_OWN:
+        plain_log_ticks(axes, "y", length_tick)
+    axes.set_ylabel(f"deflection ({unit.sign})" if unit.sign else "deflection")
     if deflections.is_envelope or deflections.curves or without is not None:
         legend(axes)
     _numbers(axes, deflections, unit)
@@ -120,18 +122,46 @@ def _numbers(axes: Axes, deflections: Deflections, unit: AxisUnit) -> None:
     label_point(axes, f"{length_text(float(high[peak]))} at {time[peak]:.4g} s", time[peak], high[peak] * unit.factor)
     if time[-1] - time[peak] <= 0.2 * (time[-1] - time[0]):
         return  # it would say the same once more
-    bottom = axes.get_ylim()[0]
+    bottom, when = axes.get_ylim()[0], "at the end" if deflections.ends else f"at {time[-1]:.4g} s"
     if deflections.static:
         curve = deflections.curves[0]
-        moving = f"vibration {length_text(float(curve.value[-1]))} at the end"
+        moving = f"vibration {length_text(float(curve.value[-1]))} {when}"
         label_point(axes, moving, curve.time[-1], max(curve.value[-1] * unit.factor, bottom), color=PLACES[0])
         return
     outside = (
         high[-1] * unit.factor < bottom
     )  # two short lines then stay clear of a curve that falls out of the picture
     gap = "\n" if outside else " "
-    words = f"{length_text(float(high[-1]))}{gap}at the end"
+    words = f"{length_text(float(high[-1]))}{gap}{when}"
     label_point(axes, words, time[-1], max(high[-1] * unit.factor, bottom))
+
+
+def _speeds_shown(history: History) -> tuple[float, float]:
+    """The range of the speeds, without the few moments at which a ball that falls through the middle turns very fast."""
+    drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
+    drawn = drawn[np.isfinite(drawn)]
+    if not drawn.size:
+        return 0.0, 1.0
+    rotor = history.speed[np.isfinite(history.speed)]
+    usual = np.concatenate([rotor, np.quantile(drawn, [RARE, 1.0 - RARE])])
+    shown = usual if np.ptp(drawn) > 3.0 * np.ptp(usual) > 0.0 else drawn
+    return float(shown.min()), float(shown.max())
+
+
+def _near(levels: Sequence[float], apart: float) -> list[list[float]]:
+    """Ascending levels, those too near to each other for labels of their own in one group."""
+    groups: list[list[float]] = []
+    for level in levels:
+        if groups and level - groups[-1][-1] < apart:
+            groups[-1].append(level)
+        else:
+            groups.append([level])
+    return groups
+
+
+def _listed(words: Sequence[str]) -> str:
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def _main_label(deflections: Deflections, brief: bool) -> str:

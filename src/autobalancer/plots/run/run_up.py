@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import length_axis, speed_axis
+from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, length_axis, speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, heading, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
 from autobalancer.plots.run.history import (
@@ -53,7 +53,8 @@ def plot_run_up(
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     deflection_unit
-        ``"m"``, ``"mm"``, ``"um"`` or ``"nm"``; by default the one that suits the greatest deflection, µm if logarithmic.
+        ``"m"``, ``"mm"``, ``"um"`` or ``"nm"``; by default the one that suits the greatest deflection; on a logarithmic
+        axis each tick has its own.
     log_deflection
         Whether the deflection axis is logarithmic, which shows how well the balls balance in the end; by default where
         the end is below 5 % of the greatest deflection.
@@ -87,7 +88,7 @@ def plot_run_up(
         raise QuestionError(f"the run has neither speed nor deflection between {first:g} s and {last:g} s; {SAVE_MORE}")
     greatest = float(np.nanmax(deflections.high, initial=0.0)) if deflections is not None else 0.0
     logarithmic = deflections is not None and (quiet(deflections) if log_deflection is None else log_deflection)
-    lengths = length_axis(deflection_unit or ("um" if logarithmic else None), greatest)
+    lengths = EACH_ITS_OWN if logarithmic and not deflection_unit else length_axis(deflection_unit, greatest)
     planes = _planes_with_balls(run) if history is not None and history.ball_angle_in_rotor.shape[1] else []
     heights = [1.0] * (history is not None) + [1.0] * (deflections is not None) + [0.9] * len(planes)
     with look():
