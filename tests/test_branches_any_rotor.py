@@ -19,10 +19,10 @@ from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine, RigidRotor, Support
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.host.stations import stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.speeds import border_speeds
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues

@@ -44,12 +44,12 @@ from autobalancer.stability.continuation.family import SMOOTH, Family
 from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
 from autobalancer.stability.continuation.steady import Range, Steady
 from autobalancer.stability.continuation.symmetry import expanded, kinds, merged
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.diagrams.explorer import Explorer
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import planar_balancer_of
 from autobalancer.stability.maps.characteristic import growth_rate, worst_case_border
 from autobalancer.stability.periodic.collocation import DEGREE, Mesh

@@ -42,7 +42,8 @@ from autobalancer.stability.states.harmonic_balance import swing_of
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.planar import equilibria_of
-from autobalancer.stability.states.stations import StationState, balanced_of, states_of
+from autobalancer.stability.states.state import StationState
+from autobalancer.stability.states.stations import balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 ENDS = (-0.12, 0.16)
@@ -458,12 +459,10 @@ def test_what_is_known_of_planar_rotors_only_says_what_to_ask_instead() -> None:
         ab.stability.equilibria(m, 300.0, unbalance=1e-4)
 
 
-def test_gravity_across_the_axis_and_balls_that_feel_the_tilt_are_refused() -> None:
+def test_gravity_across_the_axis_is_refused() -> None:
     m = machine(TWO)
     with pytest.raises(QuestionError, match="gravity acts across the axis"):
         ab.stability.eigenvalues(m.model_copy(update={"axis": "horizontal"}), [300.0])
-    with pytest.raises(QuestionError, match="tilting_races"):
-        ab.stability.borders(m.model_copy(update={"tilting_races": "full"}))
 
 
 def test_a_plane_whose_balls_are_too_weak_is_named() -> None:

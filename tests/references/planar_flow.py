@@ -16,8 +16,8 @@ from autobalancer.simulation.equations import PLANAR
 from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.host.planar import Floats, Matrix
+from autobalancer.stability.host.vector_field import Field
 
 KEPT = [X, Y, VX, VY]
 

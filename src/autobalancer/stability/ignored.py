@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.catalog.resolve import resolve
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 
 
 def ignored_at_rest(machine: Machine) -> tuple[str, ...]:
@@ -23,7 +23,8 @@ def ignored_by_stalled(machine: Machine) -> tuple[str, ...]:
     """What the torque balances of release and capture speed leave out; they know rolling resistance and any drag."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
-    return _there({"adherence": adheres} | _by_all(machine))
+    tilts = machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor)
+    return _there({"adherence": adheres, "tilt of the races": tilts} | _by_all(machine))
 
 
 def without(names: tuple[str, ...]) -> str:

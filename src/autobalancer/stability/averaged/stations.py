@@ -20,7 +20,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.linear import kept
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.state import StationState
 
 LOST = 1e-7  # singular value, over the greatest, of ball motions that move nothing
 

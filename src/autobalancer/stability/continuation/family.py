@@ -21,10 +21,10 @@ from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
 from autobalancer.machine.profile import Constant
 from autobalancer.stability.continuation.symmetry import Groups, merged
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.host.planar import Matrix, Plane, plane
 from autobalancer.stability.host.reduction import basis_for, projected
 from autobalancer.stability.host.stations import Stations, of_plane, stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.units import to_si
 
 FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly

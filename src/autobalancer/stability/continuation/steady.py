@@ -10,10 +10,11 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.symmetry import Groups, expanded
-from autobalancer.stability.continuation.vector_field import Field, Numbers
 from autobalancer.stability.host.damping import damping_ratio
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.series import Numbers
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.vector_field import Field
 
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 

@@ -16,9 +16,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.planar import close_polygon
 
 Groups: TypeAlias = tuple[tuple[int, ...], ...]
@@ -84,11 +84,13 @@ def gathered(state: Floats, groups: Groups, rotor: int) -> Floats:
 
 def restoring(field: Field, state: Floats) -> Floats:
     """r of every ball, over I w^2: falls below zero where balls at this place no longer stay together."""
-    p, angles = field.host, state[field.rotor : field.rotor + field.balls]
-    c, s = np.cos(angles), np.sin(angles)
-    ax, ay = field.accelerations(state, field(state))
-    along = p.offset.real * c + p.offset.imag * s
-    return np.asarray(p.moment * (field.speed**2 * along - c * ax - s * ay) / (p.inertia * field.speed**2))
+    p, first = field.host, field.rotor
+    half, turned = first // 2, np.zeros(state.size)
+    turned[first : first + field.balls] = 1.0  # the torque on a ball depends on no other ball but through the rotor
+    matrices, right = field.series(state, turned, 1)
+    whole = field.accelerations(state, field(state))
+    torque = right[1][half:] - matrices[1][half:, :half] @ whole
+    return np.asarray(-torque / (p.inertia * field.speed**2))
 
 
 def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:

@@ -17,14 +17,15 @@ from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import Steps
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import coincident, in_two_bundles, kinds
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
 from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.periodic.stalled import stalled_orbits
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.stations import StationState, states_of
+from autobalancer.stability.states.state import StationState, state_vector
+from autobalancer.stability.states.stations import states_of
 from autobalancer.units import optional_argument
 
 State = Literal["balanced", "mixed", "coincident", "in line", "stalled", "all"]
@@ -138,19 +139,12 @@ def branches(
     return branch_dataset(explorer, family.attributes(0), attributes)
 
 
-def state_vector(field: Field, angles: Floats) -> Floats:
-    """Coordinates, velocities, ball angles and ball speeds of the state with the balls at rest at these angles."""
-    whirl = field.host.coordinates(field.speed, angles)
-    rate = 1j * field.speed * whirl
-    return np.concatenate([whirl.real, whirl.imag, rate.real, rate.imag, angles, np.zeros(angles.size)])
-
-
 def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
     """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
     host = field.host
     true = state.whirl[host.station] + host.offset == 0.0
     bundled = in_two_bundles(state.angles, host, kind, true) if state.freedom else None
-    return state_vector(field, state.angles if bundled is None else bundled)
+    return state_vector(host, field.speed, state.angles if bundled is None else bundled)
 
 
 def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[StationState]:

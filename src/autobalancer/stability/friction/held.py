@@ -30,6 +30,7 @@ from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
 PART_GIVEN = "some races have no friction: their balls are ideal"
+TILT_LEFT_OUT = "balls feel the deflection of their race here, not its tilt"
 
 
 def held_by_friction(
@@ -61,7 +62,7 @@ def held_by_friction(
     Raises
     ------
     QuestionError
-        If the machine has no balls, balls feel the tilt of their race, or the speed is not above zero.
+        If the machine has no balls, or the speed is not above zero.
     """
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
@@ -80,7 +81,8 @@ def held_by_friction(
     found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
     planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
-    return HeldByFriction(at, starts, planes, "" if holding.all() else PART_GIVEN)
+    notes = [PART_GIVEN] * (not holding.all()) + [TILT_LEFT_OUT] * (machine.tilting_races == "full")
+    return HeldByFriction(at, starts, planes, "; ".join(notes))
 
 
 def held_share(machine: Machine, speeds: Floats) -> Floats:
@@ -114,7 +116,7 @@ def _weight(machine: Machine, speed: float) -> float:
 
 
 def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
-    weightless = machine.model_copy(update={"gravity": 0.0})
+    weightless = machine.model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
     if unbalance is not None and isinstance(machine.rotor, PlanarRotor):
         vector = described(weightless, unbalance).unbalance
         one = Unbalance(moment=abs(vector), angle=cmath.phase(vector))

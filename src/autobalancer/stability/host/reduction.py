@@ -36,7 +36,9 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
     modes, static = [], []
     for block in directions:
         stiffness, mass = held[block, block], model.mass[block, block]
-        pushed = np.column_stack([st.rows.T, st.load.real, st.load.imag])
+        pushed = np.column_stack(
+            [st.rows.T, *(() if st.slopes is None else (st.slopes.T,)), st.load.real, st.load.imag]
+        )
         stiffness = 0.5 * (stiffness + stiffness.T)
         modes.append(scipy.linalg.eigh(stiffness, mass)[1])
         static.append(np.linalg.lstsq(stiffness, pushed, rcond=1e-13)[0])
@@ -73,7 +75,8 @@ def projected(st: Stations, basis: Matrix) -> Stations:
         pairs=r,
         coordinates=tuple(f"mode {i % r + 1} along {'xy'[i // r]}" for i in range(2 * r)),
     )
-    return replace(st, model=small, rows=st.rows @ basis, load=basis.T @ st.load)
+    slopes = None if st.slopes is None else st.slopes @ basis
+    return replace(st, model=small, rows=st.rows @ basis, slopes=slopes, load=basis.T @ st.load)
 
 
 def _error(st: Stations, small: Stations, highest: float) -> float:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.assembly.host import axial_gravity
 from autobalancer.assembly.profile import schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
@@ -44,6 +45,8 @@ class Stations:
     race: NDArray[np.int64]  # (n,) number of its race, from 0
     offset: Complexes  # (n,) race center in the rotor
     capability: Floats  # (P,) of balls side by side, kg m
+    slopes: Matrix | None = None  # (P, pairs) of the stations, where balls feel the tilt of their race
+    weight: float = 0.0  # acceleration of gravity along the axis, felt where races tilt
 
     @property
     def isotropic(self) -> bool:
@@ -59,6 +62,21 @@ class Stations:
     def scale_speed(self) -> float:
         """A speed of the size of the machine's own, rad/s: the lowest critical speed, or frequency at rest."""
         return self.critical_speeds[0] if self.critical_speeds else float(natural_frequencies(self.model)[0])
+
+    @property
+    def orbit(self) -> Floats:
+        """Orbit radius of each ball, (n,) m."""
+        return np.asarray(self.moment / self.ball_mass)
+
+    def untilted(self, speed: float) -> Stations:
+        """The machine whose balls feel the deflection of their race and, at rest, their weight on it.
+
+        On a leaning race gravity a along the axis acts as if the ball ran in the plane z - a/W^2. What is left of the tilt is
+        of the second order in the slope, and nothing where the axis does not lean.
+        """
+        if self.slopes is None:
+            return self
+        return replace(self, rows=self.rows - self.weight / speed**2 * self.slopes, slopes=None)
 
     @property
     def fixed_load(self) -> Complexes:
@@ -99,8 +117,19 @@ class Stations:
 
     def coordinates(self, speed: float, angles: Floats) -> Complexes:
         """Forward whirl of the coordinates, seen in the rotor, with the balls at rest at these angles, (pairs,)."""
-        total = self.fixed_load + self.rows.T @ self.moments(angles)
-        return np.asarray(speed**2 * (self.compliance(speed) @ total))
+        flat = self.untilted(speed)
+        found = np.asarray(speed**2 * (self.compliance(speed) @ (flat.fixed_load + flat.rows.T @ flat.moments(angles))))
+        if self.slopes is None:
+            return found
+        # the shorter reach of a ball on a leaning race, a moment -m W^2 (s.r) r, is no linear map of complex coordinates
+        slopes, pairs = self.slopes[self.station], self.model.pairs
+        place = self.offset + self.orbit * np.exp(1j * angles)
+        lean = np.concatenate([slopes * place.real[:, None], slopes * place.imag[:, None]], 1)  # s.r of each ball
+        back = lean.T * (self.ball_mass * speed**2)
+        answer = self.compliance(speed)
+        whole = np.block([[answer.real, -answer.imag], [answer.imag, answer.real]])
+        both = np.linalg.solve(np.eye(2 * pairs) + whole @ back @ lean, np.concatenate([found.real, found.imag]))
+        return np.asarray(both[:pairs] + 1j * both[pairs:])
 
 
 def _inverse(stiffness: Any, turning: Any, inertia: Any, speed: float) -> Complexes:
@@ -133,21 +162,22 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     Raises
     ------
     QuestionError
-        If gravity acts across the axis, balls feel the tilt of their race, or ``unbalance`` is given and the machine has
-        not just one.
+        If gravity acts across the axis, balls feel the tilt of their race on supports that differ along x and y, or
+        ``unbalance`` is given and the machine has not just one.
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
             "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
-    if machine.tilting_races == "full":
-        raise QuestionError(
-            "tilting_races: given 'full'; stability is known for balls that feel the deflection of their race only. Take "
-            'tilting_races = "deflection", or simulate the machine'
-        )
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
+    tilting = machine.tilting_races == "full"
+    if tilting and not model.isotropic:
+        raise QuestionError(
+            "tilting_races: given 'full'; on supports that differ along x and y stability is known for balls that feel the "
+            'deflection of their race only. Take tilting_races = "deflection", or simulate the machine'
+        )
     balls = resolve(machine)
     planes = planes_of(machine, bare)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -174,6 +204,10 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
             ],
             np.float64,
         ),
+        slopes=np.array([rows.slope for rows in planes.rows]).reshape(len(planes.rows), model.pairs)
+        if tilting
+        else None,
+        weight=axial_gravity(machine) if tilting else 0.0,
     )
 
 

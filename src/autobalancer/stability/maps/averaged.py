@@ -113,6 +113,8 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
             "averaged border: the worst case over the unbalance needs races on the axis of the rotor, in one plane; leave out "
             "worst_case for the border at the unbalance of the machine"
         )
+    tilts = "ignores tilt of the races" if st.slopes is not None else ""
+    st = replace(st, slopes=None)
     low, high = searched or (st.scale_speed, highest_searched(st))
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
     found = [border_of(member, st, high, low) for member in members]
@@ -121,7 +123,7 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
     where = "worst case over the unbalance" if worst_case else "at this unbalance"
     if not worst_case and len(found) > 1:
         where += f", worst of {len(found)} positions of the balls"
-    text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note)))
+    text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note, tilts)))
     return Border(WORST_CASE if worst_case else AVERAGED, speed, text)
 
 

@@ -19,10 +19,12 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.linear import eigensystem, kept, matrices
+from autobalancer.stability.states.linear import kept, modes
 from autobalancer.stability.states.planar import close_polygon
+from autobalancer.stability.states.settled import settled
 from autobalancer.stability.states.spread import spread_of_two, spread_range
-from autobalancer.stability.states.stations import StationState, balanced_of, required
+from autobalancer.stability.states.state import StationState
+from autobalancer.stability.states.stations import balanced_of, required
 
 SAMPLES = 24  # of a continuum
 PLACES = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of |S2| from least to greatest
@@ -33,7 +35,7 @@ Growth = Callable[[Stations, float, StationState], float]
 
 def growth_of(st: Stations, speed: float, state: StationState) -> float:
     """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    values, _ = eigensystem(*matrices(st, speed, state))
+    values, _ = modes(st, speed, state)
     return float(kept(values, state.freedom).real.max())
 
 
@@ -66,7 +68,8 @@ class StationBalls:
         assert centers is not None
         closed = list(self._closed(required(st, speed, centers)))
         freedom = sum(len(part) for part in self.leading)
-        return [StationState("balanced", angles, -centers, freedom, 0) for angles in closed]
+        states = [StationState("balanced", angles, -centers, freedom, 0) for angles in closed]
+        return states if st.slopes is None else settled(st, speed, states)
 
     @cached_property
     def _in_plane(self) -> list[StationState]:
@@ -157,10 +160,17 @@ def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:
 
 
 def equal_at_one_station(st: Stations) -> bool:
-    """Whether only |S2| counts: isotropic, two or more equal balls in races on the axis, all at one station."""
+    """Whether only |S2| counts: isotropic, two or more equal balls, races on the axis at one station that do not tilt."""
     columns = (st.moment, st.inertia, st.drag)
     equal = all(bool(np.all(column == column[0])) for column in columns)
-    return st.isotropic and len(st.names) == 1 and st.moment.size >= 2 and equal and not np.any(st.offset)
+    return (
+        st.slopes is None
+        and st.isotropic
+        and len(st.names) == 1
+        and st.moment.size >= 2
+        and equal
+        and not np.any(st.offset)
+    )
 
 
 def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | EqualAtOneStation]:

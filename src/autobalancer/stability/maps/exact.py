@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -133,12 +134,10 @@ def worst_case_at_one_station(st: Stations) -> Border:
     """*exact border, worst case* where the rotor tilts or bends: equal balls at one station, |S2| from 0 to N."""
     name = "exact border, worst case"
     if not equal_at_one_station(st):
-        return Border(
-            name,
-            math.nan,
-            "computed for equal balls at one station only, races on the axis; see the exact border",
-            False,
-        )
+        which = "equal balls at one station only, races on the axis"
+        if equal_at_one_station(replace(st, slopes=None)):
+            which = "balls that feel the deflection of their race only"
+        return Border(name, math.nan, f"computed for {which}; see the exact border", False)
     found = []
     for share in SPREADS:
         speed, note = border_of(EqualAtOneStation(st, spread=share * st.moment.size), st)

@@ -17,8 +17,8 @@ from autobalancer.stability.continuation.follow import NoConvergence, correct
 from autobalancer.stability.continuation.special import Special
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import Groups, expanded
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.collocation import DEGREE, Condensed, Mesh, basis, condensed
 
 FIRST_AMPLITUDE = 0.03  # of the ball angle, rad

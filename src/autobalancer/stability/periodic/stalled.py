@@ -16,8 +16,8 @@ from autobalancer.catalog.resolve import Ball
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import Groups
-from autobalancer.stability.continuation.vector_field import Field
 from autobalancer.stability.host.planar import Floats, Matrix
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.collocation import Mesh
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.stall.groups import Loads, StalledGroup

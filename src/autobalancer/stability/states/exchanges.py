@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.state import StationState
 
 
-def without_exchanges(st: Stations, states: list[StationState]) -> list[StationState]:
+def without_exchanges(st: Stations, states: Iterable[StationState]) -> list[StationState]:
     """Without states that differ by an exchange of equal balls of one station."""
     kept_states: dict[tuple[tuple[float, ...], ...], StationState] = {}
     for state in states:

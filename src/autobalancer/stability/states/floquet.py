@@ -18,7 +18,8 @@ from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.harmonic_balance import Swing, swing_of
 from autobalancer.stability.states.linear import kept
-from autobalancer.stability.states.stations import StationState, balanced_of
+from autobalancer.stability.states.state import StationState
+from autobalancer.stability.states.stations import balanced_of
 
 STEPS = 24  # in half a turn, at least
 PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor

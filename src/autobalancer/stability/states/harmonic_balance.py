@@ -22,7 +22,7 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.state import StationState
 
 FIRST, MOST = 16, 128  # angles in half a turn
 TAIL = 1e-11  # rad: higher harmonics below it have vanished

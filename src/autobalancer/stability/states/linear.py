@@ -6,7 +6,7 @@ the acceleration A_p = B_p (Q'' + 2iW Q' - W^2 Q),
     M (Q'' + 2iW Q' - W^2 Q) + (C - iWG) (Q' + iW Q) + K Q + sum s B^T e^(i phi) i (phi'' + 2iW phi' - W^2 phi) = 0
     I phi'' + beta phi' + s Im[e^(-i phi) A_p] + s W^2 Re[e^(-i phi) (Z_p + E)] phi = 0
 
-for small Q and phi; M has the balls' mass on it.
+for small Q and phi; M has the balls' mass on it. What balls feel beyond the deflection of their race comes from the vector field.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.host.vector_field import Field
+from autobalancer.stability.states.state import StationState, state_vector
 
 BALLS_ALONE, ROTOR_ALONE = 30.0, 3.0  # way of the balls over deflection of the rotor
 
@@ -50,6 +51,16 @@ def matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, F
     m[ball, ball], c[ball, ball] = np.diag(st.inertia), np.diag(st.drag)
     k[ball, ball] = np.diag(w * w * (push.conj() * center).real)
     return m, c, k
+
+
+def modes(st: Stations, speed: float, state: StationState) -> tuple[Complexes, Complexes]:
+    """Eigenvalues (1/s), the fastest growing first, and eigenvectors over (Q_x, Q_y, phi_1 ... phi_n)."""
+    if st.slopes is None:
+        return eigensystem(*matrices(st, speed, state))
+    values, vectors = np.linalg.eig(Field(st, speed).jacobian(state_vector(st, speed, state.angles)))
+    order, half = np.argsort(-values.real, kind="stable"), 2 * st.model.pairs
+    shown = np.r_[0:half, 2 * half : 2 * half + st.moment.size]
+    return values[order], vectors[shown][:, order]
 
 
 def motion_name(vector: Complexes, st: Stations, value: complex, speed: float) -> str:

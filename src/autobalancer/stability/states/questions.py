@@ -20,8 +20,9 @@ from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.described import why_no_state
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.floquet import exponents_of
-from autobalancer.stability.states.linear import eigensystem, matrices, motion_name
-from autobalancer.stability.states.stations import StationState, balanced_of, required, states_of
+from autobalancer.stability.states.linear import modes, motion_name
+from autobalancer.stability.states.state import StationState
+from autobalancer.stability.states.stations import balanced_of, required, states_of
 from autobalancer.stability.states.verdicts import growth, verdict
 from autobalancer.units import argument, list_argument, unbalance_argument
 
@@ -192,7 +193,7 @@ def host_of(machine: Machine, unbalance: complex | float | None) -> Stations:
 def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, str]:
     """Eigenvalues, or Floquet exponents on anisotropic supports (nan if there is no such state), and what moves."""
     if st.isotropic:
-        values, vectors = eigensystem(*matrices(st, speed, state))
+        values, vectors = modes(st, speed, state)
         return values, motion_name(vectors[:, 0], st, values[0], speed)
     try:
         return exponents_of(st, speed, state), PERIODIC

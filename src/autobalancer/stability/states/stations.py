@@ -19,7 +19,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
@@ -30,17 +29,8 @@ from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.aligned import Aligned, directions_of
 from autobalancer.stability.states.planar import PATTERNS, close_polygon
-
-
-@dataclass(frozen=True)
-class StationState:
-    """One state of rest in the rotor; ``freedom`` is the dimension of the continuum to which it belongs."""
-
-    name: str  # balanced, mixed, coincident, in line
-    angles: Floats  # (n,) ball angles in the rotor, rad
-    whirl: Complexes  # (P,) deflections of the stations in the rotor, m
-    freedom: int
-    outward: int  # balls that stand outward in races that do not run true
+from autobalancer.stability.states.settled import settled
+from autobalancer.stability.states.state import StationState
 
 
 def states_of(st: Stations, speed: float) -> list[StationState]:
@@ -52,6 +42,8 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
         At standstill, or at a critical speed of an undamped rotor, where its deflection is not determined.
     """
     _check(speed)
+    if st.slopes is not None:
+        return settled(st, speed, states_of(st.untilted(speed), speed))
     if st.moment.size == 0:
         return [StationState("no balls", np.zeros(0), st.rows @ st.coordinates(speed, np.zeros(0)), 0, 0)]
     count = len(st.names)
@@ -66,7 +58,8 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
 def balanced_of(st: Stations, speed: float) -> list[StationState]:
     """The balanced ones only; of a continuum two members that are mirror images."""
     _check(speed)
-    return _states(st, speed, tuple(range(len(st.names))))
+    found = _states(st.untilted(speed), speed, tuple(range(len(st.names))))
+    return found if st.slopes is None else settled(st, speed, found)
 
 
 def required(st: Stations, speed: float, centers: Complexes | None = None) -> Complexes:
@@ -75,7 +68,7 @@ def required(st: Stations, speed: float, centers: Complexes | None = None) -> Co
     Or, with a race center (m) for each station, so that these races run true. Of more stations than the rotor has coordinates,
     the distribution that takes the least share of the capabilities.
     """
-    compliance = st.compliance(speed)
+    compliance, st = st.compliance(speed), st.untilted(speed)
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
     wanted = -free if centers is None else -free - centers / speed**2
     return _least(st, host, wanted, range(len(st.names)))

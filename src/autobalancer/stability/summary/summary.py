@@ -111,7 +111,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         borders = border_speeds(machine)
     except QuestionError as error:
         reason = str(error)
-    friction = _held(machine) if balls else None
+    friction = held_by_friction(machine) if balls else None
     service = friction.speed if friction is not None else highest or 3.0 * max(critical, default=0.0)
     return Summary(
         name=machine.name,
@@ -159,13 +159,6 @@ def _settled(
     reached = [speed for speed in critical if speed < held.speed]
     at = ABOVE * max(*known, *reached)
     return held_by_friction(machine, at) if at < held.speed else None
-
-
-def _held(machine: Machine) -> HeldByFriction | None:
-    try:
-        return held_by_friction(machine)
-    except QuestionError:  # balls that feel the tilt of their race
-        return None
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:

@@ -8,8 +8,9 @@ ball, B the row of its station, A = V' + iW V and c the center of its race in th
     I phi'' + s t.(B A)     = -beta phi' + s W^2 Im[e^(-i phi) c]
 
 M has the balls' mass on it, F are the unbalances and the eccentric masses of the balls. A planar rotor has one pair of
-coordinates, one station and B = 1. These are the compiled equations written so that they can be differentiated: both sides as
-Taylor series along a direction give derivatives of any order from one linear solve each, exact to rounding.
+coordinates, one station and B = 1. On races that tilt there is more, see :mod:`autobalancer.stability.host.tilt`. These are the
+compiled equations written so that they can be differentiated: both sides as Taylor series along a direction give derivatives of
+any order from one linear solve each, exact to rounding.
 """
 
 from __future__ import annotations
@@ -17,15 +18,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.series import Numbers, Series
 from autobalancer.stability.host.stations import Stations
-
-Numbers = NDArray[Any]  # real or complex
+from autobalancer.stability.host.tilt import Feels, tilted
 
 
 @dataclass(frozen=True)
@@ -63,15 +62,25 @@ class Field:
 
     def taylor(self, state: Numbers, direction: Numbers, order: int) -> list[Numbers]:
         """Coefficients of h^0, h^1 ... of the field at ``state + h direction``; the direction may be complex."""
+        state = np.broadcast_to(state, direction.shape)
+        matrices, right = self.series(state, direction, order)
+        rates: list[Numbers] = []
+        for k in range(order + 1):
+            for j in range(1, k + 1):
+                right[k] = right[k] - (matrices[j] @ rates[k - j][..., None])[..., 0]
+            rates.append(np.linalg.solve(self.inertia(matrices[0]), right[k][..., None])[..., 0])
+        return [self._assembled((state, direction)[k] if k < 2 else None, rates[k]) for k in range(order + 1)]
+
+    def series(self, state: Numbers, direction: Numbers, order: int) -> tuple[list[Numbers], list[Numbers]]:
+        """Coefficients of the varying part of the inertia and of the right-hand side over A and phi''."""
         p, n, speed, first = self.host, self.balls, self.speed, self.rotor
         half = first // 2
         _, damping, stiffness, fixed = self._matrices
-        state = np.broadcast_to(state, direction.shape)
         angle, turn = state[..., first : first + n], direction[..., first : first + n]
         rate, change = state[..., first + n :], direction[..., first + n :]
         square = [(speed + rate) ** 2, 2.0 * (speed + rate) * change, change**2]
         cosine, sine, matrices = [], [], []
-        rates: list[Numbers] = []
+        right: list[Numbers] = []
         for k in range(order + 1):
             factor = turn**k / math.factorial(k)
             cosine.append(np.cos(angle + 0.5 * np.pi * k) * factor)
@@ -84,28 +93,72 @@ class Field:
             pull = [sum(square[j] * side[k - j] for j in range(min(k, 2) + 1)) for side in (cosine, sine)]
             load = load + np.concatenate([(p.moment * part) @ self.rows for part in pull], -1)
             across = p.offset.imag * cosine[k] - p.offset.real * sine[k]
-            right = np.concatenate([load, -p.drag * here[..., first + n :] + p.moment * speed**2 * across], -1)
-            for j in range(1, k + 1):
-                right = right - (matrices[j] @ rates[k - j][..., None])[..., 0]
-            rates.append(np.linalg.solve(self._inertia(matrices[0]), right[..., None])[..., 0])
-        return [self._assembled((state, direction)[k] if k < 2 else None, rates[k]) for k in range(order + 1)]
+            torque = -p.drag * here[..., first + n :] + p.moment * speed**2 * across
+            right.append(np.concatenate([load, torque], -1))
+        if p.slopes is not None:
+            self._tilt(state, direction, cosine, sine, matrices, right)
+        return matrices, right
 
-    def accelerations(self, states: Floats, rates: Floats) -> tuple[Floats, Floats]:
-        """Of each ball's station in space, along the axes of the rotor, (..., n); ``rates`` is the field there."""
+    def _tilt(
+        self,
+        state: Numbers,
+        direction: Numbers,
+        cosine: list[Numbers],
+        sine: list[Numbers],
+        matrices: list[Numbers],
+        right: list[Numbers],
+    ) -> None:
+        """Add what balls on a race that tilts feel and do, see :mod:`autobalancer.stability.host.tilt`."""
+        p, n, first = self.host, self.balls, self.rotor
+        assert p.slopes is not None
+        order, pairs, slopes = len(right) - 1, first // 4, p.slopes[p.station]
+        c, s = Series(cosine, order), Series(sine, order)
+
+        def straight(part: slice, rows: Matrix | None = None) -> Series:
+            both = [one[..., part] if rows is None else one[..., part] @ rows.T for one in (state, direction)]
+            return Series(both, order)
+
+        def quarter(number: int) -> Series:
+            return straight(slice(number * pairs, (number + 1) * pairs), slopes)
+
+        across, up = p.orbit * c + p.offset.real, p.orbit * s + p.offset.imag
+        adds = tilted(
+            Feels(
+                p.ball_mass, across, up, -p.orbit * s, p.orbit * c, p.orbit * (up * c - across * s),
+                straight(slice(first + n, None)), *(quarter(number) for number in range(4)),
+            ),
+            self.speed,
+            p.weight,
+        )  # fmt: skip
+        x, y, ball = slice(0, pairs), slice(pairs, 2 * pairs), slice(2 * pairs, None)
+        for k in range(order + 1):
+            matrix, load = matrices[k], right[k]
+            for part, lean, moment in ((x, adds.lean_x, adds.moment_x), (y, adds.lean_y, adds.moment_y)):
+                block = slopes.T * np.asarray(lean[k])[..., None, :]
+                matrix[..., part, ball] += block
+                matrix[..., ball, part] += np.swapaxes(block, -1, -2)
+                load[..., part] += moment[k] @ slopes
+            for one, other, entry in ((x, x, adds.xx), (x, y, adds.xy), (y, x, adds.xy), (y, y, adds.yy)):
+                matrix[..., one, other] += (slopes.T * np.asarray(entry[k])[..., None, :]) @ slopes
+            load[..., ball] += adds.torque[k]
+
+    def accelerations(self, states: Floats, rates: Floats) -> Floats:
+        """A, of the coordinates in space along the axes of the rotor; ``rates`` is the field there."""
         half = self.rotor // 2
-        whole = rates[..., half : self.rotor] - self._turned(states[..., half : self.rotor])
-        pairs = half // 2
-        return whole[..., :pairs] @ self.rows.T, whole[..., pairs:] @ self.rows.T
+        return np.asarray(rates[..., half : self.rotor] - self._turned(states[..., half : self.rotor]))
 
     def jacobian(self, states: Floats) -> Matrix:
         """Derivative of the field with respect to the state, (..., size, size)."""
+        if self.host.slopes is not None:
+            return self._jacobian_by_series(states)
         p, n, speed, first = self.host, self.balls, self.speed, self.rotor
         half, pairs = first // 2, first // 4
         _, damping, stiffness, _ = self._matrices
         angle, rate = states[..., first : first + n], states[..., first + n :]
         c, s = np.cos(angle), np.sin(angle)
         values = self(states)
-        ax, ay = self.accelerations(states, values)
+        whole = self.accelerations(states, values)
+        ax, ay = whole[..., :pairs] @ self.rows.T, whole[..., pairs:] @ self.rows.T
         spin = values[..., first + n :]
         right = np.zeros((*states.shape[:-1], half + n, first + 2 * n))
         ball = np.arange(n)
@@ -117,8 +170,23 @@ class Field:
         along = p.offset.real * c + p.offset.imag * s
         right[..., half + ball, first + ball] = p.moment * (c * ax + s * ay - speed**2 * along)
         right[..., half + ball, first + n + ball] = -p.drag
-        slope = np.linalg.solve(self._inertia(self._coupling(c, s)), right)
-        whole = np.zeros((*states.shape[:-1], first + 2 * n, first + 2 * n))
+        return self._slopes(np.linalg.solve(self.inertia(self._coupling(c, s)), right))
+
+    def _jacobian_by_series(self, states: Floats) -> Matrix:
+        """The same where balls feel more than the deflection of their race: one direction after the other."""
+        directions = np.broadcast_to(np.eye(states.shape[-1]), (*states.shape, states.shape[-1]))
+        matrices, right = self.series(np.broadcast_to(states[..., None, :], directions.shape), directions, 1)
+        inertia = self.inertia(matrices[0][..., 0, :, :])
+        rates = np.linalg.solve(inertia, right[0][..., 0, :, None])
+        moved = right[1] - (matrices[1] @ rates[..., None, :, :])[..., 0]
+        return self._slopes(np.linalg.solve(inertia, np.swapaxes(moved, -1, -2)))
+
+    def _slopes(self, slope: Numbers) -> Matrix:
+        """The Jacobian with the derivatives of A and phi'' put in."""
+        n, speed, first = self.balls, self.speed, self.rotor
+        half, pairs = first // 2, first // 4
+        ball = np.arange(n)
+        whole = np.zeros((*slope.shape[:-2], first + 2 * n, first + 2 * n))
         whole[..., half:first, :], whole[..., first + n :, :] = slope[..., :half, :], slope[..., half:, :]
         whole[..., first + ball, first + n + ball] = 1.0
         one = np.arange(pairs)
@@ -161,7 +229,8 @@ class Field:
         m[half:, half:] = np.diag(self.host.inertia)
         return m
 
-    def _inertia(self, coupling: Numbers) -> Numbers:
+    def inertia(self, coupling: Numbers) -> Numbers:
+        """The whole inertia over A and phi''."""
         return np.asarray(coupling + self._constant)
 
     def _turned(self, pairs: Numbers) -> Numbers:
