@@ -56,6 +56,18 @@ def test_noise_of_an_accelerometer_adds_no_modes_and_the_uncertainties_are_true(
     assert 0.5 < math.sqrt(float(np.mean(np.square(deviations)))) < 1.7
 
 
+def test_a_peak_one_line_wide_leaves_its_line_its_noise() -> None:
+    """The fit goes through that line whatever its noise, so what it leaves there is no measure of the noise."""
+    natural, ratio, mass = 20.0 * math.pi, 0.002, 10.0
+    frequency = 2.0 * math.pi * 0.5 * np.arange(1, 201)
+    narrow = 1.0 / (mass * (natural**2 - frequency**2 + 2j * ratio * natural * frequency))
+    for seed in range(3):
+        fit = fit_receptance(accelerance(frequency, narrow, 1e-2, 0.01, seed))
+        assert fit.attrs["modes"] == 1
+        for name, exact in zip(QUANTITIES, (natural, ratio, mass), strict=True):
+            assert abs(float(fit[name][0]) - exact) < 5.0 * float(fit[f"{name}_deviation"][0])
+
+
 def test_the_noise_that_is_found_is_the_noise_that_is_there() -> None:
     floor, share = 3e-3, 0.01
     fit = fit_receptance(accelerance(FREQUENCY, ONE, floor, share, 0))

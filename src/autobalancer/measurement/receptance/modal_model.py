@@ -67,6 +67,12 @@ class Modes:
         moved = sigma * share
         return np.hstack([change * d * sigma, change * e, share, moved[:, :-1] - moved[:, -1:]])
 
+    def taken(self, frequency: Floats, variance: Floats) -> Floats:
+        """The share of each value that these parameters take up, the leverage of its line, from 0 to 1."""
+        slopes = _stack(self.slopes(frequency) / np.sqrt(variance)[:, None])
+        q = qr(slopes / np.linalg.norm(slopes, axis=0), mode="economic", check_finite=False)[0]
+        return np.asarray(0.5 * (q**2).sum(axis=1).reshape(2, -1).sum(axis=0))
+
 
 class Fitting:
     """Data to be fitted: complex values at sigma = i frequency, weighted."""

@@ -21,7 +21,9 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Noise = Literal["estimated", "relative", "absolute"]
 POWERS = (-2, 0, 1, 2, 3)  # of 1/frequency: a weak blow, deflection, velocity, acceleration, a drift of the latter
-STEPS = 300
+STEPS = 300  # tens are enough, except where a part of the noise vanishes
+ROUNDED = 1e-12  # a line of which the fit leaves no more than this has no voice
+COHERENCE = (1e-3, 1.0 - 1e-4)  # beyond them its own error, of few averages and rounding in files, is all there is
 SETTLED = 1e-4  # change of the variances in a step below which they are found
 
 
@@ -53,7 +55,7 @@ class NoiseShapes:
         ones = np.ones(self.frequency.size)
         doubt = ones
         if self.coherence is not None:
-            clipped = np.clip(self.coherence, 1e-3, 1.0 - 1e-4)
+            clipped = np.clip(self.coherence, *COHERENCE)
             doubt = (1.0 - clipped) / clipped
         if self.noise == "relative":
             return np.asarray(doubt * np.abs(self.values) ** 2)[None]
@@ -65,18 +67,20 @@ class NoiseShapes:
             rows.append(np.maximum(own, smoothed(own).real))  # few averages leave the coherence itself uncertain
         return np.array(rows)
 
-    def variances(self, fitted: Complexes, squares: Floats) -> Floats:
+    def variances(self, fitted: Complexes, squares: Floats, taken: Floats | float = 0.0) -> Floats:
         """The variance at each frequency that makes these squares of deviations likeliest.
 
         Each factor is multiplied by a root that is one at the greatest likelihood, which rises in every step
-        (Févotte and Idier 2011, Itakura-Saito divergence).
+        (Févotte and Idier 2011, Itakura-Saito divergence). ``taken`` is the share of each value that the fit takes up,
+        its leverage: of a square only 1 - ``taken`` is to be expected, so the likelihood is the restricted one
+        (Patterson and Thompson 1971). Without it a fit through the only line on a narrow peak seems to be free of noise.
         """
         rows = self.shapes(fitted)
         least = 1e-30 * float(np.abs(self.values).max()) ** 2
         factors = float(squares.mean() + least) / rows.mean(axis=1) / len(rows)
-        found = factors @ rows
+        found, left = factors @ rows, np.broadcast_to(np.maximum(1.0 - taken, ROUNDED), squares.shape)
         for _ in range(STEPS):
-            factors = factors * np.sqrt((rows @ (squares / found**2)) / (rows @ (1.0 / found)))
+            factors = factors * np.sqrt((rows @ (squares / found**2)) / (rows @ (left / found)))
             before, found = found, factors @ rows + least
             if np.abs(found / before - 1.0).max() < SETTLED:
                 break

@@ -23,6 +23,9 @@ SETTLED = 0.02  # change of the noise below which another pass is not needed
 WORSE = 2  # so many orders without a better score end the search
 FEWEST = 8  # lines that may propose poles
 CLEAR = 3.0  # lines with so many times their noise may propose poles
+DAMPED = 0.05  # damping ratio of a pole that is guessed; the refinement finds its own
+SHARP = 0.02  # of one guessed at the line that stands out most from the fit so far
+OUTSIDE = 2.5  # a guess outside the band is so many times beyond its end
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Found:
         squares = np.abs(values - fitted) ** 2
         if float((squares / np.abs(values) ** 2).mean()) < EXACT**2:
             return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2), -math.inf)
-        before, variance = variance, noise.variances(fitted, squares)
+        before, variance = variance, noise.variances(fitted, squares, modes.taken(noise.frequency, variance))
         if np.abs(np.log(variance / before)).max() < SETTLED:
             break
         modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
@@ -81,12 +84,12 @@ def _starts(noise: NoiseShapes, clear: NDArray[np.bool_], count: int, previous: 
     own = _proposals(frequency, values, 2 * count + 1)
     starts = [own[:count]] if own.size >= count else []
     if previous is None:
-        return [*starts, np.array([-0.05 + 1j]) * frequency[int(np.abs(values).argmax())]]
+        return [*starts, np.array([-DAMPED + 1j]) * frequency[int(np.abs(values).argmax())]]
     kept, left = previous.poles_and_residues()[0][: previous.count], values - previous.at(frequency)
     fresh = [complex(pole) for pole in _proposals(frequency, left, 5)[:2]]
     worst = int((np.abs(smoothed(left)) / np.sqrt(noise.start[clear])).argmax())
-    fresh.append((-0.02 + 1j) * frequency[worst])
-    fresh += [(-0.05 + 1j) * 2.5 * frequency[-1], (-0.05 + 1j) * 0.4 * frequency[0]]  # what lies outside the band
+    fresh.append((-SHARP + 1j) * frequency[worst])
+    fresh += [(-DAMPED + 1j) * at for at in (OUTSIDE * frequency[-1], frequency[0] / OUTSIDE)]
     return starts + [np.append(kept, pole) for pole in fresh]
 
 
