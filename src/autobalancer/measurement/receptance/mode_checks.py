@@ -15,9 +15,9 @@ Complexes = NDArray[np.complex128]
 FEW = 3  # lines; a mode shows in more of them, a disturbance of one frequency does not, whatever the window
 SAFE = 10.0  # standard deviations of its strength from which on a mode need not be tried to do without
 CLEAR = 3.0  # standard deviations of its strength that a mode must exceed
-SURE = 9.0  # a line this far from the fit, as a log probability beyond that of the worst of all lines, is no noise
+SURE = 9.0  # a line this far from the fit, as a log probability beyond that of the worst of all lines, is no noise: e^-9 = 1e-4
 NEAR = math.log(1.5)  # how far from its frequency a mode must stand out
-ROUNDS = 6
+ROUNDS = 6  # of leaving out lines and fitting anew; what is left after them stays in
 MOST = 0.05  # share of the lines that may be left out as disturbed
 
 
