@@ -23,12 +23,13 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.cli.stability.eigenvalues import _usual as usual
 from autobalancer.cli.terminal import words
-from autobalancer.cli.terminal.quantities import listed, parameter_values, speed_range, values
+from autobalancer.cli.terminal.quantities import parameter_values, speed_range
 from autobalancer.cli.terminal.sheet import Column, print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
 from autobalancer.results.export import plain_json
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.ranges import stability_ranges
+from autobalancer.units.ranges import listed, range_values
 
 ROOT = Path(__file__).parents[1]
 DISCOIDAL = str(ROOT / "examples" / "machines" / "discoidal.toml")
@@ -81,7 +82,7 @@ def test_a_range_has_one_form_and_a_unit_may_stand_once() -> None:
     expected = np.linspace(600.0 * RPM, 1200.0 * RPM, 7)
     for text in ("600 rpm:1200 rpm:7", "600:1200 rpm:7", "600 rpm:1200:7", "600rpm:1200rpm:7"):
         assert speed_range("--speeds", text) == pytest.approx(expected)
-    assert values("--x", "1:100 mm^2/s:3:log", "m^2/s") == pytest.approx([1e-6, 1e-5, 1e-4])
+    assert range_values("--x", "1:100 mm^2/s:3:log", "m^2/s") == pytest.approx([1e-6, 1e-5, 1e-4])
     assert listed("--speeds", "4,6,8 m/s", "m/s") == [4.0, 6.0, 8.0]
     assert listed("--friction", "0.3,0.5", "") == [0.3, 0.5]
     machine = ab.load_machine(DISCOIDAL)

@@ -15,6 +15,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import typer
 
@@ -198,8 +199,28 @@ def test_a_parameter_has_its_plain_name_everywhere_and_one_value_needs_no_list()
         with pytest.raises(QuestionError, match=said):
             asked("viscosty")
     assert ab.sweep(machine, {"viscosity": "10 mm^2/s"}, duration=0.01, progress=False)["viscosity"].size == 1
-    with pytest.raises(UnitError, match=r"a range is for the command line. In Python give a list.*linspace"):
-        ab.stability.eigenvalues(machine, "500:4000 rpm:5")
+
+
+def test_a_range_is_one_text_in_python_as_on_the_command_line() -> None:
+    machine, rpm = ab.example("discoidal"), np.pi / 30.0
+    speeds = ab.stability.eigenvalues(machine, "600:1200 rpm:3")["speed"].values
+    assert speeds == pytest.approx(np.array([600.0, 900.0, 1200.0]) * rpm)
+    assert ab.rotor.campbell(ab.example("rigid_rotor"), "0:600 rpm:3")["speed"].values[-1] == pytest.approx(600.0 * rpm)
+    swept = ab.sweep(machine, {"viscosity": "1:100 mm^2/s:3:log"}, duration=0.01, progress=False)
+    assert swept["viscosity"].values == pytest.approx([1e-6, 1e-5, 1e-4])
+    found = ab.stability.map(machine, {"speed": "600:1200 rpm:3", "count": "2:4:3"}, borders=0)
+    assert list(found["count"].values) == [2, 3, 4]
+    curve = ab.stability.border_curve(machine, "rotor.damping", "50:90 N*s/m:2", only=["averaged border"])
+    assert list(curve["rotor_damping"].values) == [50.0, 90.0]
+    one, two = (
+        ab.stability.branches(machine, "speed", *ends, orbits=False) for ends in (["80:84 rad/s"], [80.0, 84.0])
+    )
+    assert one.drop_attrs().equals(two.drop_attrs())
+    for text, reason in (("600 rpm:1200 rpm", "without the number of values"), ("600:1200:3", "without a unit")):
+        with pytest.raises((QuestionError, UnitError), match=f"speeds.*{reason}"):
+            ab.stability.eigenvalues(machine, text)
+    with pytest.raises(QuestionError, match=r"speed: given '80 rad/s' only; give the other end too, or both as"):
+        ab.stability.branches(machine, "speed", "80 rad/s")
 
 
 def test_the_keys_of_a_machine_file_print_themselves() -> None:

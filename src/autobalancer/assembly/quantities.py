@@ -8,6 +8,8 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any
 
+import numpy as np
+
 from autobalancer.assembly.changed_parts import (
     changed_part,
     group_with_ball,
@@ -33,6 +35,7 @@ from autobalancer.machine.near_paths import did_you_mean
 from autobalancer.machine.path import entry_at, unit_at
 from autobalancer.machine.plain_names import QUANTITIES, named_unit, parts_of
 from autobalancer.units import to_si
+from autobalancer.units.ranges import range_values
 
 
 def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
@@ -165,6 +168,15 @@ def si_value(machine: Machine, name: str, value: Any) -> float:
     if number < 0.0:
         raise QuestionError(f"quantity {name!r}: given {value!r}; must not be negative")
     return number
+
+
+def parameter_range(machine: Machine, name: str, text: str, owner: str = "") -> np.ndarray:
+    """A range such as ``"1:100 mm^2/s:30"`` as values of a quantity or path, SI; of a count all whole numbers in it.
+
+    ``owner`` is what a message names, by default the parameter.
+    """
+    found = range_values(owner or name, text, parameter_unit(machine, name))
+    return np.arange(round(found[0]), round(found[-1]) + 1) if name == "count" else found
 
 
 def value_of(machine: Machine, name: str) -> float:

@@ -14,17 +14,17 @@ from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
-from autobalancer.stability.basins.basin import planar_basin
+from autobalancer.stability.basins.basin import planar_basin, unit_of_axis
 from autobalancer.stability.host.planar import STAND_IN
 from autobalancer.studies.random_starts import random_starts
-from autobalancer.units import argument, optional_argument
+from autobalancer.units import argument, list_argument, optional_argument
 
 
 @shows_progress
 def basin(
     machine: Machine | str | Path,
     speed: float | str,
-    axes: Mapping[str, Sequence[float]] | None = None,
+    axes: Mapping[str, Sequence[float | str] | str] | None = None,
     *,
     random: int = 0,
     seed: int = 0,
@@ -49,8 +49,8 @@ def basin(
     axes
         Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
         (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
-        rest with a ramp), each with its values. What is not varied is as in the machine; without an acceleration the
-        rotor starts at ``speed``, undeflected.
+        rest with a ramp), each with its values or a range such as ``"-180:180 deg:60"``. What is not varied is as in
+        the machine; without an acceleration the rotor starts at ``speed``, undeflected.
     random
         Instead of axes: number of starts with random ball angles in the rotor.
     seed
@@ -100,16 +100,16 @@ def basin(
     ):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise QuestionError(f"{name}: given {value!r}; must be greater than zero, in {unit}")
-    axes = dict(axes or {})
-    if bool(axes) == bool(random) or len(axes) > 2 or random < 0:
+    chosen = {name: list_argument(name, values, unit_of_axis(name)) for name, values in (axes or {}).items()}
+    if bool(chosen) == bool(random) or len(chosen) > 2 or random < 0:
         raise QuestionError("basin: give one or two axes, or a number of random starts")
-    if acceleration is not None and "acceleration" in axes:
+    if acceleration is not None and "acceleration" in chosen:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
     named = isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0)
-    if named and (axes or acceleration is None):
-        return planar_basin(machine, speed, axes, random=random, workers=workers, progress=progress, **options)
-    if axes:
+    if named and (chosen or acceleration is None):
+        return planar_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+    if chosen:
         planar = isinstance(machine.rotor, PlanarRotor)
         why = "gravity in the plane" if planar else f"a rotor of kind {machine.rotor.kind!r}"
         raise QuestionError(

@@ -21,12 +21,13 @@ from autobalancer.studies.chamber_machines import chamber_variant
 from autobalancer.studies.chamber_runs import archived_run
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import argument, optional_argument
+from autobalancer.units.ranges import listed, whole
 
 
 def chamber_amplitudes(
     machine: ChamberMachine | str | Path,
-    counts: Sequence[int] | Mapping[str, Sequence[int]],
-    frictions: Sequence[float],
+    counts: Sequence[int] | Mapping[str, Sequence[int]] | str,
+    frictions: Sequence[float] | str,
     *,
     duration: float | str,
     layers: Sequence[str] = ("deep", "single"),
@@ -45,9 +46,9 @@ def chamber_amplitudes(
     machine
         With one deep chamber and one group of balls; their total mass is kept.
     counts
-        Numbers of balls, for all or for each of ``layers``.
+        Numbers of balls, for all or for each of ``layers``; for all also as one text such as ``"3,8,20"``.
     frictions
-        Coefficients of friction.
+        Coefficients of friction, also as one text.
     duration, step, sample
         As for ``simulate_chamber``, in s.
     layers
@@ -74,6 +75,8 @@ def chamber_amplitudes(
     QuestionError
         For an empty list, or a machine with several chambers.
     """
+    counts = whole("counts", counts) if isinstance(counts, str) else counts
+    frictions = listed("frictions", frictions, "") if isinstance(frictions, str) else frictions
     machine, duration = balls_in_chambers(machine), argument("duration", duration, "s")
     step = optional_argument("step", step, "s")
     sample = argument("sample", sample, "s")

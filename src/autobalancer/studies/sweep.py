@@ -14,6 +14,7 @@ import xarray as xr
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.profile import unbalance_jumps
+from autobalancer.assembly.quantities import parameter_range
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.given import balls_in_races
@@ -36,6 +37,7 @@ from autobalancer.studies.in_threads import in_threads
 from autobalancer.studies.sweep_row import sweep_row
 from autobalancer.studies.variations import coordinate, variation_text, with_variation
 from autobalancer.units import optional_argument
+from autobalancer.units.ranges import is_range
 
 
 @shows_progress
@@ -63,7 +65,7 @@ def sweep(
     variations
         Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
         :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
-        or whole parts as a dict. A single value may stand without a list.
+        a range as one text such as ``"1:100 mm^2/s:5:log"``, or whole parts as a dict. A single value may stand without a list.
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
         along the dimension ``run``.
@@ -99,7 +101,7 @@ def sweep(
     """
     duration = optional_argument("duration", duration, "s")
     machine = balls_in_races(machine)
-    variations = {name: _listed(values) for name, values in variations.items()}
+    variations = {name: _listed(machine, name, values) for name, values in variations.items()}
     if duration is None and machine.run is None:
         raise QuestionError("duration: the machine has no 'run.duration'; give one here")
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
@@ -130,8 +132,10 @@ def sweep(
     return found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found
 
 
-def _listed(values: Any) -> Sequence[Any]:
-    """A single value as a list of one."""
+def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
+    """A single value as a list of one, a range as its values."""
+    if is_range(values):
+        return [value.item() for value in parameter_range(machine, name, values)]
     return [values] if isinstance(values, str | int | float | Mapping | Part) else values
 
 

@@ -68,11 +68,12 @@ def identify(
 
 
 def _free(text: str, machine: Machine) -> FreeParameter:
-    from autobalancer.cli.terminal.quantities import interval, named, unit_of
+    from autobalancer.cli.terminal.quantities import named, unit_of
     from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.units.ranges import ends
 
     path, span = named("--free", text, "from:to")
-    return FreeParameter(path, *interval("--free", span, unit_of("--free", path, machine)))
+    return FreeParameter(path, *ends("--free", span, unit_of("--free", path, machine)))
 
 
 def _storable(data: xr.Dataset) -> xr.Dataset:

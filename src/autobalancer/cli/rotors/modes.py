@@ -42,18 +42,19 @@ def modes(
       --speeds "0 rpm:6000 rpm:121" --plot campbell.png
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.quantities import optional, values
+    from autobalancer.cli.terminal.quantities import optional
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.rotordynamics.campbell import campbell as diagram
     from autobalancer.rotordynamics.modes import eigenfrequencies
+    from autobalancer.units.ranges import range_values
 
     if speed and speeds:
         raise QuestionError("modes: give either --speed or, for a Campbell diagram, --speeds")
     one_form(as_json, as_csv)
     files = Files(out, plot)
     omega = optional("--speed", speed, "rad/s") or 0.0
-    span = values("--speeds", speeds, "rad/s") if speeds else None
+    span = range_values("--speeds", speeds, "rad/s") if speeds else None
     described = load_machine(machine)
     answer: dict[str, Any]
     if span is not None:

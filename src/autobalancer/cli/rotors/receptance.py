@@ -57,21 +57,22 @@ def receptance(
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
-    from autobalancer.cli.terminal.quantities import interval, quantity
+    from autobalancer.cli.terminal.quantities import quantity
     from autobalancer.measurement.loop.border import receptance_border
     from autobalancer.measurement.loop.curve import receptance_loop
     from autobalancer.measurement.loop.growth import receptance_stability
     from autobalancer.measurement.receptance.measured import load_receptance
     from autobalancer.measurement.receptance.rational_fit import fit_receptance
     from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
+    from autobalancer.units.ranges import ends
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
-    searched = interval("--search", search, "rad/s") if search else None
+    searched = ends("--search", search, "rad/s") if search else None
     chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
     measured = load_receptance(file, function=function or None)
-    used = interval("--band", band, "rad/s") if band else None
+    used = ends("--band", band, "rad/s") if band else None
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
     with progress_bar("fit") as update:
         fit = fit_receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]

@@ -183,8 +183,9 @@ def _lines(left: dict[str, Any], held: bool) -> list[str]:
 
 
 def _axis(option: str, text: str) -> tuple[str, list[float]]:
-    from autobalancer.cli.terminal.quantities import named, values
+    from autobalancer.cli.terminal.quantities import named
+    from autobalancer.stability.basins.basin import unit_of_axis
+    from autobalancer.units.ranges import range_values
 
     name, span = named(option, text)
-    unit = "rad" if "angle" in name else "rad/s" if "speed" in name else "rad/s^2"
-    return name, [float(value) for value in values(option, span, unit)]
+    return name, [float(value) for value in range_values(option, span, unit_of_axis(name))]

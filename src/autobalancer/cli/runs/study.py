@@ -11,7 +11,8 @@ import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed
 from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
-from autobalancer.cli.terminal.quantities import listed, optional, quantity, whole
+from autobalancer.cli.terminal.quantities import optional, quantity
+from autobalancer.units.ranges import listed, whole
 
 app = typer.Typer(
     help="Studies of machines with deep chambers: amplitudes over balls and friction, reactions, step size.",

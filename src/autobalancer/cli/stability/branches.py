@@ -44,16 +44,17 @@ def branches(
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
-    from autobalancer.cli.terminal.quantities import interval, named, optional, unit_of
+    from autobalancer.cli.terminal.quantities import named, optional, unit_of
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability.branches import plot_branches
     from autobalancer.stability.diagrams.branches import branches as ask
+    from autobalancer.units.ranges import ends
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     described = load_machine(machine)
     parameter, span = named("--over", over, "from:to")
-    start, end = interval("--over", span, unit_of("--over", parameter, described))
+    start, end = ends("--over", span, unit_of("--over", parameter, described))
     with progress_bar("branch") as update:
         found = ask(
             described,

@@ -18,7 +18,7 @@ from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.measurement.receptance.rational_fit import pole_model, resampled
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.units import optional_argument
+from autobalancer.units import ends_argument, optional_argument
 
 Floats = NDArray[np.float64]
 POINTS = 240
@@ -33,7 +33,7 @@ def receptance_border(
     balls_on_rotor: bool,
     unbalance: float | str | None = None,
     angles: Floats | None = None,
-    searched: tuple[float, float] | None = None,
+    searched: tuple[float | str, float | str] | str | None = None,
     resamples: int = 0,
     seed: int = 0,
     progress: Callable[[float, float], None] | bool | None = None,
@@ -64,7 +64,7 @@ def receptance_border(
     unbalance = optional_argument("unbalance", unbalance, "kg*m")
     added = 0.0 if balls_on_rotor else float(balls.mass.sum())
     model, states = pole_model(fit, added), positions(balls, unbalance, angles)
-    low, high = searched or _search_range(fit, model)
+    low, high = _search_range(fit, model) if searched is None else ends_argument("searched", searched, "rad/s")
     if not 0.0 < low < high:
         raise QuestionError(f"speeds searched: given {low:g} to {high:g} rad/s; must be above zero and ascend")
     ranges = _stable_ranges(model, balls, states, low, high)

@@ -19,7 +19,7 @@ from autobalancer.measurement.receptance.noise import Noise, NoiseShapes
 from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.patience import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.units import list_argument
+from autobalancer.units import ends_argument
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -131,7 +131,7 @@ def _used(frequency: Floats, band: tuple[float | str, float | str] | None) -> ND
     used = np.ones(frequency.size, np.bool_)
     words = ""
     if band is not None:
-        low, high = list_argument("band", band, "rad/s")
+        low, high = ends_argument("band", band, "rad/s")
         if not 0.0 <= low < high:
             raise QuestionError(f"band: given {low:g} to {high:g} rad/s; must ascend from zero or above")
         used = (frequency >= low * (1.0 - ROUNDING)) & (frequency <= high * (1.0 + ROUNDING))

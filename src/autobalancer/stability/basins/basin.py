@@ -74,6 +74,11 @@ def planar_basin(
     return found if axes else _with_starts(found, starts)
 
 
+def unit_of_axis(name: str) -> str:
+    """SI unit of an axis over starts; empty if there is no such axis."""
+    return {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}.get(name.partition("[")[0], "")
+
+
 def _long_enough(machine: Machine, p: Plane, speed: float, lags: Lags) -> float:
     """Some decay times of the slowest mode of all stable states, and of fluid that a run-up left behind."""
     turn = 2.0 * math.pi / speed
@@ -214,10 +219,8 @@ def _dataset(
     size = question.assembly.state.size
     n = question.p.moment.size
     found = xr.Dataset()
-    units = {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}
     for name, (path, values) in zip(names, axes.items(), strict=True):
-        unit = units[path.partition("[")[0]]
-        text = _axis_name(path)
+        unit, text = unit_of_axis(path), _axis_name(path)
         found = found.assign_coords({name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})})
     found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
     found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})

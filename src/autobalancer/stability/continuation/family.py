@@ -18,7 +18,7 @@ from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
-from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
+from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, named_unit, parts_of
 from autobalancer.machine.profile import Constant
 from autobalancer.stability.continuation.symmetry import Groups, merged
 from autobalancer.stability.host.planar import Matrix, Plane, plane
@@ -26,6 +26,7 @@ from autobalancer.stability.host.reduction import basis_for, projected
 from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.units import to_si
+from autobalancer.units.ranges import ends, example, is_range
 
 FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly
 QUICK = ("unbalance", "drag")  # changed without going through the description of the machine
@@ -92,6 +93,18 @@ class Family:
         """A value of parameter ``index`` in SI; texts have a unit."""
         name = self.parameters[index]
         return float(to_si(value, "rad/s") if name == "speed" else si_value(self.machine, name, value))
+
+    def ends(self, index: int, start: float | str, end: float | str | None) -> tuple[float, float]:
+        """Both ends of the range of a parameter in SI; without ``end`` the first is a text with both."""
+        name = self.parameters[index]
+        if end is not None:
+            return self.read(index, start), self.read(index, end)
+        if not is_range(start):
+            raise QuestionError(
+                f"{name}: given {start!r} only; give the other end too, or both as {example(named_unit(name))}"
+            )
+        first, last = ends(name, str(start), named_unit(name))
+        return self.read(index, first), self.read(index, last)
 
     def now(self, index: int) -> float:
         """The value that the machine itself has; nan if it has none, or not one for all."""

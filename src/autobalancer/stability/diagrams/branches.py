@@ -37,7 +37,7 @@ def branches(
     machine: Machine | str | Path,
     parameter: str,
     start: float | str,
-    end: float | str,
+    end: float | str | None = None,
     *,
     speed: float | str | None = None,
     from_state: State = "balanced",
@@ -58,7 +58,7 @@ def branches(
         ``speed``, ``unbalance``, ``drag``, ``viscosity``, ``ball_mass``, ``ball_diameter``, ``damping``, ``stiffness``, or a
         path like ``"balancers[1].races[1].eccentricity"``.
     start, end
-        The range, SI or with a unit; ``end`` may be the lower one.
+        The range, SI or with a unit; ``end`` may be the lower one. Or both as one text: ``"50:110 rad/s"``.
     speed
         Rotor speed in rad/s where it is not the parameter; by default that of a machine with a constant prescribed speed.
     from_state
@@ -101,7 +101,7 @@ def branches(
     if not 4 <= intervals <= 400:
         raise QuestionError(f"intervals: given {intervals!r}; must be between 4 and 400, 30 is a good start")
     family = Family(machine, [parameter], speed)
-    first, last = family.read(0, start), family.read(0, end)
+    first, last = family.ends(0, start, end)
     if first == last:
         raise QuestionError(f"{parameter}: the range begins and ends at {first:.6g}; give two different values")
     if parameter in ("speed", "stiffness", "ball_mass", "ball_diameter") and not min(first, last) > 0.0:

@@ -30,10 +30,10 @@ def bifurcation_curves(
     kind: Literal["Hopf", "fold"],
     parameter: str,
     start: float | str,
-    end: float | str,
-    second: str,
-    second_start: float | str,
-    second_end: float | str,
+    end: float | str | None = None,
+    second: str = "",
+    second_start: float | str = "",
+    second_end: float | str | None = None,
     *,
     speed: float | str | None = None,
     from_state: Literal["balanced", "coincident", "in line"] = "balanced",
@@ -77,8 +77,8 @@ def bifurcation_curves(
     if parameter == second:
         raise QuestionError(f"second: given {second!r} twice; take two different parameters")
     family = Family(machine, [parameter, second], speed)
-    first, last = family.read(0, start), family.read(0, end)
-    ends = family.read(1, second_start), family.read(1, second_end)
+    first, last = family.ends(0, start, end)
+    ends = family.ends(1, second_start, second_end)
     if first == last or ends[0] == ends[1]:
         raise QuestionError(f"{parameter}, {second}: a range is empty; give two different ends")
     now = family.now(1)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import si_value
+from autobalancer.assembly.quantities import parameter_range, si_value
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -43,7 +43,7 @@ MISSING = {  # why a border that others have is not there
 def border_curve(
     machine: Machine | str | Path,
     parameter: str,
-    values: Sequence[Any] | Floats | None = None,
+    values: Sequence[Any] | Floats | str | None = None,
     *,
     only: Sequence[str] = (),
     up_to: float | str | None = None,
@@ -59,8 +59,8 @@ def border_curve(
         A name of :data:`autobalancer.machine.plain_names.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
         ``"rolling_resistance"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
     values
-        SI, or strings with units. For the unbalance they may be omitted: then from zero to the capability, dense near the
-        values at which the border is highest.
+        SI, strings with units, or a range such as ``"1:100 mm^2/s:30:log"``. For the unbalance they may be
+        omitted: then from zero to the capability, dense near the values at which the border is highest.
     only, up_to
         Names of the borders that are wanted, and the highest speed of the run-up, see :func:`border_speeds`.
     progress
@@ -88,6 +88,8 @@ def border_curve(
                 f"values: give those of {parameter!r}; only for 'unbalance' of a planar rotor they follow from the machine"
             )
         values = unbalances_to_capability(machine)
+    if isinstance(values, str):
+        values = parameter_range(machine, parameter, values)
     if len(values) == 0:
         raise QuestionError(f"values: given none; give at least one of {parameter!r}")
     points = [value.item() if isinstance(value, np.generic) else value for value in values]

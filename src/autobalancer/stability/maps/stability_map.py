@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.quantities import (
+    parameter_range,
     si_value,
     value_of,
     with_quantity,
@@ -31,7 +32,7 @@ from autobalancer.stability.maps.map_rates import rates_over
 from autobalancer.stability.states.described import described
 from autobalancer.units import to_si
 
-Axis = Sequence[Any] | Floats
+Axis = Sequence[Any] | Floats | str
 Progress = Callable[[int, int], None]
 
 
@@ -57,7 +58,7 @@ def stability_map(
     machine
         A machine or the path of a machine file.
     axes
-        Two parameters with their values, SI or strings with units: ``"speed"``, names of
+        Two parameters with their values, SI, strings with units, or a range such as ``"500:3000 rpm:200"``: ``"speed"``, names of
         :data:`autobalancer.machine.plain_names.QUANTITIES` such as ``"viscosity"``, or paths.
     speed
         The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
@@ -119,6 +120,8 @@ def _known(name: str) -> None:
 def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
     for part in parts_of(name):
         _known(part)
+    if isinstance(axis, str):
+        axis = parameter_range(machine, name, axis)
     points = [value.item() if isinstance(value, np.generic) else value for value in axis]
     if not points:
         raise QuestionError(f"{name}: given no values; give at least one")

@@ -1,9 +1,4 @@
-"""The door for quantities: ``"4.4 g"``, ``"1200 rpm"``, ``"20 mm^2/s"`` to SI and back.
-
-Inside the package every number is SI: a plain float. At the door a quantity may be a number (already SI) or a
-string with a unit. :class:`Given` is the float that remembers how it was written, so that a machine that is read
-and saved again keeps its author's units.
-"""
+"""One quantity: a number in SI, or a text with a unit."""
 
 from __future__ import annotations
 
@@ -11,11 +6,9 @@ import math
 import re
 import sys
 from functools import cache, lru_cache
-from typing import Any, TypeVar
+from typing import Any
 
 from autobalancer.errors import UnitError
-
-T = TypeVar("T")
 
 LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
 _POWER = re.compile(
@@ -100,13 +93,13 @@ def to_si(value: float | int | str, unit: str) -> float:
         If it is not a finite number, has no unit, or has one of another dimension.
     """
     if isinstance(value, Given):
-        return _read(value.text, unit)
+        return read_text(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise UnitError(
             f"given {shortened(value)}; write a number in {unit or 'SI'} or a string with a unit, such as {sample(unit)}"
         )
     if isinstance(value, str):
-        return _read(value, unit)
+        return read_text(value, unit)
     number = float(value) if abs(value) <= sys.float_info.max else math.inf
     if not math.isfinite(number):
         raise UnitError(f"given {shortened(value)}, which is not a finite number")
@@ -114,7 +107,8 @@ def to_si(value: float | int | str, unit: str) -> float:
 
 
 @lru_cache(maxsize=4096)
-def _read(value: str, unit: str) -> Given:
+def read_text(value: str, unit: str) -> Given:
+    """A text as a quantity in the SI ``unit``, as :func:`to_si`."""
     if len(value) > LONGEST:
         raise UnitError(f"given {shortened(value)} of {len(value)} characters; write for example {sample(unit)}")
     match = _NUMBER.match(value)
@@ -192,71 +186,9 @@ def option_to_si(text: str, unit: str) -> Given:
         if float(match[1]) == 0.0 and unit != "K":
             return Given(text.strip(), 0.0)
         raise UnitError(f"given {shortened(text)} without a unit; write it with one, such as {samples_of(unit)}")
-    return _read(text, unit)
+    return read_text(text, unit)
 
 
 def samples_of(unit: str) -> str:
     """Quantities as one writes them, for messages: ``"1200 rpm" or "126 rad/s"``."""
     return f'{sample(unit)} or "126 rad/s"' if unit == "rad/s" else sample(unit)
-
-
-def argument(name: str, value: Any, unit: str) -> float:
-    """An argument of a function in SI: a number in the SI unit ``unit`` or a text with a unit.
-
-    Numbers pass as they are; whether they make sense is for the function to say.
-
-    Raises
-    ------
-    UnitError
-        If it is neither, or the text is no such quantity; the message names the argument.
-    """
-    if isinstance(value, str):
-        try:
-            return float(_read(value, unit))
-        except UnitError as error:
-            raise UnitError(f"{name}: {error}") from None
-    if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
-        raise UnitError(f"{name}: given {shortened(value)}; give a number in {unit} or a text such as {sample(unit)}")
-    return float(value)
-
-
-def optional_argument(name: str, value: Any, unit: str) -> float | None:
-    """The same of an argument that may be left out."""
-    return None if value is None else argument(name, value, unit)
-
-
-def list_argument(name: str, values: Any, unit: str) -> list[float]:
-    """The same of several quantities; one alone is a list of one."""
-    _refuse_range(name, values, unit)
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        values = [values]
-    return [argument(f"{name}[{number}]", value, unit) for number, value in enumerate(values, start=1)]
-
-
-def texts_argument(name: str, values: Any, unit: str) -> Any:
-    """One quantity or many, of which texts are read; arrays and numbers pass as they are."""
-    _refuse_range(name, values, unit)
-    if isinstance(values, str):
-        return argument(name, values, unit)
-    if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
-        return list_argument(name, values, unit)
-    return values
-
-
-def _refuse_range(name: str, values: Any, unit: str) -> None:
-    if isinstance(values, str) and ":" in values:
-        raise UnitError(
-            f"{name}: given {values!r}; a range is for the command line. In Python give a list, such as "
-            f"[{sample(unit)}, ...], or numpy.linspace(first, last, count) of numbers in {unit}"
-        )
-
-
-def unbalance_argument(value: T | str) -> T | float:
-    """An unbalance in kg m, of which a text is read; complex numbers and descriptions pass."""
-    return argument("unbalance", value, "kg*m") if isinstance(value, str) else value
-
-
-def field_arguments(record: Any, **units: str) -> None:
-    """Read the texts among the fields of a frozen record, each in its unit."""
-    for name, unit in units.items():
-        object.__setattr__(record, name, argument(name, getattr(record, name), unit))
