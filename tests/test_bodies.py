@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from tests.references import lagrange
 from tests.references.motion import motion
 from tests.references.planar_linear import matrices
@@ -16,11 +19,15 @@ from tests.references.spatial_machines import rates, states_of, tilting
 from tests.test_spatial_lagrange import random_place
 
 import autobalancer as ab
+from autobalancer.assembly.parameters import with_parameter
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import Machine
+from autobalancer.plots.film.rotor import RotorView
+from autobalancer.plots.run.motion import Motion, races_of
+from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.planar import equilibria_of
@@ -272,3 +279,61 @@ def test_what_does_not_fit_a_body_is_refused_in_words(name: str) -> None:
     described["balls"] = described["balls"] if "balls" in other else [given]
     with pytest.raises(MachineError, match=re.escape(words)):
         resolve(machine(described))
+
+
+# what the rest of the package makes of them -----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=["rollers", "pendulums"])
+def sample(request: pytest.FixtureRequest) -> tuple[Machine, xr.Dataset]:
+    """A sample machine and the end of a run of it."""
+    case = ab.example(request.param)
+    case = with_parameter(case, "drive.profile", {"kind": "constant", "speed": 125.0})
+    return case, ab.simulate(case, duration=20.0, save=[ab.Samples(200), ab.LastRevolutions(5)])
+
+
+def test_the_samples_balance_their_rotor_down_to_what_friction_holds(sample: tuple[Machine, xr.Dataset]) -> None:
+    case, run = sample
+    held = held_by_friction(case, 125.0)
+    most = max((plane.worst_residual for plane in held.planes), default=0.0)
+    balls = (run.ball_moment * np.exp(1j * run.ball_angle_in_rotor.isel(time=-1))).sum()
+    assert abs(complex(balls) + case.unbalances[0].size) < 1.01 * most + 1e-3 * case.unbalances[0].size
+    assert (most > 0.0) == case.name.endswith("pendulums")
+
+
+def test_the_picture_of_a_race_shows_rods_of_pendulums_and_rollers_between_walls(
+    sample: tuple[Machine, xr.Dataset],
+) -> None:
+    case, run = sample
+    body = case.balancers[0].races[0].balls[0].body
+    (axes,) = ab.plot.race(run).axes
+    circles = [patch.get_radius() for patch in axes.patches if isinstance(patch, Circle)]
+    rods = [line for line in axes.lines if len(line.get_xdata()) == 2 and line.get_linewidth() > 3.0]
+    walls = [radius for radius in circles if radius == pytest.approx(76.95 + 5.0)]
+    assert (len(rods), len(walls)) == ((2, 0) if body == "pendulum" else (0, 1))
+    words = " ".join(text.get_text() for text in [*axes.texts, *axes.get_legend().get_texts()])
+    assert f"{body}s" in words
+    assert "balls" not in words
+
+
+def test_a_film_moves_the_rod_of_a_pendulum_with_its_head(sample: tuple[Machine, xr.Dataset]) -> None:
+    case, run = sample
+    motion_, races = Motion(run), races_of(run)
+    moments = motion_.at(np.array([0.0, 0.3, 0.6]))
+    view = RotorView(
+        Figure().subplots(), moments, races, np.zeros(3), moments.deflection_in_rotor, 1, 1.0, ["k", "r"], 0.07695
+    )
+    assert (len(view.rods), len(view.chamfers)) == ((2, 0) if case.name.endswith("pendulums") else (0, 2))
+    for k in (0, 2):
+        view.show(k)
+        for i, (edge, core) in view.rods.items():
+            for rod in (edge, core):
+                np.testing.assert_allclose([rod.get_xdata()[1], rod.get_ydata()[1]], view.balls[i].center)
+        for i, chamfer in view.chamfers.items():
+            assert chamfer.center == view.balls[i].center
+
+
+def test_a_run_names_its_bodies_and_says_nothing_of_balls_alone(sample: tuple[Machine, xr.Dataset]) -> None:
+    case, run = sample
+    assert set(run.ball_body.values) == {case.balancers[0].races[0].balls[0].body}
+    assert "ball_body" not in ab.simulate(ab.example("stall_and_release"), duration=0.01)

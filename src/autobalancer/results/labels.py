@@ -98,6 +98,7 @@ LABELS: dict[str, Label] = {
     "ball": Label("ball, counted from 1", ""),
     "orbit_radius": Label("orbit radius of the ball", "m", symbol="\\varepsilon"),
     "ball_diameter": Label("diameter of the ball, 0 if not given", "m"),
+    "ball_body": Label("what runs in place of balls, if any does: ball, roller or pendulum", ""),
     "ball_moment": Label("effective mass times orbit radius", "kg m", symbol="m\\,\\varepsilon"),
     "race_center_x": Label("race center in the rotor", "m", "rotor"),
     "race_center_y": Label("race center in the rotor", "m", "rotor"),

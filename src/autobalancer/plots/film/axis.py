@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.style import INK, UNBALANCE
@@ -58,16 +59,21 @@ class AxisView:
             axes.text(place, -1.4, name, **words)
         self.artists: list[Artist] = []
         self.rings, self.heavy, self.balls = [], [], []
+        self.rods: list[list[Line2D | None]] = []  # of pendulums, for each disc
         for _, plane, mine in discs:
             self.rings += axes.plot([], [], color=RIM, lw=1.0)
             self.heavy += axes.plot([], [], color=UNBALANCE, lw=1.6)
             size_of = 26.0 if mine.size <= 6 else 14.0
             at, colored = np.zeros(mine.size), [colors[i] for i in mine]
             self.balls.append(axes.scatter(at, at, s=size_of, c=colored, edgecolors=INK, linewidths=0.5, zorder=3))
+            self.rods.append(
+                [axes.plot([], [], color=colors[i], lw=1.8)[0] if races.body[i] == "pendulum" else None for i in mine]
+            )
             self.heavy[-1].set_visible(bool(np.abs(moments.plane_unbalance_in_rotor[:, plane]).any()))
         self.line = axes.plot([], [], color=INK, lw=1.8)[0]
         self.spots = axes.plot([], [], "o", ms=3.5, color=INK)[0]
-        self.artists += [*self.rings, *self.heavy, self.line, self.spots, *self.balls]
+        rods = [rod for line in self.rods for rod in line if rod is not None]
+        self.artists += [*rods, *self.rings, *self.heavy, self.line, self.spots, *self.balls]
 
     def show(self, k: int) -> None:
         """Move every artist to frame ``k``."""
@@ -83,6 +89,9 @@ class AxisView:
                 *_seen(self.along[place], center[place] + 0.72 * reach * heavy * np.array([0.0, 1.0]))
             )
             balls = self.radii[mine] * np.exp(1j * self.moments.ball_angle_in_rotor[k, mine]) * turn
+            for rod, ball in zip(self.rods[i], balls, strict=True):
+                if rod is not None:
+                    rod.set_data(*_seen(self.along[place], center[place] + ball * np.array([0.0, 1.0])))
             self.balls[i].set_offsets(np.column_stack(_seen(self.along[place], center[place] + balls)))
 
 

@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.style import INK, RACE, UNBALANCE
+from autobalancer.plots.run.body_shapes import CHAMFER, ROD
 from autobalancer.plots.run.motion import Complexes, Floats, Moments, Races
 
 SWEEP = np.linspace(0.0, 1.0, 60)  # points of the arc that a ball swept since the frame before
@@ -65,8 +67,8 @@ class RotorView:
         for side, degrees, anchor in sides:
             spot = side * (room - (0.0 if anchor != "center" else 0.06 * outside))
             axes.text(spot.real, spot.imag, degrees, ha=anchor, va="center", fontsize=7.5, color="#606060")
-        self._races(axes, diameter, outside)
-        self._balls(axes, diameter, colors)
+        self._races(axes, np.where(races.body == "pendulum", 0.0, diameter), outside)
+        self._balls(axes, diameter, races.body, colors)
         reach = 0.72 * float(self.radii.min(initial=outside))
         self.heavy_line = axes.plot([0.0, reach], [0.0, 0.0], color=UNBALANCE, lw=2.0, transform=self.turning)[0]
         self.heavy_spot = axes.plot([reach], [0.0], "o", ms=9, color=UNBALANCE, transform=self.turning)[0]
@@ -97,6 +99,11 @@ class RotorView:
         for i, (ball, trail) in enumerate(zip(self.balls, self.trails, strict=True)):
             arc = self.places[i] + self.radii[i] * np.exp(1j * (now[i] + swept[i] * SWEEP))
             ball.set_center((arc[0].real, arc[0].imag))
+            if i in self.chamfers:
+                self.chamfers[i].set_center((arc[0].real, arc[0].imag))
+            if i in self.rods:
+                for rod in self.rods[i]:
+                    rod.set_data([self.places[i].real, arc[0].real], [self.places[i].imag, arc[0].imag])
             trail.set_data(arc.real, arc.imag)
         seen = self.path[max(k - MEMORY, 0) * self.per_frame : k * self.per_frame + 1]
         self.trace.set_data(seen.real, seen.imag)
@@ -115,14 +122,27 @@ class RotorView:
         mark = [1.0 * outside, 1.06 * outside]
         self.artists += axes.plot(mark, [0.0, 0.0], color=INK, lw=3.0, solid_capstyle="butt", transform=self.turning)
 
-    def _balls(self, axes: Axes, diameter: Floats, colors: Sequence[str]) -> None:
-        """Balls to scale, points somewhat larger, each before the arc it swept."""
+    def _balls(self, axes: Axes, diameter: Floats, bodies: NDArray[np.object_], colors: Sequence[str]) -> None:
+        """Balls to scale, points somewhat larger, each before the arc it swept; rods of pendulums below all of them."""
         self.trails: list[Line2D] = []
         self.balls: list[Circle] = []
+        self.chamfers: dict[int, Circle] = {}
+        self.rods: dict[int, list[Line2D]] = {}
+        for i in (i for i, body in enumerate(bodies) if body == "pendulum"):
+            style: dict[str, Any] = {"transform": self.turning, "solid_capstyle": "round"}
+            edge, core = (
+                axes.plot([], [], color=INK, lw=ROD + 1.4, **style),
+                axes.plot([], [], color=colors[i], lw=ROD, **style),
+            )
+            self.rods[i] = [*edge, *core]
+            self.artists += self.rods[i]
         for i, thick in enumerate(diameter):
             self.trails += axes.plot([], [], color=colors[i], lw=4.0, alpha=0.35, transform=self.turning)
             size = 0.5 * thick if thick > 0.0 else 0.04
             ball = Circle((0.0, 0.0), size, fc=colors[i], ec=INK, lw=0.8, transform=self.turning)
             axes.add_patch(ball)
             self.balls.append(ball)
-        self.artists += [*self.trails, *self.balls]
+            if bodies[i] == "roller":
+                self.chamfers[i] = Circle((0.0, 0.0), CHAMFER * size, fc="none", ec=INK, lw=0.6, transform=self.turning)
+                axes.add_patch(self.chamfers[i])
+        self.artists += [*self.trails, *self.balls, *self.chamfers.values()]

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
 
 from autobalancer.plots.drawing.style import BALLS, ball_color
-from autobalancer.plots.run.motion import Floats
+from autobalancer.plots.run.motion import Floats, bodies_of
 
 FEW = len(BALLS)  # so many balls have a color of their own
 
@@ -25,7 +25,7 @@ def ball_looks(run: xr.Dataset) -> list[BallLook]:
     """A color for each of few balls; of more, one for each race, in shades from its first ball to its last."""
     count = run.sizes.get("ball", 0)
     if count <= FEW:
-        return [BallLook(ball_color(i), f"ball {i + 1}") for i in range(count)]
+        return [BallLook(ball_color(i), f"{body} {i + 1}") for i, body in enumerate(bodies_of(run))]
     places = list(zip(_column(run, "balancer", count), _column(run, "race", count), strict=True))
     groups = sorted(set(places))
     looks = [BallLook("", "_")] * count
@@ -35,7 +35,9 @@ def ball_looks(run: xr.Dataset) -> list[BallLook]:
             looks[i] = BallLook(shaded(ball_color(number), float(shade)), "_")
         middle = members[len(members) // 2]
         name = group_name(run, place, groups)
-        text = f"balls {members[0] + 1} to {members[-1] + 1}" if len(members) > 1 else f"ball {members[0] + 1}"
+        body = bodies_of(run)[members[0]] if len(set(bodies_of(run)[members])) == 1 else "ball"
+        first, last = members[0] + 1, members[-1] + 1
+        text = f"{body}s {first} to {last}" if len(members) > 1 else f"{body} {first}"
         looks[middle] = looks[middle]._replace(label=f"{text}, {name}" if name else text)
     return looks
 

@@ -116,6 +116,7 @@ class Races(NamedTuple):
     balancer: NDArray[np.int64]  # from 1
     race: NDArray[np.int64]  # from 1, within its balancer
     plane: NDArray[np.int64]  # from 0
+    body: NDArray[np.object_]  # "ball", "roller" or "pendulum"
 
     def vectors(self, moments: Moments) -> Complexes:
         """What each ball contributes, kg m, in the frame of the rotor: (times, balls)."""
@@ -144,7 +145,15 @@ def races_of(run: xr.Dataset) -> Races:
         _known(run, "balancer", (count,), 1.0).astype(np.int64),
         _known(run, "race", (count,), 1.0).astype(np.int64),
         _known(run, "ball_plane", (count,), 1.0).astype(np.int64) - 1,
+        bodies_of(run),
     )
+
+
+def bodies_of(run: xr.Dataset) -> NDArray[np.object_]:
+    """What each ball of a run is: "ball", "roller" or "pendulum"."""
+    if "ball_body" in run:
+        return np.asarray(run["ball_body"].values, dtype=object)
+    return np.full(run.sizes.get("ball", 0), "ball", dtype=object)
 
 
 def _known(run: xr.Dataset, name: str, shape: tuple[int, ...], otherwise: float = 0.0) -> Floats:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.axis_units import length_text, round_down
 from autobalancer.plots.drawing.style import INK, RACE, legend_width
+from autobalancer.plots.run.body_shapes import draw_body
 from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.race_vectors import Vector
 
@@ -29,6 +30,7 @@ class RacePanel:
     def __init__(self, axes: Axes, races: Races, moments: Moments, mine: NDArray[np.intp], colors: list[str]) -> None:
         self.axes, self.mine = axes, mine
         self.radius, self.diameter = races.orbit_radius[mine] * 1e3, races.ball_diameter[mine] * 1e3
+        self.body = races.body[mine]
         self.angle = moments.ball_angle_in_rotor[0, mine]
         self.outside = float((self.radius + 0.5 * self.diameter).max())
         centers = races.center[mine]
@@ -46,7 +48,7 @@ class RacePanel:
         self._races()
         least = 0.03 * self.outside
         for i, place in enumerate(self.centers + self.radius * np.exp(1j * self.angle)):
-            _ball(axes, place, self.diameter[i], colors[mine[i]], least)
+            draw_body(axes, self.body[i], self.centers[i], place, self.diameter[i], colors[mine[i]], least)
         self._numbers(colors, least)
         axes.plot(0.0, 0.0, "+", ms=9, mew=1.3, color=INK)
 
@@ -101,7 +103,7 @@ class RacePanel:
     def notes(self, more: Sequence[str]) -> None:
         """Sizes, then ``more`` lines, below the legend."""
         sizes = ["orbit radius " + _and([f"{r:.4g}" for r in sorted({*self.radius})]) + " mm"]
-        sizes += [f"balls {d:.4g} mm" if d > 0.0 else "point balls" for d in sorted({*self.diameter})]
+        sizes += [_named(*kind) for kind in sorted({*zip(self.body, self.diameter, strict=True)})]
         lines = [", ".join(sizes), *more]
         if self.center:
             drawn = f", drawn {self.larger:g} times larger (×)" if self.larger > 1.0 else " (×)"
@@ -138,8 +140,9 @@ class RacePanel:
             )  # fmt: skip
 
     def _races(self) -> None:
-        """The walls of each race, or the circle on which point balls move; from the outermost inwards."""
-        rings = sorted({*zip(self.radius, self.diameter, self.centers, strict=True)}, key=lambda ring: -ring[0])
+        """The walls of each race, or the circle on which points and pendulums move; from the outermost inwards."""
+        walls = np.where(self.body == "pendulum", 0.0, self.diameter)
+        rings = sorted({*zip(self.radius, walls, self.centers, strict=True)}, key=lambda ring: -ring[0])
         for depth, (radius, diameter, center) in enumerate(rings):
             place, order = (center.real, center.imag), 1.0 + 0.1 * depth
             if diameter > 0.0:
@@ -159,7 +162,7 @@ class RacePanel:
             else:
                 outer = self.radius[i] == self.radius.max() and len({*self.radius}) > 1
                 away = max(0.5 * self.diameter[i], least) + 1.7 * least
-                beside = self.radius[i] + (away if outer else -away)
+                beside = self.radius[i] + (away if outer or self.body[i] == "pendulum" else -away)
                 same = np.flatnonzero(self.radius == self.radius[i])
                 spread = spread_angles(self.angle[same], 13.0 / (self.size * beside))
                 place = beside * np.exp(1j * spread[int(np.flatnonzero(same == i)[0])])
@@ -199,13 +202,11 @@ def spread_angles(angle: Floats, gap: float) -> Floats:
     return placed
 
 
-def _ball(axes: Axes, place: complex, diameter: float, color: str, least: float) -> None:
-    """A ball to scale, or a ring for a point."""
-    spot = (place.real, place.imag)
+def _named(body: str, diameter: float) -> str:
+    """Bodies of one size in words."""
     if diameter > 0.0:
-        axes.add_patch(Circle(spot, 0.5 * diameter, fc=color, ec=INK, lw=0.8, alpha=0.9, zorder=4))
-    else:
-        axes.add_patch(Circle(spot, least, fc="white", ec=color, lw=2.2, alpha=0.9, zorder=4))
+        return f"{body}s {diameter:.4g} mm"
+    return "pendulums" if body == "pendulum" else "point balls"
 
 
 def _readable(color: str) -> str:

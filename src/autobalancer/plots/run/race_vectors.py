@@ -26,7 +26,10 @@ def vectors_of(races: Races, moments: Moments, planes: Planes, plane: int) -> li
     met = complex(moments.plane_unbalance_in_rotor[0, plane])
     balls = complex(races.vectors(moments)[0, races.plane == plane].sum())
     where = " in this plane" if len(planes.names) > 1 else ""
-    whose = "balls of all balancers" if len(set(races.balancer[races.plane == plane].tolist())) > 1 else "balls"
+    here = races.plane == plane
+    bodies = set(races.body[here].tolist())
+    whose = f"{bodies.pop()}s" if len(bodies) == 1 else "balls"
+    whose += " of all balancers" if len(set(races.balancer[here].tolist())) > 1 else ""
     return [
         *_couple(moments, planes, plane),
         Vector(met, f"unbalance{where} {moment_text(abs(met))}", UNBALANCE),

@@ -46,6 +46,8 @@ def run_dataset(
         "race_center_x": ("ball", np.array([ball.eccentricity.real for ball in balls], np.float64)),
         "race_center_y": ("ball", np.array([ball.eccentricity.imag for ball in balls], np.float64)),
     }
+    if any(ball.body != "ball" for ball in balls):
+        coordinates["ball_body"] = ("ball", np.array([ball.body for ball in balls], dtype=object))
     coordinates |= place_names(places) | axis_coordinates(places, assembly)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)

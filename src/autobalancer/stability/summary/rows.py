@@ -89,7 +89,7 @@ def _race(race: RaceSummary, found: Summary) -> Row:
     enough = _enough(race.capability, found) if len(found.races) == 1 else ""
     return (
         f"balancer {race.balancer}, race {race.race}",
-        f"{race.balls} {'ball' if race.balls == 1 else 'balls'}, "
+        f"{race.balls} {race.bodies}{'s' * (race.balls > 1)}, "
         f"{race.ball_mass * 1e3:.5g} g ({race.effective_mass * 1e3:.5g} g effective), "
         f"taking {math.degrees(race.occupied_angle):.4g} deg\n"
         f"capability {moment_text(race.capability, 5)}{enough}\n"

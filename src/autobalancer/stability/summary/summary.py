@@ -44,6 +44,7 @@ class RaceSummary:
     occupied_angle: float
     capability: float
     drag: tuple[float, ...]
+    bodies: str = "ball"  # what they are
 
 
 @dataclass(frozen=True, repr=False)
@@ -193,6 +194,7 @@ def _race(balls: list[Ball]) -> RaceSummary:
         occupied_angle=occupied_angle(balls),
         capability=race_capability(balls),
         drag=tuple(sorted({ball.drag for ball in balls})),
+        bodies=balls[0].body if len({ball.body for ball in balls}) == 1 else "ball",
     )
 
 
