@@ -29,10 +29,15 @@ from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 from autobalancer.simulation.events import Event
 rotor = {"mass": 10.0, "stiffness": 6e5, "damping": 80.0, "inertia": 0.05}
 drive = {"kind": "torque", "torque": 3.0}
-machine = Machine(name="second", axis="vertical", rotor=rotor, unbalances=[{"moment": 4e-4}], drive=drive)
+forces = [{"kind": "race_springs", "stiffness": 30.0}, {"kind": "radial_spring", "stiffness": 9e3, "free_length": 0.05}]
+balls = [{"mass": 4e-3, "motion": "point", "count": 2, "start_angles": [0.5, 2.0]}]
+race = {"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "forces": forces, "balls": balls}
+parts = {"unbalances": [{"moment": 4e-4}], "balancers": [{"races": [race]}], "drive": drive}
+machine = Machine(name="second", axis="vertical", rotor=rotor, **parts)
 run = ab.simulate(machine, duration=1.0, save=[Samples(30), Envelope(5), LastRevolutions(1, 8)],
                   events=[Event("speed", 20.0)])
-print("races:", *[float(v).hex() for v in run.x.values[-3:]], float(run.attrs["steps"]).hex())
+last = [*run.x.values[-3:], *run.ball_angle_in_rotor.values[-1]]
+print("races:", *[float(v).hex() for v in last], float(run.attrs["steps"]).hex())
 """
 
 CHAMBER = """
@@ -87,6 +92,7 @@ def test_a_second_process_compiles_nothing(second: str) -> None:
     loaded = [line for line in second.splitlines() if "data loaded from" in line]
     for kernel in (
         "planar.planar",
+        "race_springs.RaceSprings.force",
         "smooth_races.guided",
         "rough_races.guided_rough",
         "settle",

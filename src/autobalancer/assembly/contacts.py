@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,18 @@ def contact_rows(count: int) -> Rows:
     rows = CONTACT.rows(count)
     rows.next, rows.wall_low, rows.wall_high = -1, -math.inf, math.inf
     return rows
+
+
+def ring(members: Sequence[int], angles: Floats) -> list[tuple[int, int, float]]:
+    """The balls of a race in their order around it: each, the next, and what to add to the angle of that, so that it is ahead."""
+    place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
+    order = sorted(members, key=lambda i: place[i])
+    found = []
+    for number, i in enumerate(order):
+        j = order[(number + 1) % len(order)]
+        ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
+        found.append((i, j, ahead - (angles[j] - angles[i])))
+    return found
 
 
 def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, frequency: float) -> Floats:
@@ -69,12 +82,8 @@ def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> 
 def _set_neighbors(
     race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, rows: Rows, frequency: float
 ) -> None:
-    place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
-    order = sorted(members, key=lambda i: place[i])
-    for number, i in enumerate(order):
-        j = order[(number + 1) % len(order)]
-        ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
-        rows[i].next, rows[i].wrap = j, ahead - (angles[j] - angles[i])
+    for i, j, wrap in ring(members, angles):
+        rows[i].next, rows[i].wrap = j, wrap
         rows[i].touch = 0.5 * occupied_angle([balls[i], balls[j]])
         rows[i].hard, rows[i].soft = _spring_and_damper(race, balls[i], balls[j], frequency)
         _set_rubbing(race, balls[i], balls[j], rows[i], frequency)

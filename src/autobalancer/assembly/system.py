@@ -13,6 +13,7 @@ from autobalancer.assembly.contacts import contact_rows, set_contacts
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.excitations import excitations
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
+from autobalancer.assembly.forces.rows import force_rows
 from autobalancer.assembly.guided import ball_inertia, ball_rows, is_real, moving_rows, put_on_races
 from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import with_mass_spread
@@ -132,6 +133,7 @@ def assemble(
     if contact and balls:
         fastest = max(top_speed(machine) or 0.0, *critical)
         angles = set_contacts(machine, balls, angles, system.contacts, fastest)
+    system = system._replace(**force_rows(machine, balls, angles))
     state = planar_start(machine, balls, system, first_speed(machine, system.drive), angles)
     scale, growing = planar_scales(machine, balls, system)
     return Assembly(system, state, scale, growing, balls, critical)
@@ -193,6 +195,7 @@ def assemble_general(
     fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
     if contact and balls and model is not Model.RESOLVED:
         angles = set_contacts(machine, balls, angles, system.contacts, fastest)
+    system = system._replace(**force_rows(machine, balls, angles))
     state, scale, growing = np.zeros(own + further), np.ones(own + further), np.zeros(own + further)
     where = [X, Y, *range(rest, rest + size - 2)]
     fast = [VX, VY, *range(rest + size - 2, rest + 2 * size - 4)]

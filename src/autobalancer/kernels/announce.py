@@ -34,7 +34,7 @@ class Announcement(event.Listener):
         self.depth += 1
         kernel = getattr(event.data.get("dispatcher"), "py_func", None)
         place = getattr(kernel, "__module__", "").split(".")
-        if self.depth > 1 or place[0] != "autobalancer":
+        if self.depth > 1 or place[:2] != ["autobalancer", "kernels"]:
             return
         kind = next((KINDS[name] for name in place if name in KINDS), SHARED)
         if kind not in self.said:

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from autobalancer.kernels.pointers import pointer_to
 from autobalancer.kernels.records.drive import PRESCRIBED, SEGMENT, SHAKE
 from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
+from autobalancer.kernels.records.forces import FORCE, PLACE
 from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
 
@@ -126,6 +127,9 @@ class System(NamedTuple):
     free: Rows = FREE.rows(0)
     waves: Rows = WAVE.rows(0)
     fluid: Fluid = Fluid()
+    places: Rows = PLACE.rows(0)  # of the balls, for forces
+    forces: Rows = FORCE.rows(0)
+    force_numbers: Floats = np.zeros(0)  # own numbers of all forces
     shakes: Rows = SHAKE.rows(0)
     shake_vectors: Matrix = np.zeros((0, 0))  # (2 excitations, W)
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
+from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import Part, symbol_of
 from autobalancer.machine.quantity import Quantity
 
@@ -150,7 +151,10 @@ def _leaf(leaf: Any) -> str:
 def _leaves(annotation: Any) -> Iterator[Any]:
     """What may stand in a place, one entry of a list for all of it, without ``None``."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    if origin is Annotated and not any(isinstance(extra, SCALARS) for extra in arguments[1:]):
+    family = next((extra for extra in arguments[1:] if isinstance(extra, OneOf)), None)
+    if family is not None:
+        yield from family.parts
+    elif origin is Annotated and not any(isinstance(extra, SCALARS) for extra in arguments[1:]):
         yield from _leaves(arguments[0])
     elif origin in (Union, UnionType, tuple):
         for entry in arguments:

@@ -9,6 +9,7 @@ from typing import Any
 
 from numba import njit
 
+from autobalancer.kernels.balls.forces import push_guided
 from autobalancer.kernels.balls.guided import (
     Path,
     Row,
@@ -45,6 +46,7 @@ from autobalancer.kernels.trigonometry import sine_cosine
 @njit(**INLINE)
 def touching(time: float, y: Any, p: System, motion: Motion) -> None:
     touch(y, p)
+    push_guided(y, p, motion.speed)
 
 
 @njit(**INLINE)

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
+from autobalancer.kernels.balls.forces import push_resolved
 from autobalancer.kernels.balls.path import closest, orbit
 from autobalancer.kernels.balls.rates import rates_of
 from autobalancer.kernels.flags import EQUATIONS, INLINE
@@ -209,6 +210,7 @@ def _touching(time: float, y: Any, p: System, motion: Motion) -> None:
             race = p.free_balls[b].race
             if race >= 0 and race == p.free_balls[other].race:
                 _meet(y, p, b, other, _states(p, b), _states(p, other))
+    push_resolved(y, p, motion.speed)
 
 
 @njit(**INLINE)

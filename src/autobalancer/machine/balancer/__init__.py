@@ -13,6 +13,7 @@ from autobalancer.machine.balancer.drag import (
     TableDrag,
 )
 from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.balancer.force import Force, PairForce
 from autobalancer.machine.balancer.race import Balancer, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
 
@@ -26,9 +27,11 @@ __all__ = [
     "Drag",
     "DragTorque",
     "Fluid",
+    "Force",
     "FreeSphereDrag",
     "Friction",
     "Harmonic",
+    "PairForce",
     "Partitions",
     "PlaneDrag",
     "Race",

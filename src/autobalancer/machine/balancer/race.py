@@ -11,7 +11,9 @@ from autobalancer.machine.balancer.bodies import refuse_bodies
 from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
 from autobalancer.machine.balancer.drag import Drag, DragTorque
 from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.balancer.force import Force
 from autobalancer.machine.balancer.resolved import ResolvedContact
+from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import ImpossiblePart, Label, Listed, Name, Part, key
 from autobalancer.machine.quantity import Angle, Length, Offset
 from autobalancer.machine.station import Place
@@ -67,6 +69,9 @@ class Race(Part):
     roundness: Roundness | None = key("the same as a measured profile", None)
     resolved: ResolvedContact | None = key(
         "balls free in the plane of the race, in place of guided ones; for all races of a machine or for none", None
+    )
+    forces: Annotated[tuple[Annotated[Force, OneOf(Force)], ...], Listed] = key(
+        "on the balls beside contact and fluid: springs, magnets, pins, or forces of your own", ()
     )
     balls: Annotated[tuple[Balls, ...], Field(min_length=1)] = key(
         "groups of equal balls; they are placed in the race in this order"

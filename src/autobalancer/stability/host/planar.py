@@ -73,6 +73,26 @@ class Plane:
         return self.unbalance + complex((self.ball_mass * self.offset).sum())
 
 
+def refuse_forces(machine: Machine) -> None:
+    """Refuse a machine with forces on its balls.
+
+    Raises
+    ------
+    QuestionError
+        If it has any.
+    """
+    found = [
+        f"balancers[{b + 1}].races[{r + 1}].forces"
+        for b, balancer in enumerate(machine.balancers)
+        for r, race in enumerate(balancer.races)
+        if race.forces
+    ]
+    if found:
+        raise QuestionError(
+            f"{found[0]}: this question does not know forces on the balls; simulate the machine instead, or ask without them"
+        )
+
+
 def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
     """The plane of a machine; its unbalance is, unless given, the resultant at the end of all schedules.
 
@@ -92,6 +112,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
             "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
+    refuse_forces(machine)
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
     springs = planar_rotor(machine)

@@ -19,7 +19,7 @@ from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, refuse_forces
 
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # of a sum of terms that cancel, over the terms
 
@@ -170,6 +170,7 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
             "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
+    refuse_forces(machine)
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
     tilting = machine.tilting_races == "full"

@@ -1,0 +1,166 @@
+"""A force is compiled and tried at places around its race before it is used: it must be a number, and what it says it is."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from autobalancer.catalog.resolve import Ball
+from autobalancer.errors import MachineError
+from autobalancer.kernels.called import Called, compiled, numbers_row
+from autobalancer.kernels.records.forces import PLACE
+from autobalancer.machine import Force
+
+STEP = 1e-5  # of the orbit radius, in differences of the energy
+CLOSE = 1e-5  # by which force and gradient may differ, over the greatest force that was found
+SPEEDS = (0.0, 30.0, 300.0)  # rad/s, of the rotor
+RADII = (1.0, 0.97)  # of the orbit radius
+ANGLES = 8
+KEY_WORDS = (
+    "return 2 numbers: force(at, own) -> (fx, fy)",
+    "return 4 numbers: force(at, next, own) -> (fx, fy, fx_next, fy_next)",
+)
+
+
+class Made(NamedTuple):
+    """The compiled functions of a force."""
+
+    force: Called
+    energy: Called | None
+
+
+class Where(NamedTuple):
+    """Where a force is tried: places and velocities of one ball or two, m and m/s, and the speed of the rotor, rad/s."""
+
+    places: tuple[complex, ...]
+    velocities: tuple[complex, ...]
+    speed: float
+
+    def __str__(self) -> str:
+        place, velocity = self.places[0], self.velocities[0]
+        other = (
+            f", the next ball at x = {self.places[1].real:.4g} m, y = {self.places[1].imag:.4g} m"
+            if self.places[1:]
+            else ""
+        )
+        return (
+            f"x = {place.real:.4g} m, y = {place.imag:.4g} m{other}, at a velocity of {velocity.real:.4g} and "
+            f"{velocity.imag:.4g} m/s and a rotor speed of {self.speed:g} rad/s"
+        )
+
+
+def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: float) -> Made:
+    """The compiled functions of a force at this ``path`` that acts on these balls of one race.
+
+    Raises
+    ------
+    MachineError
+        If it does not compile, is not a number somewhere, or its energy does not match.
+    """
+    ball = balls[0]
+    try:
+        return _tried(force, ball.orbit_radius, ball.effective_mass, ball.radius, gravity)
+    except MachineError as reason:
+        raise MachineError(f"{path}: the force {force.word()!r} {reason}") from None
+
+
+@lru_cache(maxsize=256)
+def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: float) -> Made:
+    made = Made(_made(force, "force"), _made(force, "energy") if force.conservative() else None)
+    own = numbers_row(force.numbers())
+
+    def rows(where: Where) -> list[Any]:
+        found = []
+        angle = [cmath.phase(place) for place in where.places]
+        for place, velocity in zip(where.places, where.velocities, strict=True):
+            fixed = {"mass": mass, "radius": radius, "orbit": orbit, "gravity": gravity, "speed": where.speed}
+            moving = {"x": place.real, "y": place.imag, "vx": velocity.real, "vy": velocity.imag}
+            found.append(
+                PLACE.row(ahead=math.fmod(angle[-1] - angle[0] + 4.0 * math.pi, 2.0 * math.pi), **fixed, **moving)
+            )
+        return found
+
+    tried = [
+        (where, [float(part) for part in made.force.function(*rows(where), own)]) for where in _wheres(force, orbit)
+    ]
+    for where, parts in tried:
+        if len(parts) != (4 if force.pairs else 2):
+            raise MachineError(f"returns {len(parts)} numbers; it must {KEY_WORDS[bool(force.pairs)]}")
+        if not all(map(math.isfinite, parts)):
+            raise MachineError(f"is not a number at {where}: it returned {_listed(parts)}")
+    energy = made.energy
+    if energy is not None:
+        _refuse_false_energy(lambda where: float(energy.function(*rows(where), own)), tried, STEP * orbit)
+    return made
+
+
+def _made(force: Force, method: str) -> Called:
+    function = getattr(type(force), method, None)
+    if function is None:
+        raise MachineError(f"has no '{method}'; write it as a static method that {KEY_WORDS[bool(force.pairs)]}")
+    try:
+        return compiled(function, tuple(force.numbers()), method, bool(force.pairs))
+    except Exception as reason:
+        raise MachineError(f"does not compile: in {method!r}, {_in_words(str(reason))}") from None
+
+
+def _in_words(said: str) -> str:
+    """Why Numba did not compile it."""
+    if "NRT required" in said:
+        return (
+            "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
+        )
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    useful = [line for line in lines if not line.startswith(("Failed in nopython", "During:", "Overload", "File"))]
+    return (useful or lines or ["for an unknown reason"])[0]
+
+
+def _wheres(force: Force, orbit: float) -> Iterator[Where]:
+    """A few dozen ordinary places: around the race on its wall and inside, at rest and in motion, at several speeds."""
+    for number in range(ANGLES):
+        away = cmath.rect(orbit * RADII[number % 2], 0.1 + number * 2.0 * math.pi / ANGLES)
+        for speed in SPEEDS:
+            for rate in (0.0, 0.3 * speed + 1.0, -0.1 * speed - 1.0):
+                moving = away * complex(0.05, 1.0) * rate
+                if force.pairs:
+                    ahead = cmath.rect(orbit, cmath.phase(away) + 0.5 + 0.7 * number)
+                    yield Where((away, ahead), (moving, -0.5j * rate * ahead), speed)
+                else:
+                    yield Where((away,), (moving,), speed)
+
+
+def _refuse_false_energy(energy: Callable[[Where], float], tried: list[tuple[Where, list[float]]], step: float) -> None:
+    """Refuse an energy whose negative gradient is not the force."""
+    greatest = max((abs(part) for _, parts in tried for part in parts), default=0.0)
+    for where, parts in tried:
+        here, standing = energy(where), energy(where._replace(speed=0.0))
+        if not math.isfinite(here):
+            raise MachineError(f"has an energy that is not a number at {where}: it is {here:g}")
+        if abs(here - standing) > CLOSE * (greatest * step / STEP + abs(here)):
+            raise MachineError(
+                f"has an energy that depends on the speed of the rotor: {here:.6g} J at {where}, {standing:.6g} J at standstill. "
+                "Such a force is not conservative; leave 'energy' out"
+            )
+        slopes = []
+        for number in range(len(where.places)):
+            for way in (1.0, 1j):
+                moved = [
+                    energy(where._replace(places=_moved(where.places, number, sign * step * way))) for sign in (-1, 1)
+                ]
+                slopes.append(-(moved[1] - moved[0]) / (2.0 * step))
+        if not all(abs(part - slope) <= CLOSE * greatest for part, slope in zip(parts, slopes, strict=True)):
+            raise MachineError(
+                f"says it is conservative, but its energy does not match: at {where} the force is {_listed(parts)} N and the "
+                f"negative gradient of the energy {_listed(slopes)} N. Correct one of them, or leave 'energy' out"
+            )
+
+
+def _moved(places: tuple[complex, ...], number: int, by: complex) -> tuple[complex, ...]:
+    return tuple(place + by if i == number else place for i, place in enumerate(places))
+
+
+def _listed(parts: list[float]) -> str:
+    return f"({', '.join(f'{part:.6g}' for part in parts)})"

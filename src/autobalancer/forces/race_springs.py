@@ -1,0 +1,34 @@
+"""Springs along the race between neighboring balls."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+from autobalancer.machine.balancer.force import PairForce
+from autobalancer.machine.part import key
+from autobalancer.machine.quantity import Offset, SpringRate
+
+
+class RaceSprings(PairForce):
+    """Springs along the race, from each ball to the next around the whole ring (Spannan 2021, figure 2.5 a).
+
+    Each is as long as the arc between the centers of its balls on the circle of the orbit radius.
+    """
+
+    kind: Literal["race_springs"] = "race_springs"
+    interface: ClassVar[int] = 1
+    stiffness: SpringRate = key("of each spring", symbol="k")
+    free_length: Offset = key("length along the orbit at which it is not loaded", 0.0)
+
+    @staticmethod
+    def force(at: Any, next: Any, own: Any) -> tuple[float, float, float, float]:
+        """N, along the tangents; the force grows with 1/radius off the orbit, so that its torque is that of the arc."""
+        pull = own.stiffness * (at.orbit * next.ahead - own.free_length) * at.orbit
+        one, other = pull / (at.x * at.x + at.y * at.y), pull / (next.x * next.x + next.y * next.y)
+        return -one * at.y, one * at.x, other * next.y, -other * next.x
+
+    @staticmethod
+    def energy(at: Any, next: Any, own: Any) -> float:
+        """J."""
+        stretch = at.orbit * next.ahead - own.free_length
+        return float(0.5 * own.stiffness * stretch * stretch)
