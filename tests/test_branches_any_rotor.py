@@ -17,6 +17,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine, RigidRotor, Support
+from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.diagrams.branches import branches
@@ -108,6 +109,18 @@ def test_a_small_swing_grows_with_the_root_of_the_distance_from_the_hopf_point()
     swing = 0.5 * float((orbit["ball_angle_in_rotor_max"] - orbit["ball_angle_in_rotor_min"]).max())
     weak = -slope * away / (float(point["special_frequency"]) * float(point["lyapunov_coefficient"]))
     assert swing == pytest.approx(math.sqrt(weak), rel=0.02)
+
+
+def test_a_branch_too_narrow_to_be_read_is_drawn_again_in_its_own_range() -> None:
+    found = branches(TWO_PLANES, "speed", 185.0, 165.0)  # the balls swing over 0.29 rad/s
+    swinging = found["parameter"].values[found["branch"].values == 2]
+    panel = plot_branches(found, speed_unit="rad/s").axes[-1]
+    low, high = panel.get_xlim()
+    assert low < swinging.min() < swinging.max() < high
+    assert high - low < 1.3 * float(np.ptp(swinging))
+    assert panel.get_title(loc="left").startswith("a: branch 2")
+    wide = found.isel(point=np.flatnonzero(found["branch"].values == 1))
+    assert len(plot_branches(wide).axes) == 2
 
 
 def test_the_curve_of_hopf_points_over_the_drag_is_the_exact_border() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +17,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.drawing.quantity_axis import axis_label, axis_unit
 from autobalancer.plots.drawing.style import INK, look, picture, with_ignored
+from autobalancer.plots.stability.branch_closeups import CloseUp, close_ups, empty_panels, fit, mark
 from autobalancer.results.given import Given, result
 
 COLORS = {
@@ -54,7 +56,8 @@ def plot_branches(
 
     Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
     greatest (thick) and least value (thin). Stalled balls have no line among the angles but one among the speeds. Marks
-    are small where an unstable state stays unstable; of equal marks very close to each other one is drawn.
+    are small where an unstable state stays unstable; of equal marks very close to each other one is drawn. A branch too
+    narrow to be read has a letter and is drawn again below, enlarged; up to three of them.
 
     Parameters
     ----------
@@ -86,8 +89,13 @@ def plot_branches(
     with_angles = angles.size > 0 and bool(np.isfinite(angles).any())
     count = 1 + with_angles + stalls
     with look():
-        figure = picture(8.0, 1.6 + 2.5 * count)
-        panels = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+        narrow = close_ups(branches)
+        figure = picture(8.0, 1.6 + 2.5 * (count + bool(narrow)))
+        rows = figure.add_gridspec(count + bool(narrow), 1)
+        panels = [figure.add_subplot(rows[0])]
+        panels += [figure.add_subplot(rows[row], sharex=panels[0]) for row in range(1, count)]
+        for panel in panels[:-1]:
+            panel.tick_params(labelbottom=False)
         panels[0].set_title(with_ignored(str(branches.attrs.get("title", "Branches")), branches.attrs))
         _draw(panels[0], branches, across, lengths, "deflection_min", "deflection_max")
         which = "greatest deflection\nof all stations" if "station" in branches.dims else "deflection"
@@ -101,20 +109,43 @@ def plot_branches(
             panels[1].set_ylabel("ball angle in the rotor (°)")
             panels[1].yaxis.set_major_locator(_degrees())
             if stalls:
-                where = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8.0, "color": "#606060"}
-                panels[1].annotate("stalled balls circle in the rotor: no line here", (0.995, 0.98), **where)
+                where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "top"}
+                text = "stalled balls circle in the rotor: no line here"
+                panels[1].annotate(text, (0.995, 0.98), fontsize=8.0, color="#606060", **where)
         if stalls:
             _draw(panels[-1], branches, across, speeds, "ball_speed_in_space", "ball_speed_in_space")
             panels[-1].set_ylabel(f"mean ball speed in space ({speeds.sign})")
         panels[-1].set_xlabel(axis_label(branches["parameter"], across))
+        if narrow:
+            mark(panels[0], narrow, across, float(np.ptp(branches["parameter"].values)))
+            _enlarge(narrow, empty_panels(figure, rows[count], narrow, across), branches, across, deflection_unit)
         figure.align_ylabels(panels)
         handles = _explained(branches)
         figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=2.0)
     return figure
 
 
-def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: str, high: str) -> None:
-    """All branches and special points in one panel."""
+def _enlarge(
+    narrow: list[CloseUp], panels: list[Axes], data: xr.Dataset, across: AxisUnit, deflection_unit: str | None
+) -> None:
+    """The deflection of each narrow branch in the panel of its range."""
+    for one, axes in zip(narrow, panels, strict=True):
+        own = length_axis(deflection_unit, one.top)
+        _draw(axes, data, across, own, "deflection_min", "deflection_max", (one.high - one.low, one.top))
+        fit(axes, one, own)
+        axes.set(xlabel=axis_label(data["parameter"], across), ylabel=f"deflection ({own.sign})")
+
+
+def _draw(
+    axes: Axes,
+    data: xr.Dataset,
+    across: AxisUnit,
+    unit: AxisUnit,
+    low: str,
+    high: str,
+    part: tuple[float, float] | None = None,
+) -> None:
+    """All branches and special points in one panel; of a ``part`` of them its width and its height in deflection, SI."""
     x = across.shown(data["parameter"].values)
     for piece, stable, name in _pieces(data):
         moving = low != high and (data["kind"].values[piece] == "orbit").any()
@@ -125,7 +156,7 @@ def _draw(axes: Axes, data: xr.Dataset, across: AxisUnit, unit: AxisUnit, low: s
                 axes.plot(
                     x[piece], line, ls=style, lw=width, color=COLORS.get(name, INK), zorder=2.5 if stable else 2.2
                 )
-    for i in _apart(data):
+    for i in _apart(data, part):
         kind = _mark_of(data, i)
         marker, face, _ = MARKS[kind]
         place = across.shown(float(data["special_parameter"].values[i]))
@@ -139,12 +170,13 @@ def _mark_of(data: xr.Dataset, i: int) -> str:
     return str(data["criticality"].values[i]) or str(data["special_type"].values[i])
 
 
-def _apart(data: xr.Dataset) -> list[int]:
+def _apart(data: xr.Dataset, part: tuple[float, float] | None) -> list[int]:
     """Special points that get a mark: of equal ones so close that their marks would be one blob, the first."""
     if not data.sizes.get("special"):
         return []
-    place, span = data["special_parameter"].values, float(np.ptp(data["parameter"].values)) or 1.0
-    height, tall = data["special_deflection_max"].values, float(np.nanmax(data["deflection_max"].values)) or 1.0
+    whole = float(np.ptp(data["parameter"].values)), float(np.nanmax(data["deflection_max"].values))
+    span, tall = (value or 1.0 for value in part or whole)
+    place, height = data["special_parameter"].values, data["special_deflection_max"].values
     kept: list[int] = []
     for i in range(place.size):
         near = (
