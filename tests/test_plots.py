@@ -18,13 +18,13 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.angles import slipping, wrapped
-from autobalancer.plots.drawing.axis_units import length_axis, length_text, round_down, speed_axis
 from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import UNBALANCE, picture
 from autobalancer.plots.run.history import Curve, Deflections
 from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.plots.run.panels import deflection_panel
+from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

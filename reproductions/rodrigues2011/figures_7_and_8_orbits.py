@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.plots.drawing.axis_units import length_axis
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import ALL_BALLS, look, picture
 from autobalancer.plots.rotor.campbell import WHIRL
+from autobalancer.results.display_units import length_axis
 from autobalancer.rotordynamics.orbits import whirl_orbits
 from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all, said

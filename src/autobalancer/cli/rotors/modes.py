@@ -114,7 +114,7 @@ def _columns(answer: dict[str, Any], frequency_unit: str) -> list[Column]:
     """Modes, or of a Campbell diagram the frequency of each branch over the speed."""
     from autobalancer.cli.terminal.sheet import Column
     from autobalancer.cli.terminal.words import speed_number, speed_sign
-    from autobalancer.plots.drawing.axis_units import speed_axis
+    from autobalancer.results.display_units import speed_axis
 
     up = speed_axis(frequency_unit)
     if "branches" in answer:

@@ -159,7 +159,7 @@ def _whirl(found: xr.Dataset) -> list[Column]:
 
 
 def _amount(value: float, found: xr.Dataset) -> str:
-    from autobalancer.plots.drawing.axis_units import length_text
+    from autobalancer.results.display_units import length_text
 
     rate = {"displacement": "", "velocity": "/s", "acceleration": "/s^2"}[found.attrs["quantity"]]
     return f"{length_text(float(value))}{rate}"

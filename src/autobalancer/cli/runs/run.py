@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Seed, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import measure_unit, note, say, speed_number, speed_sign
+from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign
 
 if TYPE_CHECKING:
     from autobalancer.cli.terminal.sheet import Column
@@ -149,6 +149,8 @@ def _measured(result: Any) -> Any:
 def _shown(value: Any) -> tuple[list[float], str]:
     """The numbers of a measure, and the unit in which they are shown."""
     import numpy as np
+
+    from autobalancer.results.display_units import measure_unit
 
     numbers = [float(number) for number in np.atleast_1d(value.values)]
     if value.attrs["units"] == "rad/s":

@@ -7,7 +7,7 @@ from typing import Any
 import typer
 
 from autobalancer.cli.terminal.output import Files, print_csv, print_json
-from autobalancer.cli.terminal.words import measure_unit, say, speed_text
+from autobalancer.cli.terminal.words import say, speed_text
 from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 
@@ -25,6 +25,7 @@ def run_chamber(context: typer.Context, described: ChamberMachine, files: Files)
     from autobalancer.cli.terminal.exit_codes import leave_with
     from autobalancer.cli.terminal.progress import of_time, progress_bar
     from autobalancer.cli.terminal.sheet import Column, print_facts
+    from autobalancer.results.display_units import measure_unit
     from autobalancer.simulation.chamber import simulate_chamber
     from autobalancer.simulation.chamber.verdict import chamber_verdict
 

@@ -124,7 +124,7 @@ def _special(found: Any) -> list[dict[str, Any]]:
 
 def _branch_columns(found: Any, speed_unit: str) -> list[Column]:
     from autobalancer.cli.terminal.sheet import Column
-    from autobalancer.plots.drawing.quantity_axis import axis_unit
+    from autobalancer.results.display_units import axis_unit
 
     unit, rows = axis_unit(found["parameter"], speed_unit), _branches(found)
 
@@ -149,7 +149,7 @@ def _branch_columns(found: Any, speed_unit: str) -> list[Column]:
 
 def _point_columns(found: Any, speed_unit: str, rows: list[dict[str, Any]]) -> list[Column]:
     from autobalancer.cli.terminal.sheet import Column
-    from autobalancer.plots.drawing.quantity_axis import axis_unit
+    from autobalancer.results.display_units import axis_unit
 
     unit = axis_unit(found["parameter"], speed_unit)
     what = [f"{row['type']}, {row['criticality']}" if row["criticality"] else row["type"] for row in rows]

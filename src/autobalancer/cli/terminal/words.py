@@ -10,13 +10,6 @@ from typing import Any
 _NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _SPEEDS = re.compile(rf"(?P<numbers>(?:{_NUMBER.pattern}(?:, | to | and ))*{_NUMBER.pattern}) rad/s(?![\^²/])")
 _UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-_MEASURES = {
-    "m": ("µm", 1e6),
-    "rad": ("deg", 180.0 / math.pi),
-    "m/s": ("mm/s", 1e3),
-    "kg m": ("g mm", 1e6),
-    "1": ("%", 100.0),
-}
 _SPEED_UNIT: ContextVar[str] = ContextVar("speed_unit", default="rpm")
 
 
@@ -28,7 +21,7 @@ def use_speed_unit(unit: str) -> str:
 
 def speed_number(speed: float, form: str = ".5g") -> str:
     """``"1200"``, in the unit of :func:`speed_sign`."""
-    from autobalancer.plots.drawing.axis_units import speed_axis
+    from autobalancer.results.display_units import speed_axis
 
     return format(speed * speed_axis(_SPEED_UNIT.get()).factor, form)
 
@@ -43,11 +36,6 @@ def speed_text(speed: float, form: str = ".5g") -> str:
     if math.isnan(speed):
         return "none"
     return "never" if math.isinf(speed) else f"{speed_number(speed, form)} {speed_sign()}"
-
-
-def measure_unit(unit: str) -> tuple[str, float]:
-    """The unit in which a measure in an SI ``unit`` is shown, and its factor; speeds have :func:`speed_number`."""
-    return _MEASURES.get(unit, (unit, 1.0))
 
 
 def in_speed_unit(text: str) -> str:

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.view import COLORS, Camera, ChamberView, Poses, poses_of
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look
 from autobalancer.plots.film.canvas import FilmCanvas, frames_of
 from autobalancer.plots.film.files import write_film
 from autobalancer.plots.film.film import Film
 from autobalancer.plots.film.question import film_question, frame_times, magnification, pace, size_words
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.results.display_units import AxisUnit, length_axis
 
 
 def animate_chamber(

@@ -7,7 +7,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.axis_units import length_axis, moment_axis, speed_axis
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.plots.run.ball_looks import FEW, BallLook, ball_looks
 from autobalancer.plots.run.history import History, critical_speeds_of
@@ -15,6 +14,7 @@ from autobalancer.plots.run.panels import speed_panel
 from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber.measures import collision_statistics
 from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.display_units import length_axis, moment_axis, speed_axis
 from autobalancer.results.given import Given, chamber_run
 
 LEDGER = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.axis_units import length_axis
 from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.results.chamber.unconstrained import LooseBody, unconstrained_motion
+from autobalancer.results.display_units import length_axis
 from autobalancer.results.given import Given, chamber_run
 from autobalancer.units import optional_argument
 

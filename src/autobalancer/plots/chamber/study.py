@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import length_axis
 from autobalancer.plots.drawing.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import BALLS, INK, ball_color, heading, legend, look, picture
+from autobalancer.results.display_units import length_axis
 from autobalancer.results.given import Given, result
 
 COLORS = "viridis"  # of curves in the order of a number

@@ -9,17 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
-
-SHOWN = {
-    "m^2/s": AxisUnit("mm²/s", 1e6),
-    "kg m": AxisUnit("g mm", 1e6),
-    "1": AxisUnit("", 1.0),
-    "m": AxisUnit("mm", 1e3),
-    "rad": AxisUnit("°", 180.0 / np.pi),
-    "kg/m^3": AxisUnit("kg/m³", 1.0),
-    "K": AxisUnit("°C", 1.0, -273.15),
-}
+from autobalancer.results.display_units import AxisUnit, axis_unit
 
 
 class QuantityAxis(NamedTuple):
@@ -42,16 +32,6 @@ def axis_label(values: xr.DataArray, unit: AxisUnit) -> str:
     """Name, symbol and unit of a coordinate: ``mass of a ball, $m$ (g)``."""
     text, symbol = str(values.attrs.get("long_name", values.name)), values.attrs.get("symbol", "")
     return text + f", ${symbol}$" * bool(symbol) + f" ({unit.sign})" * bool(unit.sign)
-
-
-def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
-    """The unit in which a coordinate is shown; small masses are shown in g."""
-    unit = str(values.attrs.get("units", ""))
-    if unit == "rad/s":
-        return speed_axis(speed_unit)
-    if unit == "kg":
-        return AxisUnit("g", 1e3) if values.size and float(np.nanmax(values.values)) < 1.0 else AxisUnit("kg", 1.0)
-    return SHOWN.get(unit, AxisUnit(unit, 1.0))
 
 
 def plain_log_ticks(axes: Axes, which: str, write: Callable[[float], str] = "{:g}".format) -> None:

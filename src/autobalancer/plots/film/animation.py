@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.patience import shows_progress
-from autobalancer.plots.drawing.axis_units import significant
 from autobalancer.plots.drawing.style import look
 from autobalancer.plots.film.canvas import frames_of
 from autobalancer.plots.film.files import write_film
@@ -20,6 +19,7 @@ from autobalancer.plots.film.rotor import unit_length
 from autobalancer.plots.film.scene import Scene
 from autobalancer.plots.run.motion import Floats, Moments, Motion, races_of
 from autobalancer.plots.run.places import places_in_rotor
+from autobalancer.results.display_units import significant
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import AxisUnit, round_down, significant, speed_axis
 from autobalancer.plots.film.files import film_format
+from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]

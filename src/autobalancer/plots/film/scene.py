@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 from autobalancer.plots.film.axis import AxisView
 from autobalancer.plots.film.canvas import FilmCanvas
 from autobalancer.plots.film.rotor import RotorView, unit_length
@@ -18,6 +17,7 @@ from autobalancer.plots.run.history import Deflections, critical_speeds_of, defl
 from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.plots.run.places import places_in_rotor
+from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 
 LEFT, RIGHT = 0.52, 0.575  # how far the rotor reaches, and where the panels begin
 BOTTOM, TOP = 0.125, 0.885

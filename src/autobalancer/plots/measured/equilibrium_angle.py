@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, legend, look, picture
+from autobalancer.results.display_units import AxisUnit, speed_axis
 from autobalancer.results.given import Given, result
 
 MARKS = ("o", "s", "^", "v", "D", "P")

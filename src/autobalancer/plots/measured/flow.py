@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, ball_color, heading, legend, look, picture
+from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 from autobalancer.units import list_argument, optional_argument
 

@@ -9,10 +9,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
+from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
 from autobalancer.results.given import Given, result
 
 OUTLIER = 5.0  # standard deviations

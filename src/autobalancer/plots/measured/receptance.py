@@ -12,8 +12,8 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, heading, legend, look, picture
+from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 Floats = NDArray[np.float64]

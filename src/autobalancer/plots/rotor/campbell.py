@@ -9,10 +9,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from autobalancer.plots.drawing.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.drawing.end_labels import SAME, End, end_labels
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.results.display_units import AxisUnit, significant, speed_axis
 from autobalancer.results.given import Given, result
 
 WHIRL = {"forward": BALLS[0], "backward": BALLS[1], "mixed": BALLS[3], "straight": "#8A8A8A"}

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, look, picture
+from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 

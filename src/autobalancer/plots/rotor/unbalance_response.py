@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.angles import wrapped
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, significant, speed_axis
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.results.display_units import AxisUnit, length_axis, significant, speed_axis
 from autobalancer.results.given import Given, result
 
 STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import length_axis, length_text, significant, speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, heading, look, picture
 from autobalancer.plots.rotor.campbell import WHIRL
+from autobalancer.results.display_units import length_axis, length_text, significant, speed_axis
 from autobalancer.results.given import Given, result
 
 STRINGS = 12  # lines from end to end through points of one instant

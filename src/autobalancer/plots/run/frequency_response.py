@@ -13,10 +13,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks
+from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.results.given import Given, result
 from autobalancer.results.series import wrapped
 

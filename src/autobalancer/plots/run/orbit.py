@@ -11,7 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import (
+from autobalancer.plots.drawing.style import INK, UNBALANCE, heading, look, picture
+from autobalancer.plots.run.motion import Complexes
+from autobalancer.plots.run.orbit_path import OrbitPath, orbit_paths
+from autobalancer.results.display_units import (
     AxisUnit,
     length_axis,
     length_text,
@@ -19,9 +22,6 @@ from autobalancer.plots.drawing.axis_units import (
     speed_axis,
     times_larger,
 )
-from autobalancer.plots.drawing.style import INK, UNBALANCE, heading, look, picture
-from autobalancer.plots.run.motion import Complexes
-from autobalancer.plots.run.orbit_path import OrbitPath, orbit_paths
 from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 

@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from autobalancer.plots.drawing.angles import slipping, wrapped
-from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, AxisUnit, length_text, length_tick, significant
 from autobalancer.plots.drawing.labels import label_level, label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, legend
 from autobalancer.plots.run.ball_looks import BallLook
 from autobalancer.plots.run.history import Curve, Deflections, History
+from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_text, length_tick, significant
 
 RARE = 0.002  # of all speeds of balls; if these alone make the axis three times longer they leave the picture
 NEAR = 0.15  # of the speed axis: a label is an eighth of the lowest panel

@@ -10,11 +10,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.axis_units import length_text, round_down
 from autobalancer.plots.drawing.style import INK, RACE, legend_width
 from autobalancer.plots.run.body_shapes import draw_body
 from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.race_vectors import Vector
+from autobalancer.results.display_units import length_text, round_down
 
 RIM = "#8A949C"
 NOTHING = 1e-11  # m; a deflection below it is none

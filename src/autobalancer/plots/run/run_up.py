@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import EACH_ITS_OWN, length_axis, speed_axis
 from autobalancer.plots.drawing.style import CRITICAL, heading, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
 from autobalancer.plots.run.history import (
@@ -22,6 +21,7 @@ from autobalancer.plots.run.history import (
     span_of,
 )
 from autobalancer.plots.run.panels import angle_panel, deflection_panel, speed_panel
+from autobalancer.results.display_units import EACH_ITS_OWN, length_axis, speed_axis
 from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from autobalancer.plots.drawing.axis_units import speed_axis
 from autobalancer.plots.drawing.style import look, picture
 from autobalancer.plots.stability.basin_shares import COLORS, plot_shares
+from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])

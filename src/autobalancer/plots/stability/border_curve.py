@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.axis_units import AxisUnit, significant, speed_axis
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import (
     BALLS,
@@ -23,6 +22,7 @@ from autobalancer.plots.drawing.style import (
     with_ignored,
 )
 from autobalancer.plots.stability.growth import STABLE, UNSTABLE
+from autobalancer.results.display_units import AxisUnit, significant, speed_axis
 from autobalancer.results.given import Given, result
 from autobalancer.units import optional_argument
 

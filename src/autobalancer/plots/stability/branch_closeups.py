@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
 
-from autobalancer.plots.drawing.axis_units import AxisUnit
 from autobalancer.plots.drawing.style import CRITICAL
+from autobalancer.results.display_units import AxisUnit
 
 NARROW = 0.02  # of the range of the picture: narrower branches are vertical strokes
 TOGETHER = 0.03  # of it: letters nearer to each other stand in one place

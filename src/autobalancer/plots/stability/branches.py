@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import AxisUnit, length_axis, speed_axis
-from autobalancer.plots.drawing.quantity_axis import axis_label, axis_unit
+from autobalancer.plots.drawing.quantity_axis import axis_label
 from autobalancer.plots.drawing.style import INK, look, picture, with_ignored
 from autobalancer.plots.stability.branch_closeups import CloseUp, close_ups, empty_panels, fit, mark
+from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
 from autobalancer.results.given import Given, result
 
 COLORS = {

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import AxisUnit, speed_axis
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, heading, legend, look, picture, with_ignored
+from autobalancer.results.display_units import AxisUnit, speed_axis
 from autobalancer.results.given import Given, result
 
 STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"

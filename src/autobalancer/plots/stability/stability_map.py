@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axis_units import round_down, speed_axis
 from autobalancer.plots.drawing.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import legend_below, look, picture
 from autobalancer.plots.stability.map_borders import borders_on_map, held_on_map
 from autobalancer.plots.stability.map_marks import fluid_names, operating_points
+from autobalancer.results.display_units import round_down, speed_axis
 from autobalancer.results.given import Given, result
 
 COLORS = LinearSegmentedColormap.from_list(

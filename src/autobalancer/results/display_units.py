@@ -1,4 +1,4 @@
-"""Units of axes: results are SI, people read rpm and µm."""
+"""Units in which results are shown, in tables and on axes: results are SI, people read rpm and µm."""
 
 from __future__ import annotations
 
@@ -6,18 +6,25 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
 from autobalancer.errors import QuestionError
 from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
 
 __all__ = [
     "EACH_ITS_OWN",
     "LENGTH_UNITS",
+    "MEASURES",
+    "SHOWN",
     "SPEED_UNITS",
     "AxisUnit",
+    "axis_unit",
     "couple_text",
     "length_axis",
     "length_text",
     "length_tick",
+    "measure_unit",
     "moment_axis",
     "moment_text",
     "round_down",
@@ -50,6 +57,22 @@ LENGTH_UNITS = {
     "mm": AxisUnit("mm", 1e3),
     "um": AxisUnit("µm", 1e6),
     "nm": AxisUnit("nm", 1e9),
+}
+SHOWN = {
+    "m^2/s": AxisUnit("mm²/s", 1e6),
+    "kg m": AxisUnit("g mm", 1e6),
+    "1": AxisUnit("", 1.0),
+    "m": AxisUnit("mm", 1e3),
+    "rad": AxisUnit("°", 180.0 / np.pi),
+    "kg/m^3": AxisUnit("kg/m³", 1.0),
+    "K": AxisUnit("°C", 1.0, -273.15),
+}
+MEASURES = {
+    "m": ("µm", 1e6),
+    "rad": ("deg", 180.0 / math.pi),
+    "m/s": ("mm/s", 1e3),
+    "kg m": ("g mm", 1e6),
+    "1": ("%", 100.0),
 }
 
 
@@ -104,3 +127,18 @@ def round_down(value: float) -> float:
 def times_larger(own: float, greatest: float, share: float = 0.3) -> float:
     """How much larger a thing is drawn that is below a ``share`` of the ``greatest`` beside it; 1 if it is not, or nothing."""
     return round_down(greatest / own) if 0.0 < own < share * greatest else 1.0
+
+
+def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
+    """The unit in which a coordinate is shown; small masses are shown in g."""
+    unit = str(values.attrs.get("units", ""))
+    if unit == "rad/s":
+        return speed_axis(speed_unit)
+    if unit == "kg":
+        return AxisUnit("g", 1e3) if values.size and float(np.nanmax(values.values)) < 1.0 else AxisUnit("kg", 1.0)
+    return SHOWN.get(unit, AxisUnit(unit, 1.0))
+
+
+def measure_unit(unit: str) -> tuple[str, float]:
+    """The unit in which a measure in an SI ``unit`` is shown, and its factor; speeds have :func:`speed_axis`."""
+    return MEASURES.get(unit, (unit, 1.0))
