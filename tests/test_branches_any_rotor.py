@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from tests.references.two_balls import specials
 
 from autobalancer.assembly.parameters import with_parameter
@@ -20,11 +21,14 @@ from autobalancer.machine import Machine, RigidRotor, Support
 from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
+from autobalancer.stability.continuation.steady import Range
+from autobalancer.stability.continuation.symmetry import kinds
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.speeds import border_speeds
+from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.stations import balanced_of, states_of
@@ -184,3 +188,67 @@ def test_balls_that_stall_in_a_run_up_turn_as_their_branch_says() -> None:
     np.testing.assert_allclose(180.0 + slip, orbit["ball_speed_in_space"].values, rtol=1e-5)
     for bound, end in ((late["deflection"].min(), "min"), (late["deflection"].max(), "max")):
         assert float(bound) == pytest.approx(float(orbit[f"station_deflection_{end}"][0]), rel=1e-5)
+
+
+def hanging_alone(speed: float) -> Machine:
+    """Two planes with point balls, little drag and an unbalance that holds the lower balls while the upper ones hang."""
+    machine = with_parameter(TWO_PLANES, "unbalances[1]", {"moment": 3e-4, "angle": 0.349, "station": 0.0})
+    for number in (1, 2):
+        balls = [{"count": 2, "mass": "4.084 g", "motion": "point"}]
+        machine = with_parameter(machine, f"balancers[{number}].races[1].balls", balls)
+    return with_parameter(with_quantity(machine, "drag", 1e-4), "drive.profile", {"kind": "constant", "speed": speed})
+
+
+@pytest.mark.slow
+def test_balls_of_one_plane_hang_alone_above_the_speed_at_which_runs_begin_to_hold_the_others() -> None:
+    speed = 252.0
+    found = branches(hanging_alone(speed), "speed", speed, 247.0, from_state="partly stalled", largest_step=0.1)
+    (onset,) = (float(point["special_parameter"]) for point in specials(found, "fold"))
+    assert 248.0 < onset < 250.0
+    orbit = found.isel(point=int(np.argmax(np.where(found["verdict"] == "stable", found["parameter"], 0.0))))
+    assert float(orbit["parameter"]) == pytest.approx(speed)
+    assert str(orbit["name"].values) == "partly stalled"
+    low, high = (orbit[f"ball_angle_in_rotor_{end}"].values for end in ("min", "max"))
+    middle, turning = 0.5 * (low + high), np.isnan(low)
+    assert turning.tolist() == [False, False, True, True]
+    drifts = []
+    for at in (speed, 246.0):
+        machine = hanging_alone(at)
+        for number in (1, 2):
+            balls = slice(2 * number - 2, 2 * number)
+            group = {"count": 2, "mass": "4.084 g", "motion": "point"}
+            group["start_angles"] = np.where(turning, 0.0, middle)[balls].tolist()
+            group["start_speeds"] = np.where(turning, orbit["ball_speed_in_space"] - speed, 0.0)[balls].tolist()
+            machine = with_parameter(machine, f"balancers[{number}].races[1].balls", [group])
+        run = simulate(machine, duration=40.0, save=Samples(40001), mass_spread=0.0)
+        late = run["ball_angle_in_rotor"].isel(time=slice(-round(1e3 * 60 * float(orbit["period"])) - 1, None))
+        last = run["ball_angle_in_rotor"].isel(time=slice(20000, None)).values
+        drifts.append(last[-1] - last[0])
+        if at == speed:
+            slip = (late.values[-1] - late.values[0]) / float(late["time"][-1] - late["time"][0])
+            np.testing.assert_allclose(speed + slip, orbit["ball_speed_in_space"], rtol=1e-4)
+            np.testing.assert_allclose(late.values[:, :2].min(axis=0), low[:2], atol=5e-3)
+            np.testing.assert_allclose(late.values[:, :2].max(axis=0), high[:2], atol=5e-3)
+    assert np.abs(drifts[0][:2]).max() < 0.2  # a swing
+    assert drifts[1][:2].max() < -1.0  # both fall behind the rotor
+
+
+def test_balls_that_hang_alone_are_back_after_a_period_but_for_a_turn_and_the_others_too() -> None:
+    machine = hanging_alone(252.0)
+    span = Range(Family(machine, ["speed"]), 252.0, 251.0)
+    kind = kinds([span.whole(0.0).host])
+    ((problem, u),) = partly_stalled_orbits(span, kind, (2, 3), 0.0, 30)
+    assert problem.groups == ((2, 3), (0,), (1,))
+    field, states = span.field(0.0, problem.groups), problem.states(u) * problem.scale
+    end = solve_ivp(
+        lambda _, x: field(x), (0.0, problem.period(u)), states[0], method="DOP853", rtol=1e-11, atol=1e-14
+    ).y[:, -1]
+    turned = np.zeros(states.shape[1])
+    turned[field.rotor] = -2.0 * math.pi
+    np.testing.assert_allclose((end - states[0] - turned) / problem.scale, 0.0, atol=1e-6)
+    assert problem.orbit(u).stable
+
+
+def test_resting_balls_that_nothing_holds_have_no_limit_cycle_beside_those_that_hang() -> None:
+    with pytest.raises(QuestionError, match=r"drift around it.*simulate"):
+        branches(TWO_PLANES, "speed", 229.0, 230.0, from_state="partly stalled")

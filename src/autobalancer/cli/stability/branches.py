@@ -21,7 +21,8 @@ def branches(
     over: Annotated[str, typer.Option(help='"NAME=from:to", such as "speed=55 rad/s:110 rad/s"; also downwards.')],
     speed: Annotated[str, typer.Option(help='Rotor speed where it is not the parameter, such as "1200 rpm".')] = "",
     state: Annotated[
-        str, typer.Option(help="Where to begin: balanced, mixed, coincident, 'in line', stalled or all.")
+        str,
+        typer.Option(help="Where to begin: balanced, mixed, coincident, 'in line', stalled, 'partly stalled' or all."),
     ] = "balanced",
     switch: Annotated[bool, typer.Option(help="Go on along what branches off.")] = True,
     orbits: Annotated[bool, typer.Option(help="Follow periodic motions born at Hopf points.")] = True,

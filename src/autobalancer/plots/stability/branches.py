@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,10 +26,12 @@ COLORS = {
     "in line": "#009E73",
     "swinging": "#CC79A7",
     "stalled": "#8A4F1D",
+    "partly stalled": "#7B3294",
 }
 NAMES = {
     "swinging": "balls swing (thick: greatest, thin: least)",
     "stalled": "balls stall (thick: greatest, thin: least)",
+    "partly stalled": "some balls stall (thick: greatest, thin: least)",
 }
 ROUNDING = 1e-15  # m; a deflection below it is zero
 TOO_CLOSE = 0.02  # of the picture: marks nearer to each other are one
@@ -84,7 +85,7 @@ def plot_branches(
     across = axis_unit(branches["parameter"], speed_unit)
     lengths = length_axis(deflection_unit, float(np.nanmax(branches["deflection_max"].values)))
     speeds = speed_axis(speed_unit)
-    stalls = bool((branches["name"].values == "stalled").any())
+    stalls = bool(np.isin(branches["name"].values, ["stalled", "partly stalled"]).any())
     angles = branches["ball_angle_in_rotor_max"].values
     with_angles = angles.size > 0 and bool(np.isfinite(angles).any())
     count = 1 + with_angles + stalls
@@ -109,9 +110,8 @@ def plot_branches(
             panels[1].set_ylabel("ball angle in the rotor (°)")
             panels[1].yaxis.set_major_locator(_degrees())
             if stalls:
-                where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "top"}
                 text = "stalled balls circle in the rotor: no line here"
-                panels[1].annotate(text, (0.995, 0.98), fontsize=8.0, color="#606060", **where)
+                panels[1].set_title(text, loc="right", size=8.0, weight="normal", color="#606060")
         if stalls:
             _draw(panels[-1], branches, across, speeds, "ball_speed_in_space", "ball_speed_in_space")
             panels[-1].set_ylabel(f"mean ball speed in space ({speeds.sign})")

@@ -17,20 +17,23 @@ from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import Steps
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import coincident, in_two_bundles, kinds
-from autobalancer.stability.diagrams.explorer import Explorer, Progress
+from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
 from autobalancer.stability.periodic.stalled import stalled_orbits
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.state import StationState, state_vector
 from autobalancer.stability.states.stations import states_of
 from autobalancer.units import optional_argument
 
-State = Literal["balanced", "mixed", "coincident", "in line", "stalled", "all"]
+State = Literal["balanced", "mixed", "coincident", "in line", "stalled", "partly stalled", "all"]
 STATES = get_args(State)
 STARTS = 13  # places in the range at which a stalled orbit is looked for
+
+SAME_WHIRL = 0.02  # of the speed: stalled orbits of a group nearer to each other are of one branch
 
 
 def branches(
@@ -63,7 +66,8 @@ def branches(
         Rotor speed in rad/s where it is not the parameter; by default that of a machine with a constant prescribed speed.
     from_state
         Steady states at ``start`` from which to begin; *stalled* for balls stalled at the critical speed, wherever
-        in the range they stall; *all* for all of these.
+        in the range they stall, *partly stalled* for those of one race (or one kind) while all others stay in the rotor;
+        *all* for all of these.
     switch
         Also follow all branches that start from the ones found.
     orbits
@@ -93,9 +97,7 @@ def branches(
     speed = optional_argument("speed", speed, "rad/s")
     machine = balls_in_races(machine)
     if from_state not in STATES:
-        raise QuestionError(
-            f"from_state: given {from_state!r}; must be balanced, mixed, coincident, in line, stalled or all"
-        )
+        raise QuestionError(f"from_state: given {from_state!r}; must be {', '.join(STATES[:-1])} or all")
     if not 1e-4 <= largest_step <= 0.5:
         raise QuestionError(f"largest_step: given {largest_step!r}; must be between 1e-4 and 0.5, 0.03 is a good start")
     if not 4 <= intervals <= 400:
@@ -114,7 +116,7 @@ def branches(
         raise QuestionError(f"{parameter}: the number of balls must not change along the range")
     span, kind = Range(family, first, last), kinds(hosts)
     explorer = Explorer(span, kind, Steps(0.3 * largest_step, 1e-7, largest_step), intervals, limit, progress)
-    if from_state != "stalled":
+    if from_state not in ("stalled", "partly stalled"):
         field = family(first)
         for state in starts_of(field, from_state, parameter, first):
             begin = begin_at(field, state, kind)
@@ -125,6 +127,8 @@ def branches(
             explorer.orbits()
     if from_state in ("stalled", "all"):
         _stalled(explorer, span, kind, intervals, from_state)
+    if from_state in ("partly stalled", "all"):
+        _partly_stalled(explorer, span, kind, intervals, from_state)
     attributes: dict[str, Any] = {
         "title": f"Branches of {machine.name}",
         **provenance(),
@@ -175,3 +179,39 @@ def _stalled(explorer: Explorer, span: Range, kind: list[tuple[float, ...]], int
             f"from_state: balls stall at no resonance from {critical:.5g} rad/s on, at none of {STARTS} values in the range; "
             "they catch up with the rotor or settle elsewhere. Widen the range, or look for them with simulate()"
         )
+
+
+def _partly_stalled(
+    explorer: Explorer, span: Range, kind: list[tuple[float, ...]], intervals: int, wanted: str
+) -> None:
+    groups = coincident(np.zeros(len(kind)), kind)
+    found = False
+    for hung in groups if len(groups) > 1 else ():
+        begun: list[int] = []
+        for share in sorted(np.linspace(0.0, 1.0, STARTS).tolist(), key=lambda share: abs(share - 0.5)):
+            for problem, u in partly_stalled_orbits(span, kind, hung, share, intervals):
+                speed = span.whole(share).speed
+                whirl = speed - 2.0 * np.pi / problem.period(u)
+                if any(_passes(explorer.branches[number], hung[0], share, whirl, speed) for number in begun):
+                    continue
+                explorer.orbit_from(problem, u)
+                begun.append(len(explorer.branches) - 1)
+        found = found or bool(begun)
+    if wanted == "partly stalled" and not found:
+        raise QuestionError(
+            f"from_state: at none of {STARTS} values in the range the balls of one race hang at a resonance while all others "
+            "stay in the rotor; they may drift around it, which is no periodic motion. Widen the range, take a greater "
+            "unbalance or less drag, or look at such motions with simulate()"
+        )
+
+
+def _passes(branch: Branch, ball: int, share: float, whirl: float, speed: float) -> bool:
+    """Whether a branch of orbits has one at this share on which the ball has nearly this speed in space."""
+    for a, b in zip(branch.rows, branch.rows[1:], strict=False):
+        low, high = sorted((a.share, b.share))
+        if low <= share <= high:
+            part = 0.5 if high - low < 1e-12 else (share - a.share) / (b.share - a.share)
+            there = a.ball_speed[ball] + part * (b.ball_speed[ball] - a.ball_speed[ball])
+            if abs(there - whirl) < SAME_WHIRL * speed:
+                return True
+    return False

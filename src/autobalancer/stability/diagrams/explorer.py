@@ -91,6 +91,8 @@ class Explorer:
             like = np.zeros(u.size)
             like[-1] = way
             both.append(self._follow_orbits(number, problem, u, like, born=False))
+            if self.branches[number].ended == "closed":
+                break
         self.branches[number].rows = [*reversed(both[-1]), *both[0][1:]] if len(both) > 1 else both[0]
 
     def switch(self) -> None:

@@ -72,9 +72,11 @@ def follow_orbits(
 
 
 def _mark(row: Row) -> Floats:
-    """Numbers by which an orbit is known again."""
-    span = np.nan_to_num(np.concatenate([row.low, row.high]))
-    return np.concatenate([[row.share, math.log(row.period), 10.0 * row.growth / row.speed], span])
+    """Numbers by which an orbit is known again: where all balls turn, its growth rate stands in for their angles."""
+    span = np.concatenate([row.low, row.high])
+    enough = bool(np.isfinite(span).any() and np.isnan(span).any())
+    growth = 0.0 if enough else 10.0 * row.growth / row.speed
+    return np.concatenate([[row.share, math.log(row.period), growth], np.nan_to_num(span)])
 
 
 def _without_limit(rows: list[Row], change: float) -> bool:

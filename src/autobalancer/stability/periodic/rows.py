@@ -82,7 +82,7 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
         share=float(u[-1]),
         value=problem.span.value(float(u[-1])),
         speed=orbit.speed,
-        name="stalled" if turning.any() else "swinging",
+        name="stalled" if turning.all() else "partly stalled" if turning.any() else "swinging",
         state=orbit.states[0],
         stations=(size.min(0), size.max(0)),
         deflection=(float(size.max(1).min()), float(size.max())),
