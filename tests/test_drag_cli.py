@@ -10,6 +10,7 @@ import pytest
 from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.cli.files.catalog import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws import drag_coefficient as laws
@@ -23,7 +24,7 @@ def test_the_catalog_prints_what_the_laws_return(tmp_path: Path) -> None:
     arguments = ["drag-laws", "--reynolds", "24000", "--reynolds", "3", "--json", "--plot", str(picture)]
     rows = json.loads(RUNNER.invoke(app, arguments, catch_exceptions=False).output)
     assert [row["coefficient"] for row in rows] == [
-        law.coefficient([24000.0, 3.0]).tolist() for law in laws.drag_laws()
+        law.coefficient([24000.0, 3.0]).tolist() for law in ab.laws.drag_laws()
     ]
     assert size_of(picture) == (1080, 960)
     text = RUNNER.invoke(app, ["drag-laws"], catch_exceptions=False).output
@@ -44,10 +45,10 @@ def test_the_catalog_takes_the_geometry_of_a_race() -> None:
 
 def test_the_picture_shows_each_law_twice_and_dots_what_lies_beyond_its_range() -> None:
     points = laws.table([1.0, 100.0], [300.0, 9.0])
-    figure = plot_drag_laws([laws.discoidal(), points], labels=["rig", "points"])
+    figure = plot_drag_laws([ab.laws.discoidal(), points], labels=["rig", "points"])
     upper, lower = figure.axes
     drawn = upper.lines[0].get_xydata()
-    np.testing.assert_allclose(drawn[:, 1], laws.discoidal().coefficient(drawn[:, 0]), rtol=1e-12)
+    np.testing.assert_allclose(drawn[:, 1], ab.laws.discoidal().coefficient(drawn[:, 0]), rtol=1e-12)
     assert drawn[-1, 0] == pytest.approx(2e5)
     np.testing.assert_allclose(lower.lines[0].get_xydata()[:10, 1], 387.0)
     beyond = lower.lines[3].get_xydata()

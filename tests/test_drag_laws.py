@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
+import autobalancer as ab
 from autobalancer.assembly.fluids import FluidRows, UniformTable
 from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.kernels.laws.curves import drag_force
@@ -16,8 +17,8 @@ from autobalancer.laws.drag import annulus_cd_re, linear_drag
 from autobalancer.laws.drag_curve import DragCurve
 
 MEASURED = laws.table([0.5, 3.0, 40.0, 55.0, 2500.0, 2e4], [760.0, 131.0, 12.0, 9.3, 0.81, 0.6])
-GEOMETRY = laws.race_geometry(annulus_cd_re(2.10, 0.07))
-LAWS = [*laws.drag_laws(), GEOMETRY, laws.joined(300.0, 0.5), MEASURED]
+GEOMETRY = ab.laws.race_geometry(annulus_cd_re(2.10, 0.07))
+LAWS = [*ab.laws.drag_laws(), GEOMETRY, laws.joined(300.0, 0.5), MEASURED]
 NAMES = [f"{law.name}-{i}" for i, law in enumerate(LAWS)]
 
 
@@ -34,7 +35,7 @@ def test_a_drag_belongs_to_one_velocity(law: laws.DragLaw) -> None:
     assert (np.diff(law.product(re) * re) > 0.0).all()
 
 
-@pytest.mark.parametrize("law", [laws.discoidal(), laws.discoidal(0.74), GEOMETRY, laws.joined(300.0, 0.5)])
+@pytest.mark.parametrize("law", [ab.laws.discoidal(), ab.laws.discoidal(0.74), GEOMETRY, laws.joined(300.0, 0.5)])
 def test_joined_laws_lie_between_linear_and_quadratic_drag(law: laws.DragLaw) -> None:
     re = np.geomspace(1.0, 1e6, 5001)
     product = law.product(re)
@@ -44,7 +45,7 @@ def test_joined_laws_lie_between_linear_and_quadratic_drag(law: laws.DragLaw) ->
 
 def test_the_published_law_of_the_plane_dips_five_percent_below_linear_drag_at_re_19() -> None:
     re = np.geomspace(10.0, 100.0, 20001)
-    product = laws.sphere_on_plane().product(re)
+    product = ab.laws.sphere_on_plane().product(re)
     assert re[product.argmin()] == pytest.approx(19.1, abs=0.1)
     assert product.min() / 322.0 == pytest.approx(0.9485, abs=0.0005)
 
@@ -58,7 +59,7 @@ def test_the_slope_is_the_derivative_of_the_law(law: laws.DragLaw) -> None:
 
 
 def test_a_sphere_on_a_plane_has_the_printed_anchors_and_departs_from_print_by_the_jumps_only() -> None:
-    law = laws.sphere_on_plane()
+    law = ab.laws.sphere_on_plane()
     assert law.product([0.0, 1.0, 10.0]) == pytest.approx([322.0] * 3, rel=1e-14)
     assert law.coefficient([2e4, 1e5]) == pytest.approx([0.74] * 2, rel=1e-12)
     x = np.linspace(1.0, np.log10(2e4), 500)
@@ -69,15 +70,15 @@ def test_a_sphere_on_a_plane_has_the_printed_anchors_and_departs_from_print_by_t
 
 
 def test_the_discoidal_law_has_the_coefficients_of_both_plateaus() -> None:
-    assert laws.discoidal().coefficients == pytest.approx((2.68655, -1.18883, 0.0811522, 0.00884302), rel=5e-6)
-    refit = laws.discoidal(0.74).coefficients
+    assert ab.laws.discoidal().coefficients == pytest.approx((2.68655, -1.18883, 0.0811522, 0.00884302), rel=5e-6)
+    refit = ab.laws.discoidal(0.74).coefficients
     assert refit == pytest.approx((2.71669, -1.25418, 0.12142, 0.00377887), rel=5e-6)
     assert [round(c, d) for c, d in zip(refit, (2, 2, 3, 4), strict=True)] == [2.72, -1.25, 0.121, 0.0038]
 
 
 @pytest.mark.parametrize("plateau", [0.6, 0.74])
 def test_the_discoidal_law_joins_both_ends_without_a_bend(plateau: float) -> None:
-    law = laws.discoidal(plateau)
+    law = ab.laws.discoidal(plateau)
     assert law.coefficient(10.0) == pytest.approx(38.7, rel=1e-12)
     assert law.coefficient(2e4) == pytest.approx(plateau, rel=1e-12)
     assert law.log_slope(10.0) == pytest.approx(-1.0, abs=1e-12)
@@ -89,8 +90,8 @@ def test_the_race_geometry_goes_on_beyond_ten_from_its_stokes_value() -> None:
     assert GEOMETRY.log_slope(10.0) == pytest.approx(-1.0, abs=1e-12)
     assert GEOMETRY.coefficient(1e5) == pytest.approx(0.74, rel=1e-12)
     # the cross section behind (6.9)
-    assert laws.race_geometry(annulus_cd_re(1.5, 0.0799)).coefficient(500.0) == pytest.approx(
-        laws.discoidal(0.74).coefficient(500.0), rel=1e-3
+    assert ab.laws.race_geometry(annulus_cd_re(1.5, 0.0799)).coefficient(500.0) == pytest.approx(
+        ab.laws.discoidal(0.74).coefficient(500.0), rel=1e-3
     )
 
 
@@ -112,7 +113,7 @@ def clift(re: float) -> float:
 
 @pytest.mark.parametrize("re", [0.05, 0.5, 3.0, 15.0, 100.0, 200.0, 800.0, 3000.0, 2e4, 1e5])
 def test_a_free_sphere_follows_the_standard_drag_curve(re: float) -> None:
-    law = laws.free_sphere()
+    law = ab.laws.free_sphere()
     assert float(law.coefficient(re)) == pytest.approx(clift(re), rel=0.045 if re < 5e4 else 0.07)
     cheng = 24.0 / re * (1.0 + 0.27 * re) ** 0.43 + 0.47 * (1.0 - np.exp(-0.04 * re**0.38))
     assert cheng - float(law.coefficient(re)) == pytest.approx(0.00279 / re, rel=0.01)
@@ -121,7 +122,7 @@ def test_a_free_sphere_follows_the_standard_drag_curve(re: float) -> None:
 def test_a_table_goes_through_its_points_and_is_linear_below_the_first() -> None:
     np.testing.assert_allclose(MEASURED.coefficient(MEASURED.reynolds), MEASURED.coefficients, rtol=1e-12)
     assert MEASURED.product(0.001) == pytest.approx(380.0, rel=1e-14)
-    exact = laws.discoidal()
+    exact = ab.laws.discoidal()
     re = np.geomspace(10.0, 2e4, 30)
     between = np.sqrt(re[1:] * re[:-1])
     copy = laws.table(re, exact.coefficient(re))
@@ -193,7 +194,7 @@ def test_force_is_half_rho_a_cd_u_squared_against_the_motion_and_beta_at_rest(la
 
 
 def test_the_record_of_a_run_says_how_far_the_law_was_stretched() -> None:
-    curve = DragCurve(laws.discoidal(), 760.0, 0.65e-6, 0.0123)
+    curve = DragCurve(ab.laws.discoidal(), 760.0, 0.65e-6, 0.0123)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         inside = curve.range_record(2.0)

@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli import app
+from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.laws.drag_coefficient import discoidal, linear
+from autobalancer.laws.drag_coefficient import linear
 from autobalancer.measurement.angle.curve import angle_machine
 from autobalancer.measurement.angle.file import AngleSeries
 from autobalancer.measurement.angle.statics import TurnedRace

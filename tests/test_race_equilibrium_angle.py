@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
+from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError
-from autobalancer.laws.drag_coefficient import discoidal
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
 from autobalancer.measurement.angle.statics import (

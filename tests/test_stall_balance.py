@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from autobalancer.laws import drag_coefficient as laws
+import autobalancer as ab
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.laws.stall import (
     StalledBall,
@@ -26,7 +26,7 @@ ORBIT, BALL, DIAMETER = 0.07695, 6.656e-3, 0.0123
 MOMENT, BETA = BALL * ORBIT, 5.468e-6
 CRITICAL = math.sqrt(STIFFNESS / MASS)
 RIG = planar_receptance(MASS, STIFFNESS, DAMPING)
-OIL = DragCurve(laws.discoidal(), 760.0, 0.65e-6, DIAMETER)
+OIL = DragCurve(ab.laws.discoidal(), 760.0, 0.65e-6, DIAMETER)
 
 
 def linear(slip: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.laws.drag_coefficient import discoidal
+from autobalancer.drag.discoidal import discoidal
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.laws.stall import StalledBall, StallRange, planar_receptance, stall_ranges
 from autobalancer.machine import Machine

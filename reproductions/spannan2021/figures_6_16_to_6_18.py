@@ -16,7 +16,8 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.catalog.tables import rows as table
-from autobalancer.laws.drag_coefficient import discoidal, sphere_on_plane
+from autobalancer.drag.discoidal import discoidal
+from autobalancer.drag.sphere_on_plane import sphere_on_plane
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
 from autobalancer.measurement.angle.statics import (

@@ -7,12 +7,12 @@ from typing import Any
 from autobalancer.catalog.resolve import fluid_numbers
 from autobalancer.catalog.resolve_bodies import roller_face
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Balls, DragTorque, Fluid, Friction, Race
+from autobalancer.machine import Balls, Fluid, Friction, Race
 
 
 def race_with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
     """The fluid of a race with another kinematic viscosity."""
-    if race.fluid is None or isinstance(race.drag, DragTorque):
+    if race.fluid is None or not race.drag.needs_fluid:
         raise QuestionError(
             f"quantity 'viscosity': the drag of {where} is given by its torque, which no viscosity changes; "
             "vary 'drag', or describe fluid and drag law"
@@ -42,7 +42,7 @@ def race_with_temperature(where: str, race: Race, value: float) -> Fluid:
 def race_with_plateau(where: str, race: Race, value: float) -> Any:
     """The law of drag of a race with another plateau."""
     if "plateau" not in type(race.drag).model_fields:
-        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.law!r}, has none")
+        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.word()!r}, has none")
     return changed_part(race.drag, plateau=value)
 
 

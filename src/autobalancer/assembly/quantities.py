@@ -22,9 +22,9 @@ from autobalancer.assembly.parameters import parameter_of, with_parameter
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.catalog.resolve_springs import settled
+from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import QuestionError
 from autobalancer.machine import (
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,

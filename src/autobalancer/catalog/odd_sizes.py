@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from autobalancer.catalog.resolve import Ball
+from autobalancer.drag.race_geometry import AnnulusDrag
 from autobalancer.machine import Machine
-from autobalancer.machine.balancer import AnnulusDrag
 
 HIGH = 20.0  # height of a chamber over the diameter of its largest ball
 NARROW, WIDE = 1e-3, 100.0  # clear width over ball radius

@@ -12,7 +12,7 @@ from autobalancer.catalog.resolve_bodies import friction_of, size_of, spin_ratio
 from autobalancer.catalog.resolve_drag import ball_drag
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.machine import DragTorque, Fluid, Machine, Race
+from autobalancer.machine import Fluid, Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
 
@@ -159,8 +159,8 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             problems.append(
                 (keys, f"the {group.body} (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
             )
-        if not isinstance(race.drag, DragTorque) and diameter == 0.0:
-            problems.append((keys, f"the drag law {race.drag.law!r} needs the size of the balls; give 'diameter'"))
+        if race.drag.needs_fluid and diameter == 0.0:
+            problems.append((keys, f"the drag law {race.drag.word()!r} needs the size of the balls; give 'diameter'"))
         if race.slipstream and diameter == 0.0:
             problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
         try:
@@ -190,7 +190,7 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                     fluid_density=density,
                     fluid_viscosity=viscosity,
                     slipstream=race.slipstream and race.ball_count > 1,
-                    stokes=curve is None and viscosity > 0.0 and not isinstance(race.drag, DragTorque),
+                    stokes=curve is None and viscosity > 0.0 and race.drag.needs_fluid,
                     body=group.body,
                     rolling_resistance=rolling,
                     adherence=adherence,

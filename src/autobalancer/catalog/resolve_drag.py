@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from autobalancer.laws import drag_coefficient as laws
-from autobalancer.laws.drag import annulus_cd_re, linear_drag
-from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.machine import (
-    AnnulusDrag,
-    CoefficientDrag,
-    DiscoidalDrag,
-    DragTorque,
-    FreeSphereDrag,
-    PlaneDrag,
-    TableDrag,
-)
-from autobalancer.machine.balancer import Drag
+import math
+from functools import lru_cache
 
-SPHERE_ON_PLANE, FREE_SPHERE, DISCOIDAL = 322.0, 24.0, 387.0  # c_d Re in the Stokes range
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.laws.drag import linear_drag
+from autobalancer.laws.drag_coefficient import DragLaw, LinearLaw
+from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.machine.balancer.drag import BallInRace, Drag
+
+TRIED = np.geomspace(1e-6, 1e7, 2001)  # Reynolds numbers
 
 
 def ball_drag(
@@ -29,33 +26,56 @@ def ball_drag(
     Raises
     ------
     QuestionError
-        If the numbers of the law make no curve.
+        If the law is no law for this ball: it fails, or its drag is not finite, negative, or falls as a ball becomes faster.
     """
-    if isinstance(part, DragTorque):
-        return float(part.beta), None
+    ball = BallInRace(radius, orbit)
+    if not part.needs_fluid:
+        return _torque(part, ball), None
     if radius == 0.0:
         return 0.0, None
-    law: laws.DragLaw | None = None
-    whole = isinstance(part, TableDrag) or part.range == "whole"
-    if isinstance(part, TableDrag):
-        law = laws.table(part.reynolds, part.coefficient)
-        cd_re = law.cd_re
-    elif isinstance(part, CoefficientDrag):
-        cd_re = float(part.cd_re)
-        law = laws.joined(cd_re, float(part.plateau or 0.0)) if whole else None
-    elif isinstance(part, AnnulusDrag):
-        cd_re = annulus_cd_re(float(part.clear_width) / radius, radius / orbit)
-        plateau = float(part.plateau) if part.plateau is not None else laws.PLANE_PLATEAU
-        law = laws.race_geometry(cd_re, plateau) if whole else None
-    elif isinstance(part, DiscoidalDrag):
-        cd_re = DISCOIDAL
-        law = laws.discoidal(float(part.plateau)) if whole else None
-    elif isinstance(part, FreeSphereDrag):
-        cd_re = FREE_SPHERE
-        law = laws.free_sphere() if whole else None
-    else:
-        assert isinstance(part, PlaneDrag)
-        cd_re = SPHERE_ON_PLANE
-        law = laws.sphere_on_plane() if whole else None
-    beta = linear_drag(cd_re, density, viscosity, radius, orbit)
-    return beta, None if law is None else DragCurve(law, density, viscosity, 2.0 * radius)
+    law = _curve(part, ball)
+    beta = linear_drag(law.cd_re, density, viscosity, radius, orbit)
+    return beta, None if isinstance(law, LinearLaw) else DragCurve(law, density, viscosity, 2.0 * radius)
+
+
+def _torque(part: Drag, ball: BallInRace) -> float:
+    try:
+        torque = float(part.torque(ball))
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(_failed(part, reason)) from None
+    if not (math.isfinite(torque) and torque >= 0.0):
+        raise QuestionError(f"the drag law {part.word()!r} gives a torque of {torque:g} N m s; it must not be negative")
+    return torque
+
+
+@lru_cache(maxsize=256)
+def _curve(part: Drag, ball: BallInRace) -> DragLaw:
+    """The law of a ball, tried over all Reynolds numbers."""
+    try:
+        law = part.curve(ball)
+    except QuestionError:
+        raise
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(_failed(part, reason)) from None
+    if not isinstance(law, DragLaw):
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives {law!r}; its 'curve' must return what ab.laws.drag_law makes"
+        )
+    product = law.product(TRIED)
+    wrong = np.flatnonzero(~(np.isfinite(product) & (product > 0.0)))
+    if wrong.size:
+        re, value = TRIED[wrong[0]], product[wrong[0]]
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives c_d Re = {value:g} at Re = {re:.4g}; it must be positive"
+        )
+    falls = np.flatnonzero(np.diff(product * TRIED) <= 0.0)
+    if falls.size:
+        re = TRIED[falls[0]]
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives less drag as a ball becomes faster, about Re = {re:.4g}"
+        )
+    return law
+
+
+def _failed(part: Drag, reason: Exception) -> str:
+    return f"the drag law {part.word()!r} fails: {type(reason).__name__}: {reason}"

@@ -1,15 +1,17 @@
 # written by tools/write_stubs.py from public_names.py
 
+from autobalancer.drag import drag_laws as drag_laws
+from autobalancer.drag.discoidal import discoidal as discoidal
+from autobalancer.drag.free_sphere import free_sphere as free_sphere
+from autobalancer.drag.race_geometry import race_geometry as race_geometry
+from autobalancer.drag.sphere_on_plane import sphere_on_plane as sphere_on_plane
 from autobalancer.laws.balance_quality import balance_grade as balance_grade
 from autobalancer.laws.balance_quality import permissible_unbalance as permissible_unbalance
 from autobalancer.laws.ball_capability import capability as capability
 from autobalancer.laws.ball_capability import largest_count as largest_count
 from autobalancer.laws.ball_capability import largest_useful_count as largest_useful_count
-from autobalancer.laws.drag_coefficient import discoidal as discoidal
-from autobalancer.laws.drag_coefficient import drag_laws as drag_laws
-from autobalancer.laws.drag_coefficient import free_sphere as free_sphere
-from autobalancer.laws.drag_coefficient import race_geometry as race_geometry
-from autobalancer.laws.drag_coefficient import sphere_on_plane as sphere_on_plane
+from autobalancer.laws.drag_coefficient import linear as linear_drag_law
+from autobalancer.laws.drag_coefficient import sampled as sampled_drag_law
 from autobalancer.laws.drag_curve import DragCurve as DragCurve
 from autobalancer.laws.held_by_friction import held_whirl as held_whirl
 from autobalancer.laws.resting import rest_interval as rest_interval
@@ -20,6 +22,7 @@ from autobalancer.laws.stall import holding_speed as holding_speed
 from autobalancer.laws.stall import planar_receptance as planar_receptance
 from autobalancer.laws.stall import stall_balance as stall_balance
 from autobalancer.laws.stall import stall_ranges as stall_ranges
+from autobalancer.machine.leaves import register as register
 
 __all__ = [
     "DragCurve",
@@ -33,10 +36,13 @@ __all__ = [
     "holding_speed",
     "largest_count",
     "largest_useful_count",
+    "linear_drag_law",
     "permissible_unbalance",
     "planar_receptance",
     "race_geometry",
+    "register",
     "rest_interval",
+    "sampled_drag_law",
     "slipstream_factor",
     "slipstream_factors",
     "sphere_on_plane",

@@ -9,6 +9,8 @@ although the drag of a sphere falls to a quarter where its boundary layer turns 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,13 +22,15 @@ from autobalancer.errors import QuestionError, RangeWarning, warn
 Floats = NDArray[np.float64]
 CRISIS = 2e5
 """Reynolds number from which on the boundary layer of a sphere may turn turbulent (end of Cheng 2009)."""
+PER_DECADE = 50
+"""Points for each factor of ten of a law that is computed from a function."""
 PLANE_PLATEAU = 0.74
 """c_d of a sphere on a plane at high Reynolds numbers (Spannan 2021, 5.21)."""
 
 
 @dataclass(frozen=True)
 class DragLaw:
-    """What all laws have in common; see :func:`sphere_on_plane` and its neighbors for the laws there are.
+    """What all laws have in common; the laws there are stand in ``autobalancer/drag``.
 
     ``cd_re`` is c_d Re in the Stokes range, ``source`` where the law comes from and what was changed.
     """
@@ -91,24 +95,6 @@ class CubicLaw(DragLaw):
 
 
 @dataclass(frozen=True)
-class SphereLaw(DragLaw):
-    """A free sphere after Cheng (2009), less what his law has above Stokes' at ``stokes_end``."""
-
-    def _log_product(self, log_re: Floats) -> Floats:
-        return np.asarray(np.log(self._value(np.exp(log_re))))
-
-    def _product_slope(self, log_re: Floats) -> Floats:
-        re = np.exp(log_re)
-        faded = np.exp(-0.04 * re**0.38)
-        growth = 24.0 * 0.43 * 0.27 * (1.0 + 0.27 * re) ** -0.57
-        growth += 0.47 * (1.0 - faded + 0.04 * 0.38 * re**0.38 * faded)
-        return np.asarray(re * growth / self._value(re))
-
-    def _value(self, re: Any) -> Any:
-        return self.cd_re + _cheng(re) - _cheng(self.stokes_end)
-
-
-@dataclass(frozen=True)
 class LinearLaw(DragLaw):
     """c_d Re a constant at any Reynolds number."""
 
@@ -138,22 +124,33 @@ class TableLaw(DragLaw):
         return PchipInterpolator(np.log(self.reynolds), np.log(self.reynolds) + np.log(self.coefficients))
 
 
-def sphere_on_plane() -> CubicLaw:
-    """A sphere that rolls on a plane (Jan and Chen 1997; Spannan 2021, 5.21).
-
-    As printed it jumps by 0.03 % at Re = 10 and by 0.18 % at 20 000. A straight line in log10 Re, added to the printed
-    exponent, closes both; nowhere does it change c_d by more than these.
-    """
-    printed, ends = np.array([3.02, -1.89, 0.411, -0.033]), np.log10([10.0, 2e4])
-    gaps = np.log10([32.2, PLANE_PLATEAU]) - np.polynomial.polynomial.polyval(ends, printed)
-    tilt = (gaps[1] - gaps[0]) / (ends[1] - ends[0])
-    printed[:2] += gaps[0] - tilt * ends[0], tilt
-    source = "Jan and Chen (1997), Spannan (2021), (5.21), jumps at Re = 10 and 20 000 closed"
-    return CubicLaw("sphere_on_plane", source, 322.0, 10.0, 2e4, CRISIS, tuple(printed.tolist()))
+@dataclass(frozen=True)
+class SampledLaw(TableLaw):
+    """Points that were computed, so near to each other that the curve between them is the law."""
 
 
 def linear(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
-    """The linear range of a law kept at any Reynolds number, where a machine asks for it."""
+    """A constant c_d Re: drag linear in the velocity at any Reynolds number.
+
+    Parameters
+    ----------
+    cd_re
+        Drag coefficient times Reynolds number.
+    source
+        Of the number, kept with the law.
+
+    Returns
+    -------
+    DragLaw
+        Ready for the ``curve`` of a drag law of your own.
+
+    Raises
+    ------
+    QuestionError
+        If it is not positive.
+    """
+    if not (math.isfinite(cd_re) and cd_re > 0.0):
+        raise QuestionError(f"drag law: given c_d Re = {cd_re:g}; must be positive")
     return LinearLaw("linear", source, cd_re, np.inf, np.inf, np.inf)
 
 
@@ -181,31 +178,6 @@ def joined(cd_re: float, plateau: float, name: str = "cd_re", source: str = "") 
     return CubicLaw(name, source, cd_re, 10.0, 2e4, CRISIS, tuple(coefficients.tolist()))
 
 
-def discoidal(plateau: float = 0.60) -> CubicLaw:
-    """The race of the discoidal rig (Spannan 2021, 6.9), repaired: 387/Re up to 10, the stated plateau from 20 000 on.
-
-    The printed cubic gives c_d = 403 where it should give 0.6: its last coefficient is 0.0038, not 0.038, and belongs to a
-    plateau of 0.74. With this plateau the repaired law rounds to the printed coefficients.
-    """
-    source = f"Spannan (2021), (6.9), refitted to the plateau {plateau:g}"
-    return joined(387.0, plateau, "discoidal", source)
-
-
-def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
-    """``cd_re`` = c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured,
-    joined to the ``plateau`` of a sphere on a plane (5.21)."""
-    source = f"Spannan (2021), (5.22), beyond Re = 10 assumed: joined to the plateau {plateau:g}"
-    return joined(cd_re, plateau, "race_geometry", source)
-
-
-def free_sphere() -> SphereLaw:
-    """A sphere far from walls: Stokes' 24/Re, then Cheng (2009), made for Re < 2e5.
-
-    Below Re = 0.001 the drag is exactly linear; so that nothing jumps there, c_d Re is 0.0028 less than his everywhere.
-    """
-    return SphereLaw("free_sphere", "Stokes; Cheng (2009)", 24.0, 1e-3, CRISIS, CRISIS)
-
-
 def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -> TableLaw:
     """Measured points: linear drag below the first one, c_d kept beyond the last one.
 
@@ -222,22 +194,72 @@ def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -
         )
     if not (re[0] > 0.0 and (np.diff(re) > 0.0).all() and (cd > 0.0).all() and np.isfinite(re * cd).all()):
         raise QuestionError("drag table: Reynolds numbers must increase, and they and drag coefficients be positive")
-    falls = np.flatnonzero(np.diff(re * cd) < -1e-9 * re[0] * cd[0])
-    if falls.size:
-        i = int(falls[0])
-        raise QuestionError(
-            f"drag table: c_d Re falls from {re[i] * cd[i]:.4g} at Re = {re[i]:.4g} to {re[i + 1] * cd[i + 1]:.4g} at "
-            f"{re[i + 1]:.4g}; it must not fall; leave out or correct one of these points"
-        )
+    _refuse_falling("drag table", re, re * cd, "leave out or correct one of these points")
     first, last = float(re[0]), float(re[-1])
     points = tuple(re.tolist()), tuple(cd.tolist())
     return TableLaw("table", source, float(re[0] * cd[0]), first, last, last, *points)
 
 
-def drag_laws() -> tuple[DragLaw, ...]:
-    """The drag laws that need no further parameter."""
-    return sphere_on_plane(), discoidal(), discoidal(0.74), free_sphere()
+def sampled(
+    coefficient: Callable[[float], float],
+    *,
+    name: str = "own law",
+    source: str = "own law",
+    linear_to: float = 1e-3,
+    holds_to: float = CRISIS,
+) -> SampledLaw:
+    """A drag law of your own from its drag coefficient as a function of the Reynolds number.
+
+    Parameters
+    ----------
+    coefficient
+        c_d of one Reynolds number. It is called at 50 Reynolds numbers for each factor of ten, not in the run.
+    name, source
+        Of the law, kept with every result.
+    linear_to
+        Reynolds number below which c_d Re keeps the value it has there, so that the drag is linear.
+    holds_to
+        Reynolds number beyond which c_d keeps the value it has there, and a result warns.
+
+    Returns
+    -------
+    DragLaw
+        Ready for ``DragCurve``, for pictures, and for the ``curve`` of a drag law of your own.
+
+    Raises
+    ------
+    QuestionError
+        If the function fails, gives what is no positive number, or if c_d Re falls anywhere; the message says where.
+    """
+    if not 0.0 < linear_to < holds_to < math.inf:
+        raise QuestionError(
+            f"drag law {name!r}: given a range from {linear_to:g} to {holds_to:g}; must increase from above 0"
+        )
+    re = np.geomspace(linear_to, holds_to, math.ceil(PER_DECADE * math.log10(holds_to / linear_to)) + 1)
+    cd = np.array([_one(coefficient, one, name) for one in re.tolist()])
+    _refuse_falling(f"drag law {name!r}", re, re * cd, "correct the law, or limit it by linear_to and holds_to")
+    points = tuple(re.tolist()), tuple(cd.tolist())
+    return SampledLaw(name, source, float(re[0] * cd[0]), linear_to, holds_to, holds_to, *points)
 
 
-def _cheng(re: Any) -> Any:
-    return 24.0 * (1.0 + 0.27 * re) ** 0.43 + 0.47 * re * (1.0 - np.exp(-0.04 * re**0.38))
+def _one(coefficient: Callable[[float], float], reynolds: float, name: str) -> float:
+    try:
+        value = float(coefficient(reynolds))
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(
+            f"drag law {name!r}: fails at Re = {reynolds:.4g}: {type(reason).__name__}: {reason}"
+        ) from None
+    if not (math.isfinite(value) and value > 0.0):
+        raise QuestionError(f"drag law {name!r}: gives c_d = {value:g} at Re = {reynolds:.4g}; must be positive")
+    return value
+
+
+def _refuse_falling(what: str, re: Floats, product: Floats, cure: str) -> None:
+    """Below the drag crisis drag grows at least as the velocity does, and only then a torque belongs to one speed."""
+    falls = np.flatnonzero(np.diff(product) < -1e-9 * product[0])
+    if falls.size:
+        i = int(falls[0])
+        raise QuestionError(
+            f"{what}: c_d Re falls from {product[i]:.4g} at Re = {re[i]:.4g} to {product[i + 1]:.4g} at {re[i + 1]:.4g}; "
+            f"it must not fall; {cure}"
+        )

@@ -1,25 +1,25 @@
-"""The nouns: frozen, validated descriptions in SI, and no algorithms."""
+"""The nouns: frozen, validated descriptions in SI, and no algorithms.
+
+Leaves, such as drag laws, have a file each outside of this package; their classes are found here, too.
+"""
+
+from typing import TYPE_CHECKING
 
 from autobalancer.machine.balancer import (
-    AnnulusDrag,
     Balancer,
+    BallInRace,
     Balls,
-    CoefficientDrag,
     Contact,
-    DiscoidalDrag,
-    DragTorque,
+    Drag,
     Fluid,
     Force,
-    FreeSphereDrag,
     Friction,
     Harmonic,
     PairForce,
     Partitions,
-    PlaneDrag,
     Race,
     ResolvedContact,
     Roundness,
-    TableDrag,
 )
 from autobalancer.machine.chamber import (
     AsynchronousMotor,
@@ -36,8 +36,11 @@ from autobalancer.machine.chamber import (
 from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
 from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.keys import document
+from autobalancer.machine.leaves import Leaf, leaves_of
 from autobalancer.machine.machine import Machine, RunPlan, Start
+from autobalancer.machine.part import key
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
+from autobalancer.machine.quantity import Quantity
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.disk import Disk
@@ -51,11 +54,21 @@ from autobalancer.machine.rotors.support import SpeedTable, Support
 from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Schedule, Unbalance
 
+if TYPE_CHECKING:
+    from autobalancer.drag.beta import DragTorque
+    from autobalancer.drag.cd_re import CoefficientDrag
+    from autobalancer.drag.discoidal import DiscoidalDrag
+    from autobalancer.drag.free_sphere import FreeSphereDrag
+    from autobalancer.drag.race_geometry import AnnulusDrag
+    from autobalancer.drag.sphere_on_plane import PlaneDrag
+    from autobalancer.drag.table import TableDrag
+
 __all__ = [
     "AnnulusDrag",
     "AsynchronousMotor",
     "Balancer",
     "BallBearing",
+    "BallInRace",
     "Balls",
     "BaseMotion",
     "Body",
@@ -73,6 +86,7 @@ __all__ = [
     "Dashpot",
     "DiscoidalDrag",
     "Disk",
+    "Drag",
     "DragTorque",
     "Dwell",
     "Excitation",
@@ -93,6 +107,7 @@ __all__ = [
     "PlanarRotor",
     "PlaneDrag",
     "PrescribedSpeed",
+    "Quantity",
     "Race",
     "Ramp",
     "RecordedBaseMotion",
@@ -118,6 +133,10 @@ __all__ = [
     "TargetTorque",
     "TorqueTable",
     "Unbalance",
+    "key",
 ]
 
+FAMILIES: tuple[type[Leaf], ...] = (Drag, Force)
+
+globals().update({leaf.__name__: leaf for family in FAMILIES for leaf in leaves_of(family)})
 document(Machine)

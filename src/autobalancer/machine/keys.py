@@ -64,7 +64,7 @@ def keys_of(part: type[Part]) -> list[Key]:
 
 def parts_at(part: type[Part], name: str) -> tuple[type[Part], ...]:
     """The parts that may stand at a key, one entry of a list for all of it."""
-    return tuple(leaf for leaf in _leaves(part.model_fields[name].annotation) if _is_part(leaf))
+    return tuple(leaf for leaf in _leaves(_hint(part.model_fields[name])) if _is_part(leaf))
 
 
 def prose_of(part: type[Part]) -> str:
@@ -126,8 +126,8 @@ def _default(field: FieldInfo) -> str:
 
 def _value(field: FieldInfo) -> str:
     """Unit and bound, or the words allowed, or that a table goes there."""
-    metadata = tuple(extra for extra in field.metadata if isinstance(extra, SCALARS))
-    leaves = list(_leaves(Annotated[(field.annotation, *metadata)] if metadata else field.annotation))
+    metadata = any(isinstance(extra, SCALARS) for extra in field.metadata)
+    leaves = list(_leaves(_hint(field)))
     several = _is_list(field.annotation)
     if any(_is_part(leaf) for leaf in leaves):
         return "list of tables" if several else "table"
@@ -135,6 +135,12 @@ def _value(field: FieldInfo) -> str:
     text = " or ".join(dict.fromkeys(_leaf(leaf) for leaf in leaves)) + "".join(f", ≥ {bound}" for bound in lowest)
     # a validator of the whole field says itself how many it wants
     return f"{'list of ' if several else '' if metadata else _GROUPS[_count(field.annotation)]}{text}"
+
+
+def _hint(field: FieldInfo) -> Any:
+    """The annotation of a field, with what reads it."""
+    readers = tuple(extra for extra in field.metadata if isinstance(extra, (*SCALARS, OneOf)))
+    return Annotated[(field.annotation, *readers)] if readers else field.annotation
 
 
 def _leaf(leaf: Any) -> str:

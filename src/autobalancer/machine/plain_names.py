@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from autobalancer.machine.balancer import Balls, DragTorque, Fluid, Friction, PlaneDrag
+from autobalancer.machine import DiscoidalDrag, DragTorque
+from autobalancer.machine.balancer import Balls, Fluid, Friction
 from autobalancer.machine.part import Part, quantity_of, symbol_of
 from autobalancer.machine.path import dimension_of_path, label_of_path, symbol_at, unit_at
 from autobalancer.machine.rotors.planar import PlanarRotor
@@ -37,7 +38,7 @@ QUANTITIES = {
     "damping": PlainName("damping of the supports", PlanarRotor, "damping"),
     "stiffness": PlainName("stiffness of the supports", PlanarRotor, "stiffness"),
     "temperature": PlainName("temperature of the fluid", Fluid, "temperature"),
-    "plateau": PlainName("drag coefficient at high Reynolds numbers", PlaneDrag, "plateau"),
+    "plateau": PlainName("drag coefficient at high Reynolds numbers", DiscoidalDrag, "plateau"),
     "rolling_resistance": PlainName("rolling resistance of the balls", Friction, "rolling_resistance"),
 }
 

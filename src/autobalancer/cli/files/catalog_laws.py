@@ -33,9 +33,11 @@ def drag(
     """
     from autobalancer.cli.terminal.output import Files
     from autobalancer.cli.terminal.sheet import print_sheet
+    from autobalancer.drag import drag_laws
+    from autobalancer.drag.race_geometry import race_geometry
     from autobalancer.errors import QuestionError
     from autobalancer.laws.drag import annulus_cd_re
-    from autobalancer.laws.drag_coefficient import DragLaw, drag_laws, race_geometry
+    from autobalancer.laws.drag_coefficient import DragLaw
 
     one_form(as_json, as_csv)
     files = Files(plot=plot)

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from autobalancer.machine.balancer.balls import INCOMPLETE, Balls
 from autobalancer.machine.balancer.bodies import refuse_bodies
 from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
-from autobalancer.machine.balancer.drag import Drag, DragTorque
+from autobalancer.machine.balancer.drag import Drag
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.force import Force
 from autobalancer.machine.balancer.resolved import ResolvedContact
@@ -53,7 +53,7 @@ class Race(Part):
     )
     height: Length | None = key("of the chamber, along the shaft; must hold the balls. Used by lagging fluid", None)
     fluid: Fluid | None = key("required by all drag laws except `beta`", None)
-    drag: Drag = key("law of the drag of the fluid on the balls")
+    drag: Annotated[Drag, OneOf(Drag)] = key("law of the drag of the fluid on the balls")
     slipstream: bool = key(
         "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size", False
     )
@@ -94,8 +94,8 @@ class Race(Part):
         if unsized and self.bearing is None:
             told = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
             raise ImpossiblePart("Race", [(("balls", i), told) for i in unsized])
-        if self.fluid is None and not isinstance(self.drag, DragTorque):
-            raise ValueError(f"drag: the law {self.drag.law!r} needs a fluid; add 'fluid', or use the law 'beta'")
+        if self.fluid is None and self.drag.needs_fluid:
+            raise ValueError(f"drag: the law {self.drag.word()!r} needs a fluid; add 'fluid', or use the law 'beta'")
         if self.coincidence and self.contact is not None:
             raise ValueError("coincidence: balls that pass through each other have no 'contact'; leave one out")
         if self.harmonics and self.roundness is not None:

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from autobalancer.catalog.resolve import fluid_numbers
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
-from autobalancer.machine import DragTorque, Machine
+from autobalancer.machine import Machine
 from autobalancer.measurement.loop.balls import RaceBalls, degrees, positions, spread
 from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
 from autobalancer.measurement.receptance.measured import hertz
@@ -185,7 +185,7 @@ def viscosity_of(machine: Machine | str | Path) -> float | None:
     """Kinematic viscosity (m^2/s) of the fluid in the race, if the drag follows from it, in proportion."""
     machine = balls_in_races(machine)
     race = machine.balancers[0].races[0]
-    if race.fluid is None or isinstance(race.drag, DragTorque):
+    if race.fluid is None or not race.drag.needs_fluid:
         return None
     return fluid_numbers(race.fluid)[1]
 

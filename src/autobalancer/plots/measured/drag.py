@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from autobalancer.drag import drag_laws
 from autobalancer.errors import QuestionError
-from autobalancer.laws.drag_coefficient import DragLaw, TableLaw, drag_laws
+from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.drawing.style import BALLS, look, picture
 
 LINES = ("-", (0, (6, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.2)))
@@ -56,7 +57,7 @@ def plot_drag_laws(
             for axes, power in ((upper, 1.0), (lower, 0.0)):
                 axes.plot(inside, law.product(inside) / inside**power, color=color, ls=line, lw=1.7, label=name)
                 axes.plot(beyond, law.product(beyond) / beyond**power, color=color, ls=(0, (1, 2)), lw=1.1)
-                if isinstance(law, TableLaw):
+                if isinstance(law, TableLaw) and not isinstance(law, SampledLaw):
                     re = np.array(law.reynolds)
                     axes.plot(re, law.product(re) / re**power, "o", ms=3.5, color=color)
         _axes(upper, "drag coefficient $c_d$")

@@ -1,0 +1,45 @@
+"""A ball in the annulus of a balancer."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import model_validator
+
+from autobalancer.laws.drag import annulus_cd_re
+from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, joined, linear
+from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.part import key
+from autobalancer.machine.quantity import Length, Positive
+
+
+class AnnulusDrag(Drag):
+    """A ball in the annulus of a balancer; ``clear_width`` is W_1 of Spannan 2021, (5.22).
+
+    Over the whole range c_d tends to ``plateau`` at Re = 20 000, by default that of a sphere on a plane, 0.74.
+    """
+
+    law: Literal["race_geometry"] = "race_geometry"
+    interface: ClassVar[int] = 1
+    clear_width: Length = key("$W_1$ of Spannan (2021), figure 5.7", symbol="W_1")
+    range: Range = key(RANGE, "linear")
+    plateau: Positive | None = key("drag coefficient from Re = 20 000 on; without it 0.74", None)
+
+    @model_validator(mode="after")
+    def _sense(self) -> AnnulusDrag:
+        if self.range == "linear" and self.plateau is not None:
+            raise ValueError("plateau: has no effect on a linear law; leave it out, or set range = 'whole'")
+        return self
+
+    def curve(self, ball: BallInRace) -> DragLaw:
+        """(5.22) for this ball, see :func:`race_geometry`."""
+        cd_re = annulus_cd_re(float(self.clear_width) / ball.radius, ball.radius / ball.orbit_radius)
+        plateau = PLANE_PLATEAU if self.plateau is None else float(self.plateau)
+        return race_geometry(cd_re, plateau) if self.range == "whole" else linear(cd_re)
+
+
+def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
+    """``cd_re`` = c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured,
+    joined to the ``plateau`` of a sphere on a plane (5.21)."""
+    source = f"Spannan (2021), (5.22), beyond Re = 10 assumed: joined to the plateau {plateau:g}"
+    return joined(cd_re, plateau, "race_geometry", source)
