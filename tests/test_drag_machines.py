@@ -100,7 +100,7 @@ def test_warm_oil_drags_less_slowly_and_hardly_less_fast() -> None:
         ({"law": "cd_re", "cd_re": 300.0, "plateau": 0.6}, "no effect on a linear law"),
         ({"law": "race_geometry", "clear_width": 0.01, "plateau": 0.6}, "no effect on a linear law"),
         ({"law": "sphere_on_plane", "range": "all"}, "'linear' or 'whole'"),
-        ({"law": "stokes"}, "given 'stokes'; .*discoidal, free_sphere, "),
+        ({"law": "stokes"}, "given 'stokes'; must be one of .*'discoidal', 'free_sphere', "),
     ],
 )
 def test_a_law_that_makes_no_sense_is_refused(drag: dict[str, Any], message: str) -> None:

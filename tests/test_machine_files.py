@@ -184,7 +184,7 @@ REFUSED: dict[str, tuple[tuple[str | int, ...], Any, tuple[str, ...]]] = {
     "too little said about a ball": ((*BALLS, "density"), None, ("give two of 'diameter', 'mass' and 'density'",)),
     "both radii of a race": ((*RACE, "race_radius"), "80 mm", ("either 'orbit_radius'", "or 'race_radius'")),
     "drag without a fluid": ((*RACE, "fluid"), None, ("'cd_re' needs a fluid", "add 'fluid'")),
-    "unknown drag law": ((*RACE, "drag", "law"), "magic", ("drag.law: given 'magic'", "race_geometry")),
+    "unknown drag law": ((*RACE, "drag", "law"), "magic", ("drag.law: given 'magic'", "'race_geometry'")),
     "floating ball": ((*BALLS, "density"), "500 kg/m^3", ("balls[1]: the ball", "floats", "displaces")),
     "unknown fluid": ((*RACE, "fluid", "name"), "honey", ("fluid.name: no fluid is called 'honey'", "catalog fluids")),
     "fluid given twice": ((*RACE, "fluid", "density"), 900.0, ("races[1].fluid: give either the 'name'",)),

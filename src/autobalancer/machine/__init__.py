@@ -44,7 +44,7 @@ from autobalancer.machine.quantity import Quantity
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.disk import Disk
-from autobalancer.machine.rotors.joints import BallBearing, Bushing, Dashpot, Lock, Spring
+from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -62,6 +62,11 @@ if TYPE_CHECKING:
     from autobalancer.drag.race_geometry import AnnulusDrag
     from autobalancer.drag.sphere_on_plane import PlaneDrag
     from autobalancer.drag.table import TableDrag
+    from autobalancer.joints.bearing import BallBearing
+    from autobalancer.joints.bushing import Bushing
+    from autobalancer.joints.dashpot import Dashpot
+    from autobalancer.joints.lock import Lock
+    from autobalancer.joints.spring import Spring
 
 __all__ = [
     "AnnulusDrag",
@@ -99,6 +104,7 @@ __all__ = [
     "HarmonicForce",
     "Hill",
     "HistoryContact",
+    "Joint",
     "Lock",
     "Machine",
     "MultibodyRotor",
@@ -106,6 +112,7 @@ __all__ = [
     "Partitions",
     "PlanarRotor",
     "PlaneDrag",
+    "PointJoint",
     "PrescribedSpeed",
     "Quantity",
     "Race",
@@ -124,6 +131,7 @@ __all__ = [
     "ShaftRotor",
     "ShaftSegment",
     "SpeedTable",
+    "Spot",
     "Spring",
     "Start",
     "Station",
@@ -136,7 +144,7 @@ __all__ = [
     "key",
 ]
 
-FAMILIES: tuple[type[Leaf], ...] = (Drag, Force)
+FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, Joint)
 
 globals().update({leaf.__name__: leaf for family in FAMILIES for leaf in leaves_of(family)})
 document(Machine)

@@ -115,7 +115,7 @@ def find(base: type[Leaf], word: Any) -> type[Leaf]:
         [
             (
                 (base.tag,),
-                f"given {shortened(word)}; {meant}known here: {', '.join(known(base)) or 'none'}. One of your own must be "
+                f"given {shortened(word)}; {meant}must be one of {', '.join(map(repr, known(base)))}. One of your own must be "
                 "loaded first: --load FILE on the command line, ab.laws.register in Python",
             )
         ],
@@ -218,7 +218,7 @@ class OneOf:
             raise ValueError(f"given {shortened(value)}; must be a table with a {tag!r}")
         if tag not in value:
             raise ValueError(
-                f"given {shortened(value)}; it has no {tag!r}, which must be one of {', '.join(known(self.base))}"
+                f"given {shortened(value)}; it has no {tag!r}, which must be one of {', '.join(map(repr, known(self.base)))}"
             )
         return find(self.base, value[tag])(**value)
 

@@ -67,7 +67,7 @@ class Part(BaseModel):
 
 
 _TAGGED = {"rotor", "drive", "profile"}  # fields whose kind pydantic puts into the path
-_TAGGED_LISTS = {"joints", "excitations"}  # ... and those in which it follows the number of an entry
+_TAGGED_LISTS = {"excitations"}  # ... and those in which it follows the number of an entry
 _TAGGED_PAIRS = {("contact", "restitution"), ("contact", "history")}  # ... a field that has a tag in some machines only
 
 

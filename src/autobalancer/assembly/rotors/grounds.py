@@ -16,9 +16,9 @@ from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
 from autobalancer.assembly.rotors.multibody import RigAxis
 from autobalancer.assembly.rotors.rig_joints import assembled, joint_struts
 from autobalancer.assembly.rotors.supports import add_support
-from autobalancer.machine import Lock, Machine, MultibodyRotor, PlanarRotor
+from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor
 from autobalancer.machine.rotors.body import GROUND
-from autobalancer.machine.rotors.joints import PointJoint
+from autobalancer.machine.rotors.joint import PointJoint
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
         return (Ground("support", across.T @ model.stiffness, across.T @ model.damping, np.eye(2)),)
     if isinstance(rotor, MultibodyRotor):
         for number, joint in enumerate(rotor.joints, 1):
-            if not isinstance(joint, Lock) and GROUND in joint.between:
+            if isinstance(joint, PointJoint) and GROUND in joint.between:
                 found.append(_joint(model, number, joint, across))
     else:
         factor = float(rotor.stiffness_proportional_damping)
@@ -76,8 +76,8 @@ def _joint(model: LateralModel, number: int, joint: PointJoint, across: Floats) 
     axis = model.axis
     assert isinstance(axis, RigAxis)
     kept = [axis.rig.coordinates.index(name) for name in model.coordinates]
-    struts = joint_struts(joint, axis.rig, model.speeds)
-    damping, stiffness = assembled(struts, axis.rig.size, model.speeds.size)
+    parts, skew = joint_struts(joint, axis.rig, model.speeds, number - 1, 0)
+    damping, stiffness = assembled(parts, skew, axis.rig.size, model.speeds.size)
     part = np.ix_(range(model.speeds.size), kept, kept)
     one, other = joint.between
     body = other if one == GROUND else one

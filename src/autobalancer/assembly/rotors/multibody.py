@@ -11,8 +11,9 @@ from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, MergedBody, Rig, X,
 from autobalancer.assembly.rotors.rig_checks import refuse_free_motion, unresisted
 from autobalancer.assembly.rotors.rig_joints import assembled, rig_speeds, struts
 from autobalancer.assembly.rotors.rig_weight import refuse_falling, weight_stiffness
-from autobalancer.machine import Lock, MultibodyRotor
+from autobalancer.machine import MultibodyRotor
 from autobalancer.machine.part import ImpossiblePart
+from autobalancer.machine.rotors.joint import PointJoint
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,11 @@ def multibody(rotor: MultibodyRotor, gravity: float) -> LateralModel:
     rig = rig_of(rotor)
     mass, gyroscopic = inertia_matrices(rotor, rig)
     speeds = rig_speeds(rotor)
-    parts = struts(rotor, rig, speeds)
+    parts, skew = struts(rotor, rig, speeds)
     dropped = unresisted(rig, parts, mass)
     kept = [i for i in range(rig.size) if i not in dropped]
     refuse_free_motion(rig, parts, kept)
-    damping, stiffness = assembled(parts, rig.size, speeds.size)
+    damping, stiffness = assembled(parts, skew, rig.size, speeds.size)
     if rotor.up is not None:
         if gravity == 0.0:
             text = "on a horizontal axis the weight does not change the stiffness; leave it out"
@@ -88,7 +89,7 @@ def _marks(rotor: MultibodyRotor) -> tuple[tuple[float, str], ...]:
     turning = {body.name: float(body.position) for body in rotor.bodies if body.rotating}
     marks = {(height, name) for name, height in turning.items()}
     for joint in rotor.joints:
-        if not isinstance(joint, Lock):
+        if isinstance(joint, PointJoint):
             marks |= {(float(joint.position), name) for name in joint.between if name in turning}
     return tuple(sorted(marks))
 

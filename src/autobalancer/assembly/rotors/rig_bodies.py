@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.rotors.model import Matrix
-from autobalancer.machine import Body, Lock, MultibodyRotor
+from autobalancer.machine import Body, MultibodyRotor
 from autobalancer.machine.part import ImpossiblePart
+from autobalancer.machine.rotors.joint import PointJoint
 
 X, Y, Z, SLOPE_X, SLOPE_Y, TURN = range(6)  # rows of a motion
 SINGULAR = 1e-12
@@ -78,7 +79,7 @@ def rig_of(rotor: MultibodyRotor) -> Rig:
     groups: list[list[Body]] = []
     merged = {body.name: {body.name} for body in rotor.bodies}
     for joint in rotor.joints:
-        if isinstance(joint, Lock):
+        if not isinstance(joint, PointJoint):
             names = merged[joint.between[0]] | merged[joint.between[1]]
             merged.update(dict.fromkeys(names, names))
     for body in rotor.bodies:

@@ -1,7 +1,8 @@
 """Joints of a rig as struts: springs and dampers that each feel one relative motion of two bodies.
 
 K and C are sums of k r r^T and c r r^T over the struts, r being the row of that motion; so they are symmetric and
-positive semidefinite however a rig is put together.
+positive semidefinite however a rig is put together. A joint with coupled motions is a strut for each principal motion at each
+frequency. What is not symmetric, as of a fluid film, is added as it is.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalancer.assembly.rotors.joint_matrices import joint_matrices
 from autobalancer.assembly.rotors.model import Floats, Matrix
 from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, SLOPE_Y, TURN, Rig
-from autobalancer.assembly.rotors.supports import at_speeds, table_speeds, two
-from autobalancer.machine import BallBearing, Bushing, Dashpot, Lock, MultibodyRotor, SpeedTable, Spring
-from autobalancer.machine.rotors.joints import PointJoint
+from autobalancer.assembly.rotors.supports import table_speeds
+from autobalancer.machine import MultibodyRotor
+from autobalancer.machine.rotors.joint import PointJoint, Spot
 
+SMALL = 1e-12  # share of the greatest value of a matrix that is rounding
 Point = tuple[float, float, float]
-Pair = tuple[Floats, Floats]  # stiffness and damping at the speeds of the rig
 
 
 @dataclass(frozen=True)
@@ -29,98 +31,89 @@ class Strut:
     damping: Floats  # (k,)
     between: tuple[str, str]
     point: Point
-    direction: Floats  # (3,)
-    turning: bool  # feels relative rotation in place of displacement
+    direction: Floats  # (3,) of its force; zero where it only turns
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The antisymmetric part of a joint: forces that no energy gives."""
+
+    rows: Matrix  # (6, N)
+    stiffness: Matrix  # (k, 6, 6)
+    damping: Matrix  # (k, 6, 6)
 
 
 def rig_speeds(rotor: MultibodyRotor) -> Floats:
     """The common speeds of all tables of a rig."""
-    tables = [
-        table
-        for joint in rotor.joints
-        for table in (getattr(joint, name, None) for name in ("table", "axial_table", "shear_table"))
-        if table is not None
-    ]
-    return table_speeds(tables)
+    return table_speeds(
+        speeds for joint in rotor.joints if isinstance(joint, PointJoint) for speeds in joint.frequencies()
+    )
 
 
-def struts(rotor: MultibodyRotor, rig: Rig, speeds: Floats) -> list[Strut]:
-    """All struts of a rig."""
-    return [
-        strut for joint in rotor.joints if not isinstance(joint, Lock) for strut in joint_struts(joint, rig, speeds)
-    ]
+def struts(rotor: MultibodyRotor, rig: Rig, speeds: Floats) -> tuple[list[Strut], list[Coupling]]:
+    """All struts of a rig, and what joins its motions without being symmetric."""
+    found: list[Strut] = []
+    skew: list[Coupling] = []
+    turning = {body.name: body.rotating for body in rotor.bodies}
+    for number, joint in enumerate(rotor.joints):
+        if isinstance(joint, PointJoint):
+            ends = sum(turning.get(name, False) for name in joint.between)
+            one, other = joint_struts(joint, rig, speeds, number, ends)
+            found, skew = found + one, skew + other
+    return found, skew
 
 
-def joint_struts(joint: PointJoint, rig: Rig, speeds: Floats) -> list[Strut]:
-    """The struts of one joint."""
-    found = _ring(joint, rig, speeds) if isinstance(joint, Bushing) else _on_axes(joint, rig, speeds)
-    return [strut for strut in found if strut.stiffness.any() or strut.damping.any()]
+def joint_struts(
+    joint: PointJoint, rig: Rig, speeds: Floats, number: int, turning: int
+) -> tuple[list[Strut], list[Coupling]]:
+    """The struts of one joint, the ``number`` of its rotor (from 0), of which ``turning`` bodies rotate."""
+    stiffness, damping = joint_matrices(joint, speeds, number, turning)
+    found: list[Strut] = []
+    skew: list[Coupling] = []
+    for spot in joint.spots():
+        axes = np.array(spot.axes)
+        rows = rig.motion(joint.between[0], spot.point) - rig.motion(joint.between[1], spot.point)
+        turned = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]])
+        six = np.vstack([axes @ rows[:3], axes @ turned])
+        found += _principal(joint, spot, six, _symmetric(stiffness), _symmetric(damping))
+        if not joint.symmetric:
+            skew.append(Coupling(six, stiffness - _symmetric(stiffness), damping - _symmetric(damping)))
+    return found, skew
 
 
-def assembled(parts: list[Strut], size: int, count: int) -> tuple[Matrix, Matrix]:
+def assembled(parts: list[Strut], skew: list[Coupling], size: int, count: int) -> tuple[Matrix, Matrix]:
     """C and K at each speed, each (k, N, N)."""
     rows = np.array([strut.row for strut in parts]).reshape(-1, size)
     damping, stiffness = np.zeros((2, count, size, size))
     for i in range(count):
         damping[i] = rows.T @ (np.array([strut.damping[i] for strut in parts])[:, None] * rows)
         stiffness[i] = rows.T @ (np.array([strut.stiffness[i] for strut in parts])[:, None] * rows)
-    return 0.5 * (damping + damping.swapaxes(1, 2)), 0.5 * (stiffness + stiffness.swapaxes(1, 2))
+    damping, stiffness = _symmetric(damping), _symmetric(stiffness)
+    for coupling in skew:
+        damping += coupling.rows.T @ coupling.damping @ coupling.rows
+        stiffness += coupling.rows.T @ coupling.stiffness @ coupling.rows
+    return damping, stiffness
 
 
-def _on_axes(joint: Dashpot | Spring | BallBearing, rig: Rig, speeds: Floats) -> list[Strut]:
-    """Struts of a joint whose axes are x, y and z."""
-    offset = (0.0, 0.0) if isinstance(joint, BallBearing) else joint.offset
-    point = (float(offset[0]), float(offset[1]), float(joint.position))
-
-    def given(name: str) -> tuple[float, float]:
-        value = getattr(joint, name, None)
-        return two(0.0 if value is None else value)
-
-    def pair(prefix: str, direction: int) -> Pair:
-        table = getattr(joint, f"{prefix}table", None)
-        return _values(table, direction, given(f"{prefix}stiffness"), given(f"{prefix}damping"), speeds)
-
-    across = [pair("", 0), pair("", 1), pair("axial_", 0)]
-    about = [pair("tilt_", 0), pair("tilt_", 1), pair("torsional_", 0)]
-    found = [_strut(rig, joint.between, point, e, pair, False) for e, pair in zip(np.eye(3), across, strict=True)]
-    return found + [_strut(rig, joint.between, point, e, pair, True) for e, pair in zip(np.eye(3), about, strict=True)]
-
-
-def _ring(joint: Bushing, rig: Rig, speeds: Floats) -> list[Strut]:
-    """Struts of bushings on a circle; the axis of each is turned with its place."""
-
-    def pair(prefix: str) -> Pair:
-        constants = [two(getattr(joint, f"{prefix}_{what}")) for what in ("stiffness", "damping")]
-        return _values(getattr(joint, f"{prefix}_table", None), 0, constants[0], constants[1], speeds)
-
-    shear, axial, bending, torsion = (pair(name) for name in ("shear", "axial", "bending", "torsional"))
+def _principal(joint: PointJoint, spot: Spot, six: Matrix, stiffness: Matrix, damping: Matrix) -> list[Strut]:
+    """Struts along the axes of a joint; where its motions are coupled, along the principal ones of each matrix."""
+    directions = np.vstack([np.array(spot.axes), np.zeros((3, 3))])
+    if not any((stack * (1.0 - np.eye(6))).any() for stack in (stiffness, damping)):
+        every = [
+            Strut(six[i], stiffness[:, i, i], damping[:, i, i], joint.between, spot.point, directions[i])
+            for i in range(6)
+        ]
+        return [strut for strut in every if strut.stiffness.any() or strut.damping.any()]
     found: list[Strut] = []
-    for number in range(joint.count):
-        angle = float(joint.angle) + 2.0 * np.pi * number / joint.count
-        turned = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-        point = (float(joint.radius) * turned[0, 0], float(joint.radius) * turned[1, 0], float(joint.position))
-        along = turned @ (np.array(joint.direction, float) / np.linalg.norm(joint.direction))
-        _, _, axes = np.linalg.svd(along[None])  # the axis, and two directions across it
-        for kind, (lengthwise, crosswise) in enumerate(((axial, shear), (torsion, bending))):
-            for direction, values in ((along, lengthwise), (axes[1], crosswise), (axes[2], crosswise)):
-                found.append(_strut(rig, joint.between, point, direction, values, bool(kind)))
+    for which, stack in enumerate((stiffness, damping)):
+        for i, (values, vectors) in enumerate(zip(*np.linalg.eigh(stack), strict=True)):
+            for value, vector in zip(values, vectors.T, strict=True):
+                if value > SMALL * max(values[-1], 0.0):
+                    own = np.zeros((2, len(stack)))
+                    own[which, i] = value
+                    found.append(Strut(vector @ six, own[0], own[1], joint.between, spot.point, vector @ directions))
     return found
 
 
-def _values(
-    table: SpeedTable | None,
-    direction: int,
-    stiffness: tuple[float, float],
-    damping: tuple[float, float],
-    speeds: Floats,
-) -> Pair:
-    if table is not None:
-        k, c = at_speeds(table, speeds)
-        return k[:, direction], c[:, direction]
-    return np.full(speeds.size, stiffness[direction]), np.full(speeds.size, damping[direction])
-
-
-def _strut(rig: Rig, between: tuple[str, str], point: Point, direction: Floats, values: Pair, turning: bool) -> Strut:
-    rows = rig.motion(between[0], point) - rig.motion(between[1], point)
-    moved = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]]) if turning else rows[:3]
-    return Strut(direction @ moved, *values, between, point, direction, turning)
+def _symmetric(stack: Matrix) -> Matrix:
+    return 0.5 * (stack + stack.swapaxes(1, 2))

@@ -33,8 +33,8 @@ def weight_stiffness(rotor: MultibodyRotor, rig: Rig, parts: list[Strut], kept: 
     springs = np.array([strut.stiffness[0] for strut in parts])
     rest = np.linalg.solve(rows.T @ (springs[:, None] * rows), load[kept])
     for strut, stretch in zip(parts, rows @ rest, strict=True):
-        if not strut.turning:
-            force = -strut.stiffness[0] * stretch * strut.direction
+        force = -strut.stiffness[0] * stretch * strut.direction
+        if force.any():
             added += _second_order(rig, strut.between[0], strut.point, force)
             added -= _second_order(rig, strut.between[1], strut.point, force)
     return added
@@ -42,7 +42,7 @@ def weight_stiffness(rotor: MultibodyRotor, rig: Rig, parts: list[Strut], kept: 
 
 def refuse_falling(stiffness: Matrix) -> None:
     """Raise :class:`ImpossiblePart` if weight overcomes the springs, K (N, N)."""
-    if np.linalg.eigvalsh(stiffness)[0] <= 0.0:
+    if np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0] <= 0.0:
         text = "the bodies fall over under their weight; make the joints stiffer, or leave 'up' out"
         raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
 

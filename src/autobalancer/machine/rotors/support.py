@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import Annotated
 
 from pydantic import model_validator
@@ -12,6 +13,11 @@ from autobalancer.machine.quantity import Damping, Position, Quantity, Speed, St
 SignedStiffness = Annotated[float, Quantity("N/m")]
 TiltStiffness = Annotated[float, Quantity("N*m/rad", non_negative=True)]
 TiltDamping = Annotated[float, Quantity("N*m*s/rad", non_negative=True)]
+
+
+def along_x_and_y(value: float | tuple[float, float]) -> tuple[float, float]:
+    """Both values, equal where one is given."""
+    return (float(value[0]), float(value[1])) if isinstance(value, tuple) else (float(value), float(value))
 
 
 class SpeedTable(Part):
@@ -38,6 +44,29 @@ class SpeedTable(Part):
         if self.speed[0] < 0.0 or any(b <= a for a, b in zip(self.speed, self.speed[1:], strict=False)):
             raise ValueError("speed: must not be negative and must increase")
         return self
+
+    def at(self, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Stiffness and damping along x and y at a speed (rad/s); those of the ends beyond them."""
+        i = min(max(bisect_right(self.speed, speed) - 1, 0), len(self.speed) - 2)
+        share = min(max((speed - self.speed[i]) / (self.speed[i + 1] - self.speed[i]), 0.0), 1.0)
+        return _between(self.stiffness[i : i + 2], share), _between(self.damping[i : i + 2], share)
+
+
+def values_at(
+    table: SpeedTable | None,
+    stiffness: float | tuple[float, float] | None,
+    damping: float | tuple[float, float],
+    speed: float,
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Stiffness and damping along x and y at a speed, of a table or of the constants in its place."""
+    if table is not None:
+        return table.at(speed)
+    return along_x_and_y(0.0 if stiffness is None else stiffness), along_x_and_y(damping)
+
+
+def _between(values: tuple[float | tuple[float, float], ...], share: float) -> tuple[float, float]:
+    low, high = (along_x_and_y(value) for value in values)
+    return low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1])
 
 
 class Support(Part):
