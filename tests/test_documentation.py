@@ -10,11 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import tomli_w
 
+from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.files.machine_file import load_machine, machine_text, parse_any, parse_machine, read_machine
+from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, leaves
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber.summary import chamber_summary
@@ -130,6 +133,18 @@ def test_every_entry_that_a_page_shows_is_accepted_in_its_place(page: str, own_l
         if key == "balls" and "point" in line:
             place |= {"orbit_radius": place.pop("race_radius"), "drag": {"law": "beta", "beta": 1e-4}}
         assemble(parse_machine(tomli_w.dumps(data), line))
+
+
+def test_the_joint_of_ones_own_that_a_page_shows_holds_a_rig(own_leaves: Callable[[str], None]) -> None:
+    own_leaves("multibody.md")
+    blocks = FENCE.findall((ROOT / "docs" / "multibody.md").read_text(encoding="utf-8"))
+    (shown,) = (tomllib.loads(block)["rotor"]["joints"][0] for block in blocks if "rubber_foot" in block)
+    data = tomllib.loads(rig_text("discoidal_rig"))
+    data["rotor"]["joints"][-1] = shown
+    model = lateral_model(parse_machine(tomli_w.dumps(data)))
+    assert model.top_speed == 200.0
+    more = model.stiffness_at(100.0) - model.stiffness_at(0.0)
+    assert np.abs(more).max() == pytest.approx(5.0 * 48e3 * (100.0 / 300.0) ** 0.5, rel=1e-6)
 
 
 def test_the_machine_file_of_the_readme_is_the_first_one_of_the_pages() -> None:
