@@ -192,7 +192,7 @@ def test_forces_are_keys_with_paths_and_survive_a_file() -> None:
     ("given", "said"),
     [
         ({"kind": "radial_sprin"}, "forces[1].kind: given 'radial_sprin'; did you mean 'radial_spring'"),
-        ({"kind": 3}, "forces[1].kind: given 3; known here:"),
+        ({"kind": 3}, "forces[1].kind: given 3; must be one of"),
         ({"stiffness": 1.0}, "it has no 'kind', which must be one of"),
         (3, "forces[1]: given 3; must be a table with a 'kind'"),
         (ALONG | {"stiffness": -1.0}, "forces[1].stiffness: given -1.0; must be greater than zero"),
