@@ -13,6 +13,8 @@ from matplotlib.patches import Circle
 from tests.references import lagrange
 from tests.references.motion import motion
 from tests.references.planar_linear import matrices
+from tests.references.resolved import contact
+from tests.references.resolved_run_ups import GRIP, apart, run_up
 from tests.references.runs import states_at
 from tests.references.spatial import Spatial, joined, split
 from tests.references.spatial_machines import rates, states_of, tilting
@@ -20,15 +22,18 @@ from tests.test_spatial_lagrange import random_place
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import Machine
 from autobalancer.plots.film.rotor import RotorView
 from autobalancer.plots.run.motion import Motion, races_of
+from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import stations
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.planar import equilibria_of
 
@@ -65,10 +70,13 @@ def machine(*races: dict[str, Any], axis: str = "vertical", isotropic: bool = Tr
     return Machine(**(data | top))
 
 
-def both(**top: Any) -> Machine:
-    """Two rollers of one race, two pendulums of another."""
-    rollers = race({**RING, "start_angles": 1.0}, {**RING, "start_angles": 3.5, "start_speeds": -40.0})
-    arms = race({**ROD, "start_angles": -1.0}, {**ROD, "mass": 0.03, "start_angles": 2.0, "start_speeds": 30.0})
+def both(more: dict[str, Any] | None = None, **top: Any) -> Machine:
+    """Two rollers of one race, two pendulums of another, and ``more`` about both races."""
+    more = more or {}
+    arm = {**ROD, "bearing_radius": 0.005}
+    first, second = {"start_angles": 1.0, "start_speeds": 10.0}, {"start_angles": 3.5, "start_speeds": -40.0}
+    rollers = race(RING | first, RING | second, **more)
+    arms = race(arm | second, arm | first | {"mass": 0.03}, **more)
     return machine(rollers, arms, **top)
 
 
@@ -93,10 +101,13 @@ def test_rollers_and_pendulums_keep_the_angular_momentum_if_all_is_isotropic_and
     np.testing.assert_allclose(momentum, momentum[0], rtol=1e-10)
 
 
-def test_the_equations_are_those_of_the_lagrangian_with_nothing_eliminated() -> None:
-    """At random states on eccentric races, with a rotor that is free to speed up."""
-    case = both(axis="horizontal", isotropic=False)
-    reference, assembly = lagrange.planar(case), assemble(case, rotating=False)
+@pytest.mark.parametrize("model", ["planar", "any rotor", "real races"])
+def test_the_equations_are_those_of_the_lagrangian_with_nothing_eliminated(model: str) -> None:
+    """At random states on eccentric races, with a rotor that is free to speed up; the friction of real races is none here."""
+    friction = {"friction": {"adherence": 1e-15}} if model == "real races" else {}
+    case = both(friction, axis="horizontal", isotropic=False)
+    reference, assembly = lagrange.planar(case), assemble(case, rotating=False, general=model == "any rotor")
+    assert (assembly.general, assembly.rough) == (model != "planar", model == "real races")
     random = np.random.default_rng(5)
     for _ in range(5):
         state = np.array(
@@ -337,3 +348,31 @@ def test_a_run_names_its_bodies_and_says_nothing_of_balls_alone(sample: tuple[Ma
     case, run = sample
     assert set(run.ball_body.values) == {case.balancers[0].races[0].balls[0].body}
     assert "ball_body" not in ab.simulate(ab.example("stall_and_release"), duration=0.01)
+
+
+def test_resolved_rings_that_do_not_slip_run_up_like_guided_ones() -> None:
+    """Nearly all mass of a ring is at its rim, so that it is slower to follow than a ball of its mass."""
+    ring = {"body": "roller", "mass": 2.5e-3, "diameter": 8e-3, "inner_diameter": 7.5e-3}
+    ring |= {"count": 2, "start_angles": [1.0, -1.9]}
+    guided = run_up(balls=[ring])
+    stiff = run_up(contact(stiffness=1e7, slip_speed=0.01, **GRIP), balls=[ring])
+    assert resolve(stiff)[0].own_inertia == pytest.approx(2.5e-3 * 0.5 * (4e-3**2 + 3.75e-3**2), rel=1e-12)
+    assert apart(guided, stiff) < 2e-3
+    assert apart(guided, run_up()) > 0.1  # balls
+
+
+@pytest.mark.parametrize("name", ["rollers", "pendulums"])
+def test_another_mass_of_a_body_changes_curves_of_states_as_it_changes_the_machine(name: str) -> None:
+    """A pendulum keeps its own inertia, a roller its shape."""
+    case = with_parameter(ab.example(name), "drive.profile", {"kind": "constant", "speed": 125.0})
+    quick, slow = Family(case, ["ball_mass"], 125.0)(9e-3).host, stations(with_quantity(case, "ball_mass", 9e-3))
+    np.testing.assert_allclose(quick.inertia, slow.inertia, rtol=1e-13)
+    own = 4e-6 if name == "pendulums" else 0.5 * 9e-3 * 0.07695**2
+    np.testing.assert_allclose(slow.inertia, 9e-3 * 0.07695**2 + own, rtol=1e-12)
+
+
+def test_a_roller_of_another_diameter_has_its_length_and_material_and_a_pendulum_is_refused() -> None:
+    rollers = with_quantity(ab.example("rollers"), "ball_diameter", 0.012)
+    assert resolve(rollers)[0].mass == pytest.approx(7800.0 * 0.25 * np.pi * 0.012**2 * 0.012, rel=1e-12)
+    with pytest.raises(QuestionError, match="the density of the pendulums"):
+        with_quantity(ab.example("pendulums"), "ball_diameter", 0.012)

@@ -49,7 +49,7 @@ class Balls(Part):
     )
     inner_diameter: Length | None = key("of the bore of a roller; without it the roller is solid", None)
     inertia: MassInertia | None = key(
-        "of a pendulum, about its own center of mass; 0 for a point mass", None, symbol=r"J_\mathrm{c}"
+        "of a pendulum, about its own center of mass; 0 for a point mass", None, symbol="J_c"
     )
     bearing_radius: Length | None = key("of a pendulum: where its bearing rubs, if the race has `friction`", None)
     motion: Literal["rolling", "point"] = key(

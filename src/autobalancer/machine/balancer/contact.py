@@ -49,10 +49,16 @@ class Friction(Part):
 
     ``rolling_resistance`` is the arm of the wall force over the ball radius, a/r_b (Spannan 2021, 5.8-5.14): it acts against
     the motion along the race with the torque (a/r_b) F_N eps. ``adherence``: a ball at rest on its race stays there while
-    less than ``adherence`` F_N is needed to hold it.
+    less than ``adherence`` F_N is needed to hold it. Of a pendulum both are coefficients of its bearing, which rubs at the
+    ``bearing_radius`` r_B: (adherence F_N r_B) holds it.
     """
 
-    rolling_resistance: Ratio = key("$a/r_b$, lever arm of the wall force over the ball radius", 0.0, symbol=r"\mu")
+    rolling_resistance: Ratio = key(
+        "$a/r_b$, lever arm of the wall force over the ball radius; of a pendulum the friction coefficient of its "
+        "bearing",
+        0.0,
+        symbol=r"\mu",
+    )
     adherence: Ratio | None = key(
         "greatest force that holds a ball at rest, over the wall force; by default the rolling resistance", None
     )

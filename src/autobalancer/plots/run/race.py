@@ -25,8 +25,8 @@ def plot_race(
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
-    Balls and races are to scale (mm); a point ball is a small ring. Arrows from the rotor center, to one scale but for a
-    plane where they would be too short to be read, which says how much longer they are there,
+    Balls and races are to scale (mm); a point ball is a small ring, a roller has a chamfer, a pendulum its rod. Arrows from the
+    rotor center, to one scale but for a plane where they would be too short to read, which says how much longer they are there,
     are the unbalance that the balls of this plane have to balance, what they contribute, and the resultant of both; a
     resultant too small to be drawn is a dot. On a rotor that tilts or bends the unbalance of each plane is its share of
     unbalance and couple together; dashed is what the couple puts there, opposite in the other plane. The triangle outside
