@@ -51,8 +51,8 @@ def bare() -> xr.Dataset:
 
 
 def test_two_chambers_on_a_released_body_balance_unbalance_and_couple(bare: xr.Dataset) -> None:
-    # how soon depends on the last bit of every number: over six seeds 0.6 to 6.5 % of the couple were left after 4 s, and 0.2 to
-    # 3 % after 7 s
+    # how soon depends on the last bit of every number, so limits stand beyond ten seeds: after 7 s 0.5 to 2.1 % of the unbalance
+    # and 0.2 to 3 % of the couple were left, up to 2.3 % of the positions, 3.2 % of the rotations and 3.9 % of the forces
     balanced = run(duration=7.0)
     measured = chamber_measures(balanced, last=0.5)
     assert float(measured["share_carried"]) == 1.0
@@ -64,7 +64,8 @@ def test_two_chambers_on_a_released_body_balance_unbalance_and_couple(bare: xr.D
 
 
 def test_a_planar_body_or_one_layer_leave_the_couple(bare: xr.Dataset) -> None:
-    static, couple = left(run(freedom="planar"))
+    # over ten seeds 0.5 to 0.7 % of the unbalance after 7 s and 70 to 200 % of the couple; after 4 s once 35 % of the unbalance
+    static, couple = left(run(freedom="planar", duration=7.0))
     assert static < 0.01
     assert couple > 0.3
     layer = run(chambers=[LAYER])

@@ -105,6 +105,28 @@ def test_balls_keep_their_order_however_often_they_meet() -> None:
     assert np.ptp(found[:, 6]) > 0.5
 
 
+@pytest.mark.parametrize("parts", ["contact", "adherence", "partitions", "waves"])
+def test_runs_with_contacts_and_balls_at_rest_converge_with_the_tolerance(parts: str) -> None:
+    """An instant that the stepper misses, or a force that it sees late, would leave an error that no tolerance makes small.
+
+    Contacts multiply what the tolerance leaves, up to 1e-2 rad at 1e-7.
+    """
+    sticks = parts == "adherence"
+    friction = Friction(rolling_resistance=5e-2 if sticks else 2e-3, adherence=0.3 if sticks else 4e-3)
+    given: dict[str, Any] = {"contact": {"restitution": 0.6}} | ({} if parts == "waves" else {"friction": friction})
+    if parts in ("partitions", "waves"):
+        given["partitions"] = {"count": 3, "angle": 0.0}
+    if parts == "waves":
+        given["harmonics"] = [{"order": 3, "amplitude": 1e-5}]
+    machine = standing(angles=[0.4, 2.0, 4.1], speeds=[12.0, -9.0, 6.0], **given)
+    times = np.linspace(0.0, 1.5, 16)
+    rough, fine, finest = (states_of(machine, times, tolerance=tolerance) for tolerance in (1e-7, 1e-11, 1e-13))
+    assert np.ptp(finest[:, 6:9], axis=0).min() > 0.1
+    assert (finest[-1, 9:12] == 0.0).all() == sticks
+    at_fine, at_rough = (np.abs(found[:, 6:9] - finest[:, 6:9]).max() for found in (fine, rough))
+    assert at_fine < min(1e-2 * at_rough, 1e-5)
+
+
 def test_balls_that_may_coincide_pass_through_each_other() -> None:
     machine = standing(axis="vertical", angles=[0.0, 0.5], speeds=[3.0, -3.0], coincidence=True)
     found = states_of(machine, np.array([0.0, 0.5]))[-1]
