@@ -19,6 +19,8 @@ from tests.references.runs import states_at
 from tests.references.spatial import Spatial, joined, split
 from tests.references.spatial_machines import rates, states_of, tilting
 from tests.test_spatial_lagrange import random_place
+from tests.test_stability_tilting import SPEED as SPINNING
+from tests.test_stability_tilting import Compiled, random_state
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
@@ -34,6 +36,7 @@ from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.planar import equilibria_of
 
@@ -153,6 +156,17 @@ def tilted(**top: Any) -> Machine:
     arms = race({**ROD, "start_angles": 2.5}, {**ROD, "start_angles": 5.0, "start_speeds": -20.0})
     planes = [{"station": "lower", "races": [rollers]}, {"station": "upper", "races": [arms]}]
     return tilting(isotropic=True, damping=0.0, beta=0.0, balancers=planes, **top)
+
+
+def test_curves_of_states_see_the_equations_of_bodies_that_tilt_with_their_race() -> None:
+    """The vector field from which eigenvalues and branches follow, at random states."""
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": SPINNING}}
+    case = tilted(tilting_races="full", drive=drive)
+    field, compiled, random = Field(stations(case), SPINNING), Compiled(case), np.random.default_rng(1)
+    for _ in range(3):
+        state = random_state(field, random)
+        for found, expected in zip(np.split(field(state), 4), np.split(compiled(state), 4), strict=True):
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_a_pendulum_without_inertia_moves_as_a_point_ball() -> None:
