@@ -259,6 +259,24 @@ def test_the_bearing_holds_a_pendulum_within_its_cone_of_friction(middle: float)
         assert (run.ball_speed_in_rotor.values[-1, 0] == 0.0) == rests
 
 
+@pytest.mark.parametrize("diameter", [None, 0.02])
+def test_pendulums_pass_each_other_unless_they_have_heads_in_one_plane(diameter: float | None) -> None:
+    """Heads rebound where their centers are a diameter apart, a chord of the orbit."""
+    arms = {**ROD, "count": 2, "start_angles": [0.0, 1.0], "start_speeds": [10.0, -10.0]}
+    arms |= {} if diameter is None else {"diameter": diameter}
+    contact = {} if diameter is None else {"contact": {"restitution": 1.0, "stiffness": 1e7}}
+    still = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}
+    rotor = {"mass": 1e9, "stiffness": 1e15, "damping": 0.0}
+    case = machine(race(arms, eccentricity=0.0, coincidence=False, **contact), rotor=rotor, drive=still, start={})
+    run = ab.simulate(case, duration=0.1, save=ab.Samples(1001))
+    apart = np.diff(run.ball_angle_in_rotor.values, axis=1).ravel()
+    if diameter is None:
+        assert apart[-1] == pytest.approx(-1.0, abs=1e-9)
+    else:
+        assert apart.min() == pytest.approx(2.0 * np.arcsin(0.5 * diameter / 0.08), abs=5e-3)
+        assert run.ball_speed_in_rotor.values[-1] == pytest.approx([-10.0, 10.0], rel=0.02)
+
+
 FLUID = {"density": 900.0, "viscosity": 1e-5}
 BALL = {"diameter": 0.012, "density": 7800.0}
 RESOLVED = {"stiffness": 1e7, "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": 1e-3}
