@@ -81,7 +81,7 @@ def test_formulas_of_this_package_and_powers_of_ten_stay_formulas() -> None:
     assert {"drag coefficient $c_d$", r"$c_d\,\mathrm{Re}$"} < math
     assert any("mathdefault" in text for text in math)
     assert "costs 3$ or 4$" not in math
-    alone = Text(0, 0, r"$P_x$")
+    alone = Text(0, 0, "$c_d$")
     as_written(alone)
     assert alone.get_parse_math()
 
