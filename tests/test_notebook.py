@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import copy
+import csv
+from pathlib import Path
+
+import numpy as np
 import pytest
+import xarray as xr
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli import app
 from autobalancer.errors import MachineError
 from autobalancer.stability.border import Border, Borders
 
-DISCOIDAL = ab.example("discoidal")
+DISCOIDAL, RIGID = ab.example("discoidal"), ab.example("rigid_rotor")
 
 
 def test_a_machine_shows_itself_in_a_line() -> None:
@@ -48,3 +56,46 @@ def test_a_machine_that_is_changed_in_place_says_how_to_change_it() -> None:
         DISCOIDAL.axis = "horizontal"
     with pytest.raises(MachineError, match=r"PlanarRotor\.mass: given 3"):
         DISCOIDAL.rotor.mass = 3
+
+
+def test_answers_are_datasets_that_show_themselves_as_tables() -> None:
+    modes = ab.rotor.modes(RIGID)
+    assert isinstance(modes, xr.Dataset)
+    first, head, row, *_ = repr(modes).splitlines()
+    assert first == "Rigid rotor: natural frequencies at 0 rpm (0 rad/s)"
+    assert head.split("  ")[0] == "mode"
+    assert "frequency (Hz)" in head
+    assert f"{float(modes['frequency'][0]) / (2.0 * np.pi):.5g}" in row
+    assert "dataset in SI over mode (4)" in repr(modes)
+    assert "<th>frequency (Hz)</th>" in modes._repr_html_()
+    assert "xr-header" in modes._repr_html_(), "xarray's own view can be opened below the table"
+    for found, text in (
+        (ab.rotor.critical_speeds(RIGID), "cylindrical forward"),
+        (ab.rotor.campbell(RIGID, "0:6000 rpm:13"), "4 branches from 0 rpm"),
+        (ab.rotor.response(RIGID, "600:6000 rpm:9"), "lower bearing"),
+        (ab.stability.equilibria(DISCOIDAL, 90.0), "coincident"),
+        (ab.measures(ab.simulate(DISCOIDAL, duration=0.05, progress=False)), "greatest deflection at 'rotor'"),
+    ):
+        assert text in repr(found)
+        assert "<xarray" not in repr(found)
+
+
+def test_a_part_of_an_answer_without_its_table_is_shown_as_xarray_does() -> None:
+    modes = ab.rotor.modes(RIGID)
+    for part in (modes.isel(mode=0), modes[["frequency"]], modes.drop_vars("whirl")):
+        assert repr(part).startswith("<xarray.")
+    assert repr(modes.drop_attrs()).startswith("rotor: natural frequencies")
+    assert repr(copy.deepcopy(modes)) == repr(modes.copy()) == repr(modes)
+    assert len(repr(modes.isel(mode=[0] * 1000)).splitlines()) < 40
+
+
+def test_python_and_the_command_line_show_the_same_table(tmp_path: Path) -> None:
+    ab.save_machine(DISCOIDAL, tmp_path / "m.toml")
+    said = CliRunner().invoke(app, ["eigenvalues", str(tmp_path / "m.toml"), "--speeds", "600:1200 rpm:7", "--csv"])
+    lines = list(csv.reader(said.stdout.splitlines()))
+    found = ab.stability.ranges(DISCOIDAL, ab.stability.eigenvalues(DISCOIDAL, "600:1200 rpm:7"))
+    head, *rows = repr(found).splitlines()[: 1 + found.sizes["range"]]
+    assert [cell.replace("[", "(").replace("]", ")") for cell in lines[0]] == [
+        part.strip() for part in head.split("  ") if part
+    ]
+    assert [row.split()[2] for row in rows] == [line[2] for line in lines[1:]] == ["unstable", "stable"]

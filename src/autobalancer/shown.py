@@ -5,11 +5,53 @@ from __future__ import annotations
 import math
 import re
 import textwrap
+import unicodedata
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from html import escape
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
+STEERING = ("Cc", "Zl", "Zp", "Cs")  # Unicode categories of what a terminal obeys or cannot show
+
+
+def printable(text: object) -> str:
+    """The text with control characters other than line ends written out, such as ``\\\\x1b``."""
+    return "".join(
+        sign if sign == "\n" or unicodedata.category(sign) not in STEERING else f"\\x{ord(sign):02x}"
+        for sign in str(text)
+    )
+
+
+@dataclass(frozen=True)
+class Column:
+    """Values of one column; ``wraps`` where they are texts that may be broken between words."""
+
+    head: str
+    values: Any  # a sequence or an array
+    unit: str = ""
+    form: str = ".5g"
+    wraps: bool = False
+
+    def cells(self) -> list[str]:
+        """The values as they are shown; what is not known is a dash."""
+        return [_shown(value, self.form) for value in self.values]
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it stands at the right."""
+        return not any(isinstance(value, str) for value in self.values)
+
+
+def _shown(value: Any, form: str) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        return printable(value)
+    number = float(value)
+    if math.isnan(number):
+        return "-"
+    return str(value) if isinstance(value, int) else format(number, form)
 
 
 def text_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -8,6 +8,7 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.measure_table import HERE, measured
+from autobalancer.results.measured import Measured
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import vibration
 from autobalancer.results.recorded import LAST, SETTLED, in_space, settling
@@ -157,7 +158,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 
 
 @of_a_run()
-def measures(run: xr.Dataset) -> xr.Dataset:
+def measures(run: xr.Dataset) -> Measured:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
     They are those of :data:`autobalancer.results.measure_table.MEASURES` for which the run kept the data: those over
@@ -181,7 +182,7 @@ def measures(run: xr.Dataset) -> xr.Dataset:
         begins = [begin for begin, _, _ in parts_between_jumps(run) if begin > 0.0]
         about = {"units": "s", "long_name": "time of a jump of the unbalance"}
         found = found.assign_coords(jump_time=("jump", begins, about))
-    return found
+    return Measured.of(found)
 
 
 def _per_ball(run: xr.Dataset, values: np.ndarray, text: str, unit: str) -> xr.DataArray:

@@ -15,6 +15,7 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.answers import Campbell
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
 from autobalancer.rotordynamics.modes import check_count
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, rotor_of
@@ -32,7 +33,7 @@ def campbell(
     modes: int = 10,
     harmonics: Sequence[float] = (1.0,),
     damped: bool = True,
-) -> xr.Dataset:
+) -> Campbell:
     """Natural frequencies over the speed; each branch is followed by its mode shape, also where it crosses another.
 
     Parameters
@@ -114,7 +115,7 @@ def campbell(
         "theory": "damped natural frequencies" if damped else "natural frequencies without damping",
         "harmonics": [float(h) for h in lines],
     }
-    return result
+    return Campbell.of(result)
 
 
 def checked_harmonics(harmonics: Sequence[float], owner: str) -> list[float]:

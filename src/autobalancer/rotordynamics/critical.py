@@ -19,6 +19,7 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.answers import CriticalSpeeds
 from autobalancer.rotordynamics.campbell import checked_harmonics, intersections
 from autobalancer.rotordynamics.eigenproblem import free_motions
 from autobalancer.rotordynamics.question import along_axis, attributes, rotor_of
@@ -38,7 +39,7 @@ def critical_speeds(
     highest: float | str | None = None,
     harmonics: Sequence[float] = (1.0,),
     damped: bool = False,
-) -> xr.Dataset:
+) -> CriticalSpeeds:
     """Speeds at which a free whirl has h times the speed of the rotor.
 
     Parameters
@@ -87,7 +88,7 @@ def critical_speeds(
     return _dataset(machine, model, found, balls, damped)
 
 
-def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, damped: bool) -> xr.Dataset:
+def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, damped: bool) -> CriticalSpeeds:
     axis = along_axis(machine, model)
     vectors = np.array([vector for *_, vector in found]).reshape(len(found), model.size)
     vectors = vectors / np.sqrt(np.einsum("ij,jk,ik->i", vectors.conj(), model.mass, vectors).real)[:, None]
@@ -105,7 +106,7 @@ def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, d
     result.attrs = attributes(machine, f"Critical speeds of {machine.name}", balls=balls) | {
         "theory": "damped natural frequencies" if damped else "natural frequencies without damping"
     }
-    return result
+    return CriticalSpeeds.of(result)
 
 
 def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], damped: bool) -> Found:

@@ -15,6 +15,7 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.answers import Modes
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
@@ -29,7 +30,7 @@ def eigenfrequencies(
     balls: bool = True,
     modes: int = 10,
     stations: Sequence[str | float] | None = None,
-) -> xr.Dataset:
+) -> Modes:
     """Damped and undamped natural frequencies of the rotor with mode shapes and whirl directions.
 
     Parameters
@@ -109,7 +110,7 @@ def eigenfrequencies(
         "decay_rates_without_frequency": (-every.real).tolist(),
         "x_and_y": "alike" if model.isotropic else "different",
     }
-    return result
+    return Modes.of(result)
 
 
 def check_count(count: int, owner: str) -> None:

@@ -13,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.answers import ResponsePeaks
 from autobalancer.rotordynamics.question import attributes, chosen_places, rotor_of
 from autobalancer.rotordynamics.response import UNITS, Quantity, amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
@@ -33,7 +34,7 @@ def response_peaks(
     measure: Measure = "mean_of_greatest",
     quantity: Quantity = "displacement",
     samples: int = 1000,
-) -> xr.Dataset:
+) -> ResponsePeaks:
     """Peaks of the response between two speeds, with damping; each is refined between the samples.
 
     Parameters
@@ -101,4 +102,4 @@ def response_peaks(
         "quantity": quantity,
         "stations": places.names,
     }
-    return result
+    return ResponsePeaks.of(result)

@@ -13,6 +13,7 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.answers import Response
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.smooth_speeds import smooth_speeds
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
@@ -34,7 +35,7 @@ def unbalance_response(
     ball_angles: Sequence[float | str] | None = None,
     quantity: Quantity = "displacement",
     smooth: bool = False,
-) -> xr.Dataset:
+) -> Response:
     """Steady response of the rotor to its unbalance over the speed.
 
     Parameters
@@ -98,7 +99,7 @@ def unbalance_response(
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    return found
+    return Response.of(found)
 
 
 def amplitudes(model: LateralModel, speeds: Floats, load: Load, places: Places) -> tuple[Complexes, Complexes]:

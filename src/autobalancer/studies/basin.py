@@ -7,13 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
+from autobalancer.results.ends import Ends
 from autobalancer.stability.basins.basin import planar_basin, unit_of_axis
 from autobalancer.stability.host.planar import STAND_IN
 from autobalancer.studies.random_starts import random_starts
@@ -33,7 +32,7 @@ def basin(
     tolerance: float = 1e-6,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
+) -> Ends:
     """Ends of a machine at a speed, from many starts.
 
     A planar rotor without gravity in the plane ends in states of rest and motions that have names. On all other machines,
@@ -108,7 +107,9 @@ def basin(
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
     named = isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0)
     if named and (chosen or acceleration is None):
-        return planar_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+        return Ends.of(
+            planar_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+        )
     if chosen:
         planar = isinstance(machine.rotor, PlanarRotor)
         why = "gravity in the plane" if planar else f"a rotor of kind {machine.rotor.kind!r}"
@@ -116,7 +117,7 @@ def basin(
             f"basin: axes are for planar rotors without gravity in the plane; this machine has {why}. Give a number of "
             f"random starts instead: random=100, or '--random 100'{'' if planar else f'; {STAND_IN}'}"
         )
-    return random_starts(machine, speed, random, workers=workers, progress=progress, **options)
+    return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
 
 
 def _plain(machine: Machine | ChamberMachine) -> Machine:

@@ -57,6 +57,7 @@ def modes(
     span = range_values("--speeds", speeds, "rad/s") if speeds else None
     described = load_machine(machine)
     answer: dict[str, Any]
+    found: Any
     if span is not None:
         found = diagram(described, span, balls=balls, modes=count)
         answer = {
@@ -74,9 +75,9 @@ def modes(
         print_json({"machine": str(machine), **answer})
         return
     if as_csv:
-        print_csv(_columns(answer, frequency_unit))
+        print_csv(_columns(found, frequency_unit))
         return
-    _print(described.name, answer, frequency_unit, None if span is None else float(span[-1]))
+    _print(found, described.name, answer, frequency_unit, None if span is None else float(span[-1]))
     files.say()
 
 
@@ -110,34 +111,24 @@ def _records(found: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[s
     return [{name: columns[name][i] for name in names} for i in range(found.sizes[dim])]
 
 
-def _columns(answer: dict[str, Any], frequency_unit: str) -> list[Column]:
+def _columns(found: Any, frequency_unit: str) -> list[Column]:
     """Modes, or of a Campbell diagram the frequency of each branch over the speed."""
-    from autobalancer.cli.terminal.sheet import Column
-    from autobalancer.cli.terminal.words import speed_number, speed_sign
-    from autobalancer.results.display_units import speed_axis
+    from autobalancer.cli.terminal.words import speed_sign
 
-    up = speed_axis(frequency_unit)
-    if "branches" in answer:
-        across = [float(speed_number(w, ".10g")) for w in answer["speed"]]
-        curves = zip(answer["branches"], answer["frequency"], strict=True)
-        frequencies = [Column(entry["name"], row * up.factor, up.sign) for entry, row in curves]
-        return [Column("speed", across, speed_sign()), *frequencies]
-    rows = answer["modes"]
-    return [
-        Column("mode", [entry["name"] for entry in rows], wraps=True),
-        Column("frequency", [entry["frequency"] * up.factor for entry in rows], up.sign),
-        Column("damping ratio", [100.0 * entry["damping_ratio"] for entry in rows], "%", ".3g"),
-        Column("whirl", [entry["whirl"] for entry in rows]),
-    ]
+    if "branch" not in found.dims:
+        return list(found.columns(frequency_unit))
+    curves = [found.isel(branch=i) for i in range(found.sizes["branch"])]
+    frequencies = [curve.scaled("frequency", str(curve["name"].item()), frequency_unit) for curve in curves]
+    return [found.scaled("speed", "speed", speed_sign()), *frequencies]
 
 
-def _print(name: str, answer: dict[str, Any], frequency_unit: str, up_to: float | None) -> None:
+def _print(found: Any, name: str, answer: dict[str, Any], frequency_unit: str, up_to: float | None) -> None:
     from autobalancer.cli.terminal.sheet import print_sheet
 
     if "modes" in answer:
         title = f"{name}: natural frequencies at {speed_text(answer['speed'])}"
         if answer["modes"]:
-            print_sheet(_columns(answer, frequency_unit), title)
+            print_sheet(_columns(found, frequency_unit), title)
         else:
             typer.echo(f"{title}: none, nothing oscillates")
     else:

@@ -10,7 +10,6 @@ import typer
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say
 
-HELD = "held by friction"
 WORST = {
     "vibration": "the greatest vibration,",
     "peak_deflection": "the greatest deflection on the way (all balance),",
@@ -49,7 +48,7 @@ def basin(
     from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
-    from autobalancer.cli.terminal.sheet import Column, print_sheet
+    from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.plots.stability.basins import plot_basin
     from autobalancer.results.verdict.rule import NO_VERDICT
@@ -82,11 +81,7 @@ def basin(
         drawn = {"seed": seed, "worst_start": _worst(found)} if random else {"overlapping_starts": overlapping}
         print_json({"machine": str(machine), "runs": runs, **drawn, "share": shares, **left})
         return
-    there = {name: 100.0 * share for name, share in shares.items() if share > 0.0}
-    columns = [Column("end", list(there)), Column("share", list(there.values()), "%", ".2f")]
-    if random:
-        for column, name in (("95 % from", "share_low"), ("95 % to", "share_high")):
-            columns.append(Column(column, [100.0 * float(found[name].sel(end=end)) for end in there], "%", ".2f"))
+    columns = found.columns(speed_unit)
     if as_csv:
         print_csv(columns)
         return
@@ -94,7 +89,7 @@ def basin(
     if random:
         say("95 %: the share of very many starts is in this interval with a probability of 95 %")
     say(_counted(runs, overlapping, seed if random else None))
-    for line in (*_lines(left, bool(there.get(HELD))), *([_worst_line(found)] if random else [])):
+    for line in (*found.left(), *([_worst_line(found)] if random else [])):
         say(line, indent="  ")
     changing = (
         "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
@@ -154,32 +149,6 @@ def _left(found: Any) -> dict[str, Any]:
             left[name] = dict(zip(quantiles, plain(f"{name}_quantile"), strict=True))
             left[f"{name}_without_balls"] = plain(f"{name}_without_balls")
     return left
-
-
-def _lines(left: dict[str, Any], held: bool) -> list[str]:
-    from autobalancer.results.number_text import length_text, moment_text
-
-    shares = left.get("verdict_share", {})
-    words = ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
-    lines = [f"verdict: {words}"] if words else []
-    if words and held:
-        where = "the balls rest where friction stops them, near balance or far from it; see the verdict"
-        lines.insert(0, f"{HELD}: {where}")
-    if left.get("moving_share", 0.0) > 0.0:
-        lines.append(f"balls still move at the end of {100 * left['moving_share']:.3g} % of the runs")
-    for name, text, key, whole in (
-        ("residual unbalance", moment_text, "residual_unbalance", "unbalance"),
-        ("deflection", length_text, "deflection", "deflection_without_balls"),
-        ("vibration", length_text, "vibration", "vibration_without_balls"),
-        ("greatest deflection on the way", length_text, "peak", "peak_without_balls"),
-    ):
-        middle, often, most = left.get(key, dict.fromkeys("abc", float("nan"))).values()
-        if middle == middle:
-            lines.append(
-                f"{name}, {left['released']}: median {text(middle)}, 95 % below {text(often)}, "
-                f"at most {text(most)}; without balls {text(left[whole])}"
-            )
-    return lines
 
 
 def _axis(option: str, text: str) -> tuple[str, list[float]]:

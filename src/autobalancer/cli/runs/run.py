@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Seed, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign
+from autobalancer.cli.terminal.words import note, say, speed_sign
 
 if TYPE_CHECKING:
-    from autobalancer.cli.terminal.sheet import Column
+    pass
 
 
 def run(
@@ -123,7 +123,7 @@ def run(
         }
         print_json(answer)
     elif as_csv:
-        print_csv(_columns(numbers))
+        print_csv(numbers.columns(speed_sign()))
     else:
         print_verdict(found, Console())
         for key in ("flow_text", "coincidence_text"):
@@ -139,31 +139,9 @@ def _measured(result: Any) -> Any:
     """The measures; none of a run that kept nothing, or ended at once."""
     from autobalancer.either_kind import measures
     from autobalancer.errors import QuestionError
+    from autobalancer.results.measured import Measured
 
     try:
         return measures(result)
     except QuestionError:
-        return {}
-
-
-def _shown(value: Any) -> tuple[list[float], str]:
-    """The numbers of a measure, and the unit in which they are shown."""
-    import numpy as np
-
-    from autobalancer.results.display_units import measure_unit
-
-    numbers = [float(number) for number in np.atleast_1d(value.values)]
-    if value.attrs["units"] == "rad/s":
-        return [float(speed_number(number, ".10g")) for number in numbers], speed_sign()
-    unit, factor = measure_unit(value.attrs["units"])
-    return [number * factor for number in numbers], unit
-
-
-def _columns(measured: Any) -> list[Column]:
-    """The measures as a table; several numbers of one measure, such as those of balls, are counted from 1."""
-    from autobalancer.cli.terminal.sheet import Column
-
-    parts = [(measured[name].attrs["long_name"], *_shown(measured[name])) for name in measured]
-    rows = [(text, i + 1, number, unit) for text, numbers, unit in parts for i, number in enumerate(numbers)]
-    heads = ("measure", "number", "value", "unit")
-    return [Column(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
+        return Measured()

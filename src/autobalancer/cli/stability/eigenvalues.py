@@ -9,13 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import speed_number, speed_sign
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
-
-    from autobalancer.cli.terminal.sheet import Column
 
 
 COUNT = 401  # speeds in a range that gives no count
@@ -89,7 +85,7 @@ def stability(
             }
         )
         return
-    table = _columns(located())
+    table = located().columns(speed_unit)
     if as_csv:
         print_csv(table)
         return
@@ -113,16 +109,3 @@ def _usual(machine: object) -> np.ndarray:
     # bending speeds far above all that the machine runs at say nothing
     reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
     return np.linspace(0.5 * min(critical), max(3.0 * max(reached), about.highest_speed or 0.0), COUNT)
-
-
-def _columns(ranges: xr.Dataset) -> list[Column]:
-    from autobalancer.cli.terminal.sheet import Column
-
-    low, high = ([float(speed_number(w, ".10g")) for w in ranges[name].values] for name in ("from_speed", "to_speed"))
-    return [
-        Column("from", low, speed_sign(), ".6g"),
-        Column("to", high, speed_sign(), ".6g"),
-        Column("state is", ranges["verdict"].values.tolist()),
-        Column("growth rate at most", ranges["growth_rate"].values.tolist(), "1/s", ".4g"),
-        Column("fastest growing motion", ranges["leading_motion"].values.tolist(), wraps=True),
-    ]

@@ -7,7 +7,7 @@ from typing import Any
 import rich.console
 from rich.text import Text
 
-from autobalancer.cli.terminal.printable import printable
+from autobalancer.shown import printable
 
 
 class Console(rich.console.Console):

@@ -11,8 +11,8 @@ import typer
 from typer.core import TyperGroup
 
 from autobalancer.cli.terminal.exit_codes import MEND, stop_code, stopped_like_ctrl_c
-from autobalancer.cli.terminal.printable import printable
 from autobalancer.errors import AutobalancerError, CacheWarning, DurationWarning, MachineError, RangeWarning
+from autobalancer.shown import printable
 
 NOTES = (RangeWarning, CacheWarning, DurationWarning)
 

@@ -7,34 +7,15 @@ import io
 import math
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from autobalancer.cli.terminal.printable import printable
 from autobalancer.cli.terminal.words import in_speed_unit
+from autobalancer.shown import Column, printable
+
+__all__ = ["Column", "Facts", "print_facts", "print_sheet", "sheet_csv"]
 
 LEAST = 18  # letters of a text that may be broken between words
 EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
-
-
-@dataclass(frozen=True)
-class Column:
-    """Values of one column; ``wraps`` where they are texts that may be broken between words."""
-
-    head: str
-    values: Any  # a sequence or an array
-    unit: str = ""
-    form: str = ".5g"
-    wraps: bool = False
-
-    def cells(self) -> list[str]:
-        """The values as they are shown; what is not known is a dash."""
-        return [_shown(value, self.form) for value in self.values]
-
-    @property
-    def numeric(self) -> bool:
-        """Whether it stands at the right."""
-        return not any(isinstance(value, str) for value in self.values)
 
 
 def sheet_csv(columns: Sequence[Column]) -> str:
@@ -148,17 +129,6 @@ def _table(block: list[tuple[Column, int]]) -> Any:
     for row in zip(*(column.cells() for column, _ in block), strict=True):
         table.add_row(*map(Text, row))
     return table
-
-
-def _shown(value: Any, form: str) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool) or not hasattr(value, "__float__"):
-        return printable(value)
-    number = float(value)
-    if math.isnan(number):
-        return "-"
-    return str(value) if isinstance(value, int) else format(number, form)
 
 
 def _plain(value: Any) -> str:

@@ -57,7 +57,7 @@ def say(text: str, indent: str = "", first: str = "") -> None:
     import typer
 
     from autobalancer.cli.terminal.console import Console
-    from autobalancer.cli.terminal.printable import printable
+    from autobalancer.shown import printable
 
     for line in printable(in_speed_unit(text)).splitlines() or [""]:
         width = max(Console().width, 40)

@@ -17,6 +17,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Complexes, plane
 from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.states.answers import Eigenvalues, Equilibria
 from autobalancer.stability.states.described import why_no_state
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.floquet import exponents_of
@@ -33,7 +34,7 @@ PERIODIC = "periodic state: see the Floquet multipliers"
 
 def equilibria(
     machine: Machine | str | Path, speed: float | str, *, unbalance: complex | float | str | None = None
-) -> xr.Dataset:
+) -> Equilibria:
     """All states in which the balls rest in the rotor at a constant speed, with their stability.
 
     Parameters
@@ -103,7 +104,7 @@ def equilibria(
     verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
     found["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
     found.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
-    return found
+    return Equilibria.of(found)
 
 
 def eigenvalues(
@@ -114,7 +115,7 @@ def eigenvalues(
     outward: int | None = None,
     unbalance: complex | float | str | None = None,
     progress: Progress | None = None,
-) -> xr.Dataset:
+) -> Eigenvalues:
     """Eigenvalues of one kind of steady state over the speed.
 
     Parameters
@@ -181,7 +182,7 @@ def eigenvalues(
         result["deflection_at_station"] = (("speed", "station"), whirl, {"long_name": "deflection", "units": "m"})
     extra = {"state": state, "speeds_without_state": missing, "title": f"Stability of {machine.name}, {state}"}
     result.attrs = _attributes(machine, st) | extra
-    return result
+    return Eigenvalues.of(result)
 
 
 def host_of(machine: Machine, unbalance: complex | float | None) -> Stations:

@@ -6,12 +6,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.stability.states.answers import Ranges, ranges_from, verdict_rows
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.units import unbalance_argument
 
@@ -20,7 +20,7 @@ CLOSE = 1e-7  # of a speed: how closely a change of the verdict is located
 
 def stability_ranges(
     machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None
-) -> xr.Dataset:
+) -> Ranges:
     """Ranges of speed in which a state keeps its verdict.
 
     Parameters
@@ -40,31 +40,12 @@ def stability_ranges(
         ``found`` (1/s), and the ``leading_motion`` there.
     """
     machine, unbalance = balls_in_races(machine), unbalance_argument(unbalance)
-    speeds, rates, verdicts, motions = (
-        found[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
-    )
-    missing = np.asarray(found.attrs["speeds_without_state"], np.float64)
-    rows: list[list[Any]] = []
-    for i, speed in enumerate(speeds):
-        gap = i > 0 and bool(np.any((missing > speeds[i - 1]) & (missing < speed)))
-        if not rows or gap or verdicts[i] != rows[-1][2]:
-            rows.append([speed, speed, verdicts[i], rates[i], motions[i], gap])
-        else:
-            rows[-1][1] = speed
-            if rates[i] > rows[-1][3]:
-                rows[-1][3:5] = rates[i], motions[i]
+    rows = verdict_rows(found)
     for left, right in pairwise(rows):
         change = None if right[5] else _change(machine, found.attrs["state"], unbalance, left, right)
         if change is not None:
             left[1] = right[0] = change
-    names = ("from_speed", "to_speed", "verdict", "growth_rate", "leading_motion")
-    units = ("rad/s", "rad/s", "", "1/s", "")
-    return xr.Dataset(
-        {
-            name: ("range", [row[k] for row in rows], {"long_name": name.replace("_", " "), "units": unit})
-            for k, (name, unit) in enumerate(zip(names, units, strict=True))
-        }
-    )
+    return ranges_from(rows)
 
 
 def _change(

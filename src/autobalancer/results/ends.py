@@ -1,0 +1,68 @@
+"""The ends of runs from many starts as a table: how often each one comes, and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from autobalancer.results.answer import Answer
+from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.shown import Column, rpm_and_si
+
+LEFT = (  # variable, what it is called, how it is written, the value without balls
+    ("residual_quantile", "residual unbalance", moment_text, "unbalance"),
+    ("deflection_quantile", "deflection", length_text, "deflection_without_balls"),
+    ("vibration_quantile", "vibration", length_text, "vibration_without_balls"),
+    ("peak_quantile", "greatest deflection on the way", length_text, "peak_without_balls"),
+)
+
+HELD = "held by friction"
+
+
+class Ends(Answer):
+    """Ends of a machine at a speed, from many starts."""
+
+    __slots__ = ()
+    row_of, needed = "end", ("share",)
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The ends that came, their shares, and of random starts the intervals of these."""
+        there = self.isel(end=np.flatnonzero(self["share"].values > 0.0))
+        found = [Column("end", [str(end) for end in there["end"].values])]
+        for name, head in (("share", "share"), ("share_low", "95 % from"), ("share_high", "95 % to")):
+            if name in there:
+                found.append(Column(head, 100.0 * there[name].values, "%", ".2f"))
+        return found
+
+    def heading(self) -> str:
+        """Whose they are, and at which speed."""
+        starts = int(self["state"].size)
+        return f"{self.attrs.get('machine_name', 'machine')}: ends of {starts} starts at {rpm_and_si(float(self.attrs['speed']))}"
+
+    def remarks(self) -> Sequence[str]:
+        """Which verdicts they had, and what they leave."""
+        return list(self.left())
+
+    def left(self) -> Iterator[str]:
+        """Verdicts, balls that move, and quantiles of what the ends leave, a sentence each."""
+        if "verdict_share" in self:
+            shares = zip(self["verdict"].values, self["verdict_share"].values, strict=True)
+            if self._held():
+                yield f"{HELD}: the balls rest where friction stops them, near balance or far from it; see the verdict"
+            yield "verdict: " + ", ".join(f"{word} {100.0 * share:.3g} %" for word, share in shares if share > 0.0)
+        if "moving_share" in self and float(self["moving_share"]) > 0.0:
+            yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs"
+        for name, text, written, whole in LEFT:
+            if name in self and np.isfinite(self[name].values[0]):
+                middle, often, most = map(written, self[name].values)
+                how = self.attrs.get("released", "released")
+                beside = f"without balls {written(float(self[whole]))}"
+                yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}"
+
+    def _held(self) -> bool:
+        return HELD in self["end"].values and float(self["share"].sel(end=HELD)) > 0.0
+
+    def has_table(self) -> bool:
+        """The states must be there too."""
+        return super().has_table() and "state" in self and "speed" in self.attrs
