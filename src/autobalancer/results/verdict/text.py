@@ -49,7 +49,7 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         couple = f"{couple_text(found.couple_residual)} of {couple_text(found.couple_unbalance)}"
         rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
     for number, place in enumerate(found.places):
-        text = f"{length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
+        text = f"at most {length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
         rows.append(
             ("vibration" if not number else "", f"{place.name}: {text}{_without(place.without_balls, length_text)}")
         )
