@@ -158,6 +158,12 @@ def tilted(**top: Any) -> Machine:
     return tilting(isotropic=True, damping=0.0, beta=0.0, balancers=planes, **top)
 
 
+def test_check_says_where_the_own_inertia_of_a_pendulum_is_left_out() -> None:
+    left = {form: " ".join(ab.check(tilted(tilting_races=form)).warnings) for form in ("full", "deflection")}
+    assert "0.31 of m eps^2" in left["full"]  # 4e-5 / (0.02 * 0.08^2)
+    assert "eps^2" not in left["deflection"]
+
+
 def test_curves_of_states_see_the_equations_of_bodies_that_tilt_with_their_race() -> None:
     """The vector field from which eigenvalues and branches follow, at random states."""
     drive = {"kind": "speed", "profile": {"kind": "constant", "speed": SPINNING}}
@@ -401,6 +407,14 @@ def test_another_mass_of_a_body_changes_curves_of_states_as_it_changes_the_machi
     np.testing.assert_allclose(quick.inertia, slow.inertia, rtol=1e-13)
     own = 4e-6 if name == "pendulums" else 0.5 * 9e-3 * 0.07695**2
     np.testing.assert_allclose(slow.inertia, 9e-3 * 0.07695**2 + own, rtol=1e-12)
+
+
+def test_a_roller_in_oil_loses_the_oil_it_displaces_and_moves_some_of_it() -> None:
+    solid = {key: value for key, value in RING.items() if key != "inner_diameter"}
+    (ball,) = resolve(machine(race(solid, fluid={**FLUID, "virtual_mass": 1.5})))
+    volume = 0.25 * np.pi * 0.012**2 * 0.015
+    assert ball.effective_mass == pytest.approx((7800.0 - 900.0) * volume, rel=1e-12)
+    assert ball.inertia == pytest.approx((1.5 * 7800.0 + 1.5 * 900.0) * volume * 0.08**2, rel=1e-12)
 
 
 def test_a_roller_of_another_diameter_has_its_length_and_material_and_a_pendulum_is_refused() -> None:

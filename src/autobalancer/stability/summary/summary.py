@@ -30,6 +30,7 @@ from autobalancer.stability.summary.rows import SpeedText, summary_rows
 from autobalancer.stability.summary.service import Service, service_of
 
 ABOVE = 1.05  # of the highest border speed: where balls that settle are held least
+SMALL = 0.01  # share of the own inertia of a pendulum below which nobody needs to know of it
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         highest_speed=highest,
         warnings=input_notes(machine, None if machine.run is None else float(machine.run.duration))
         + _gravity_note(machine)
+        + _pendulum_note(machine, balls)
         + _warnings(
             unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
@@ -195,6 +197,17 @@ def _race(balls: list[Ball]) -> RaceSummary:
         capability=race_capability(balls),
         drag=tuple(sorted({ball.drag for ball in balls})),
         bodies=balls[0].body if len({ball.body for ball in balls}) == 1 else "ball",
+    )
+
+
+def _pendulum_note(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
+    """That the own inertia of pendulums is left out where it counts."""
+    share = max((ball.spin_ratio for ball in balls if ball.body == "pendulum"), default=0.0)
+    if machine.tilting_races != "full" or share < SMALL:
+        return ()
+    return (
+        f"the inertia of a pendulum about its own center is {share:.2g} of m eps^2; it turns with the pendulum but is left out "
+        "where the race tilts (tilting_races = 'full')",
     )
 
 
