@@ -133,6 +133,8 @@ NAMES: dict[str, dict[str, str]] = {
     "flow": {
         "annulus_flow": "flow.question",
         "Annulus": "flow.annulus",
+        "ball_drag": "flow.ball.question",
+        "Channel": "flow.ball.channel",
         "Walls": "flow.annulus",
         "annulus_of": "flow.annulus",
         "recorded_speed": "flow.speed",
@@ -208,7 +210,7 @@ ABOUT = {
     "catalog": "Bearings, fluids, ball materials and typical friction, each with its source.",
     "stability": "From which speed on the balancer works, how sure that is, and what happens otherwise.",
     "rotor": "The rotor itself: modes, critical speeds, responses, and which rotor has measured ones.",
-    "flow": "The fluid in a race that turns with the rotor, not disturbed by the balls.",
+    "flow": "The fluid in a race that turns with the rotor, and the drag on a ball in it.",
     "chamber": "Deep chambers: archives of runs, studies over ball number and friction, measures of their own.",
     "measure": "From measured data to numbers: receptances, decays, ball angles, drag and rolling resistance.",
     "laws": "Closed formulas on plain numbers, each with its source.",

@@ -3,6 +3,8 @@
 from autobalancer.flow.annulus import Annulus as Annulus
 from autobalancer.flow.annulus import Walls as Walls
 from autobalancer.flow.annulus import annulus_of as annulus_of
+from autobalancer.flow.ball.channel import Channel as Channel
+from autobalancer.flow.ball.question import ball_drag as ball_drag
 from autobalancer.flow.question import annulus_flow as annulus_flow
 from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
 from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
@@ -12,11 +14,13 @@ from autobalancer.flow.spinning_up import spin_up as spin_up
 
 __all__ = [
     "Annulus",
+    "Channel",
     "RelaxationModes",
     "SpinUp",
     "Walls",
     "annulus_flow",
     "annulus_of",
+    "ball_drag",
     "recorded_speed",
     "relaxation_modes",
     "spin_up",

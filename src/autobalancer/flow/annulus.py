@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,8 +111,35 @@ class Walls:
         return g
 
 
+class RaceWalls(NamedTuple):
+    """Radii of the walls of a race, its height, the orbit of its balls and the diameter of the largest of them, m."""
+
+    inner: float
+    outer: float
+    height: float
+    orbit_radius: float
+    ball_diameter: float
+
+
 def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
-    """The annulus of the ``race`` of a ``balancer`` of ``machine``, both counted from 1.
+    """The annulus of the ``race`` of a ``balancer`` of ``machine``, both counted from 1; see :func:`walls_of`.
+
+    Raises
+    ------
+    MachineError
+        If the race lacks width, height, fluid or the size of its balls, or if the gap is negative.
+    QuestionError
+        If there is no such race.
+    """
+    walls = walls_of(machine, balancer, race)
+    fluid = machine.balancers[balancer - 1].races[race - 1].fluid
+    if fluid is None:
+        raise MachineError(f"balancers[{balancer}].races[{race}].fluid: missing; the flow in the race needs it")
+    return Annulus(*walls[:4], *reversed(fluid_numbers(fluid)))
+
+
+def walls_of(machine: Machine, balancer: int = 1, race: int = 1) -> RaceWalls:
+    """The walls of the ``race`` of a ``balancer`` of ``machine``, both counted from 1.
 
     ``width`` of a race is the radial distance of its walls, ``height`` that along the axis (Spannan 2021, table 6.2).
     The balls touch the outer wall, so b = orbit radius + ball radius and a = b - width; the gap between ball and inner
@@ -120,7 +148,7 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
     Raises
     ------
     MachineError
-        If the race lacks width, height, fluid or the size of its balls, or if the gap is negative.
+        If the race lacks width, height or the size of its balls, or if the gap is negative.
     QuestionError
         If there is no such race.
     """
@@ -132,8 +160,8 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
             raise QuestionError(f"{name}: given {number}; there are {size}, counted from 1")
     part = machine.balancers[balancer - 1].races[race - 1]
     where = f"balancers[{balancer}].races[{race}]"
-    if part.width is None or part.height is None or part.fluid is None:
-        lacking = next(key for key in ("width", "height", "fluid") if getattr(part, key) is None)
+    if part.width is None or part.height is None:
+        lacking = next(key for key in ("width", "height") if getattr(part, key) is None)
         raise MachineError(f"{where}.{lacking}: missing; the flow in the race needs it")
     balls = [ball for ball in resolve(machine) if (ball.balancer, ball.race) == (balancer - 1, race - 1)]
     largest = max(balls, key=lambda ball: ball.diameter)
@@ -154,8 +182,7 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
             f"{where}.width: given {_mm(part.width)}, but the outer wall is at {_mm(outer)}; must be smaller, because "
             "an annulus has an inner wall"
         )
-    density, viscosity = fluid_numbers(part.fluid)
-    return Annulus(inner, outer, float(part.height), largest.orbit_radius, viscosity, density)
+    return RaceWalls(inner, outer, float(part.height), largest.orbit_radius, largest.diameter)
 
 
 def _mm(length: float) -> str:

@@ -1,0 +1,169 @@
+"""The drag of one ball in its race."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
+from autobalancer.flow.ball.channel import Channel, channel_of
+from autobalancer.flow.ball.forces import ball_forces
+from autobalancer.flow.ball.mesh import Fineness, Shape, expect
+from autobalancer.flow.ball.result import Solved, drag_dataset
+from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
+from autobalancer.units import argument, list_argument
+
+Progress = Callable[[float, float], None]
+MESH_GAP = 0.02
+"""Gap in ball radii down to which a mesh is used; the theory of thin films is 0.5 % off there."""
+HIGHEST = 300.0  # Reynolds number; a free sphere sheds vortices from about 270 on
+
+
+@shows_progress
+def ball_drag(
+    chamber: Channel | Machine | str | Path,
+    reynolds: Sequence[float] = (0.0, 3.0, 10.0, 30.0, 100.0),
+    *,
+    gap: float | str,
+    motion: str | float = "rolling",
+    mesh_gap: float | None = None,
+    fineness: float = 1.0,
+    balancer: int = 1,
+    race: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Drag of a ball that moves along its race, from the equations of the fluid by finite elements.
+
+    The flow is steady in the frame of the ball and symmetric to mid-height; the walls and the fluid far away move with one
+    speed, except for the flow that balls drive around a closed race. The ball keeps its place in space: forces of Coriolis, which
+    a fast orbit adds, are left out.
+
+    Parameters
+    ----------
+    chamber
+        A channel, or a machine or the path of its file, of which ``balancer`` and ``race`` (from 1) are taken.
+    reynolds
+        Reynolds numbers, speed of the ball along the walls times its diameter over the kinematic viscosity; ascending, from 0
+        (no inertia of the fluid) to 300.
+    gap
+        Between ball and outer wall, m: what their roughness leaves, such as ``"1 um"``. The drag grows with the logarithm of its
+        inverse.
+    motion
+        ``"rolling"`` on the outer wall, ``"sliding"`` without turning, or the share of rolling.
+    mesh_gap
+        Gap of the mesh in ball radii, by default 0.02 or ``gap`` if that is wider. Narrower gaps follow by the theory of thin
+        films.
+    fineness
+        2 halves all elements. The dataset says how much the drag differs with a coarser mesh.
+    progress
+        Called with the number of flows solved and their count.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``reynolds``: ``drag_coefficient`` and ``cd_re`` of what has to push the ball, ``force``, ``torque`` and ``lift`` of
+        the fluid, ``through_flow``; over ``(x, y)`` the velocity in the plane of the ball centers, at the last Reynolds number.
+        ``attrs["drag"]`` is the table as a line of a machine file.
+
+    Raises
+    ------
+    MachineError
+        If the race lacks width or height, or the ball does not fit.
+    QuestionError
+        If a number is out of range, the mesh cannot resolve the gap, no steady flow is found, or gmsh or scikit-fem is not
+        installed.
+    """
+    from autobalancer.flow.ball.inertia import flow_with_inertia
+    from autobalancer.flow.ball.slow import slow_flow
+    from autobalancer.flow.ball.spaces import spaces
+
+    channel, name = _channel(chamber, balancer, race)
+    numbers, share = _reynolds(reynolds), _share(motion)
+    narrow = argument("gap", gap, "m") / channel.ball_radius
+    shape = shape_of(channel, _mesh_gap(narrow, mesh_gap, channel), numbers[-1])
+    sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(_fineness(fineness))
+    expect(shape, sizes)
+    report = progress or (lambda done, total: None)
+    total = len(numbers) + 1.0
+    coarse = spaces(shape, sizes.finer(1.0 / 1.5))
+    check = ball_forces(slow_flow(coarse, share * coarse.rolling))
+    report(1.0, total)
+    fine = spaces(shape, sizes)
+    flow = slow_flow(fine, share * fine.rolling)
+    slow, flows = ball_forces(flow), []
+    for done, number in enumerate(numbers):
+        flow = flow_with_inertia(flow, number) if number > 0.0 else flow
+        flows.append((ball_forces(flow), flow.through))
+        report(done + 2.0, total)
+    error = abs((check.along + share * check.torque) / (slow.along + share * slow.torque) - 1.0)
+    return drag_dataset(channel, name, Solved(numbers, flows, flow, share, min(narrow, shape.gap), error))
+
+
+def shape_of(channel: Channel, gap: float, reynolds: float) -> Shape:
+    """The channel in ball radii, long enough for the wake."""
+    radius = channel.ball_radius
+    width, height = channel.width / radius, channel.height / radius
+    ahead = 1.0 + 1.8 * max(width, height)
+    behind = ahead + 0.5 * reynolds / (math.pi**2 * (width**-2 + height**-2))
+    shape = Shape(width, height, gap, ahead, behind, channel.orbit_radius / radius)
+    whole = min(channel.length_per_ball / radius, 0.9 * 2.0 * math.pi * shape.orbit)
+    if ahead + behind > whole:
+        shape = replace(shape, ahead=min(ahead, 0.5 * whole), behind=whole - min(ahead, 0.5 * whole))
+    return replace(shape, rest=channel.length_per_ball / radius - shape.ahead - shape.behind)
+
+
+def _channel(chamber: Channel | Machine | str | Path, balancer: int, race: int) -> tuple[Channel, str]:
+    if isinstance(chamber, Channel):
+        return chamber, "a channel"
+    machine = balls_in_races(chamber)
+    return channel_of(machine, balancer, race), machine.name
+
+
+def _reynolds(given: Sequence[float]) -> list[float]:
+    numbers = list_argument("reynolds", given, "1")
+    if not numbers or not all(0.0 <= number <= HIGHEST for number in numbers) or (np.diff(numbers) <= 0.0).any():
+        raise QuestionError(
+            f"reynolds: given {', '.join(f'{n:g}' for n in numbers) or 'nothing'}; must be ascending numbers from 0 to "
+            f"{HIGHEST:g}, because faster flow is not steady"
+        )
+    return numbers
+
+
+def _share(motion: str | float) -> float:
+    known = {"rolling": 1.0, "sliding": 0.0}
+    if isinstance(motion, str) and motion not in known:
+        raise QuestionError(
+            f"motion: given {motion!r}; must be 'rolling', 'sliding' or the share of rolling, such as 0.5"
+        )
+    share = known[motion] if isinstance(motion, str) else float(motion)
+    if not math.isfinite(share):
+        raise QuestionError(f"motion: given {share:g}; must be a finite share of rolling, 1 if the ball does not slip")
+    return share
+
+
+def _fineness(given: float) -> float:
+    if not 0.5 <= given <= 4.0:
+        raise QuestionError(f"fineness: given {given:g}; must be between 0.5 and 4")
+    return float(given)
+
+
+def _mesh_gap(narrow: float, mesh_gap: float | None, channel: Channel) -> float:
+    room = channel.width / channel.ball_radius - 2.0
+    if not 0.0 < narrow < room:
+        raise QuestionError(
+            f"gap: given {1e3 * narrow * channel.ball_radius:.4g} mm; must be positive, and smaller than the play of the ball "
+            f"between the walls, {1e3 * room * channel.ball_radius:.4g} mm"
+        )
+    found = max(narrow, min(MESH_GAP, 0.5 * room)) if mesh_gap is None else float(mesh_gap)
+    if not (math.isfinite(found) and narrow <= found * (1.0 + 1e-9) and found < room):
+        raise QuestionError(
+            f"mesh_gap: given {found:g} ball radii; must be at least the gap, {narrow:.3g}, and less than the play, {room:.3g}"
+        )
+    return found
