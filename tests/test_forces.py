@@ -12,10 +12,11 @@ from tests.references.resolved import Bodies, free
 from tests.references.resolved import run as run_resolved
 from tests.references.runs import states_at
 from tests.references.spatial import split
-from tests.references.spatial_machines import states_of, tilting
+from tests.references.spatial_machines import rates, states_of, tilting
 from tests.references.spatial_races import SpatialRaces
 
 import autobalancer as ab
+from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
@@ -69,6 +70,7 @@ def test_springs_along_the_race_keep_the_energy_of_a_planar_rotor_that_spins_fre
     np.testing.assert_allclose(momentum, momentum[0], rtol=1e-10)  # they turn balls and rotor against each other
 
 
+@pytest.mark.slow  # computer algebra for the reference
 def test_springs_keep_the_energy_of_a_tilting_rotor_whose_races_are_not_round() -> None:
     """Rods feel the waves of the race, springs along it do not."""
     waves = [{"order": k, "amplitude": a, "angle": 0.7 * k} for k, a in ((1, 6e-4), (2, 1e-3))]
@@ -90,6 +92,21 @@ def test_springs_keep_the_energy_of_a_tilting_rotor_whose_races_are_not_round() 
             stored += 0.5 * ROD["stiffness"] * (away - ROD["free_length"]) ** 2  # type: ignore[operator]
     assert np.ptp(stored) > 0.01
     np.testing.assert_allclose(without + stored, without[0] + stored[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("real", [False, True])
+def test_all_equations_of_guided_balls_give_forces_the_same_effect(real: bool) -> None:
+    """Those of any rotor, with smooth and with real races, as the fast path of planar rotors."""
+    machine = planar([ALONG, ROD])
+    fast = assemble(machine, rotating=False)
+    if real:
+        wave = [{"order": 2, "amplitude": 0.0}]
+        machine = ab.with_parameter(machine, "balancers[1].races[1].harmonics", wave)
+    slow = assemble(machine, rotating=False, general=True)
+    assert (fast.model.name, slow.model.name) == ("PLANAR", "ROUGH" if real else "GUIDED")
+    state = fast.state + 1e-3 * np.sin(np.arange(fast.state.size))
+    np.testing.assert_allclose(rates(slow, 0.0, state), rates(fast, 0.0, state), rtol=1e-11, atol=1e-9)
+    assert np.abs(rates(assemble(planar([]), rotating=False), 0.0, state) - rates(fast, 0.0, state)).max() > 1.0
 
 
 def test_springs_keep_the_energy_and_the_angular_momentum_of_balls_that_bounce() -> None:
@@ -177,6 +194,157 @@ def test_a_resolved_ball_on_a_rod_leaves_the_wall_below_its_speed_and_hovers() -
     assert 0.05 < expected < 0.095
     found = np.hypot(run.ball_x - run.x, run.ball_y - run.y).values[-1]
     np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+HEAVY = {"mass": 1e4, "stiffness": 6e9, "damping": 80.0}
+
+
+def still(race: dict[str, Any], speed: float, **top: Any) -> Machine:
+    """A rotor that nothing moves, at one speed."""
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}
+    data = {"name": "still", "axis": "vertical", "rotor": HEAVY, "balancers": [{"races": [race]}], "drive": drive}
+    return Machine(**(data | top))
+
+
+def chamber(force: dict[str, Any], gap: float) -> dict[str, Any]:
+    """Two opposite balls between an inner wall, where their centers are at 0.08 m, and an outer one, at 0.1 m."""
+    return {
+        "race_radius": 0.105,
+        "width": 0.03,
+        "drag": {"law": "beta", "beta": 1e-3},
+        "resolved": {
+            "stiffness": 1e5,
+            "restitution": 0.3,
+            "sliding_friction": 0.1,
+            "slip_speed": 0.01,
+            "start_gap": gap,
+        },
+        "forces": force,
+        "balls": [{"diameter": 0.01, "mass": 0.004, "count": 2, "start_angles": [0.0, np.pi]}],
+    }
+
+
+def radii(run: Any) -> Any:
+    """Of the ball centers in the race, (time, ball)."""
+    return np.hypot(run.ball_x - run.x, run.ball_y - run.y).values
+
+
+MAGNETS = {"kind": "magnets", "force_at_contact": 2.0, "reach": 3e-3, "radius": 0.075}
+
+
+@pytest.mark.parametrize("share", [0.995, 1.005])
+def test_magnets_on_the_inner_wall_release_balls_where_the_centrifugal_force_is_greater(share: float) -> None:
+    """m r w^2 = force at contact, with the ball center at r on the inner wall; the ball then runs to the outer wall."""
+    speed = share * np.sqrt(2.0 / (0.004 * 0.08))
+    run = ab.simulate(still(chamber(MAGNETS, 0.02), speed), duration=0.5)
+    np.testing.assert_allclose(radii(run)[-1], 0.08 if share < 1.0 else 0.1, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_magnets_draw_balls_back_from_the_outer_wall_below_a_lower_speed_only(share: float) -> None:
+    speed = share * np.sqrt(2.0 * np.exp(-0.02 / 3e-3) / (0.004 * 0.1))
+    run = ab.simulate(still(chamber(MAGNETS, 0.0), speed), duration=10.0)
+    np.testing.assert_allclose(radii(run)[-1], 0.08 if share < 1.0 else 0.1, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+@pytest.mark.parametrize("radius", [0.08, 0.1])
+def test_balls_climb_an_inclined_race_and_come_back_where_weight_and_centrifugal_force_balance(
+    radius: float, share: float
+) -> None:
+    """w^2 = g tan(incline)/r: of the inner radius for balls at rest there, of the outer one for those that are up."""
+    incline = {"kind": "inclined_race", "incline": "30 deg"}
+    speed = share * np.sqrt(9.80665 * np.tan(np.pi / 6.0) / radius)
+    run = ab.simulate(still(chamber(incline, 0.1 - radius), speed), duration=4.0)
+    np.testing.assert_allclose(radii(run)[-1], 0.08 if share < 1.0 else 0.1, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", [0.97, 1.03])
+def test_pins_hold_balls_until_the_whirl_of_the_rotor_pulls_harder_than_what_is_left_of_their_hold(
+    share: float,
+) -> None:
+    """m w^2 X = hold (1 - w^2/w_r^2), with the deflection X = U w^2/(k - M w^2) at a right angle to the balls."""
+    stiffness, mass, moment, hold, release = 1e6, 100.02, 0.01, 1e-3, 80.0
+    pins = {"kind": "pins", "count": 2, "angle": "90 deg", "hold": hold, "reach": "2 mm", "release_speed": release}
+    race = {
+        "orbit_radius": 0.1,
+        "coincidence": True,
+        "drag": {"law": "beta", "beta": 5e-3},
+        "forces": pins,
+        "balls": [{"mass": 0.01, "motion": "point", "count": 2, "start_angles": ["90 deg", "-90 deg"]}],
+    }
+
+    def deflection(w: float) -> float:
+        return moment * w**2 / (stiffness - mass * w**2)
+
+    breaks = brentq(lambda w: 0.01 * w**2 * deflection(w) - hold * (1.0 - (w / release) ** 2), 10.0, 79.0)
+    speed = share * breaks
+    machine = still(
+        race,
+        speed,
+        rotor={"mass": 100.0, "stiffness": stiffness, "damping": 0.0},
+        unbalances=[{"moment": moment}],
+        start={"deflection": [deflection(speed), 0.0], "velocity": [0.0, speed * deflection(speed)]},
+    )
+    run = ab.simulate(machine, duration=30.0, mass_spread=0.0)
+    moved = 0.1 * np.abs(np.abs(run.ball_angle_in_rotor.values[-1]) - 0.5 * np.pi)
+    assert (moved < 2e-3).all() if share < 1.0 else (moved > 1e-2).all()
+
+
+def test_pins_do_nothing_from_their_release_speed_on() -> None:
+    runs = []
+    for force in ([], {"kind": "pins", "count": 3, "hold": 5.0, "reach": 1e-3, "release_speed": 59.0}):
+        machine = planar(force, drive={"kind": "speed", "profile": {"kind": "constant", "speed": 60.0}}, start={})
+        runs.append(ab.simulate(machine, duration=0.3).ball_angle_in_rotor.values)
+    np.testing.assert_array_equal(*runs)
+
+
+def test_two_magnetized_balls_at_the_bottom_rest_where_weight_and_repulsion_balance() -> None:
+    """m g eps sin a = F eps cos a with F = 3 mu_0 M^2/(4 pi d^4) at the distance d = 2 eps sin a."""
+    race = {
+        "coincidence": True,
+        "orbit_radius": 0.1,
+        "drag": {"law": "beta", "beta": 3e-4},
+        "forces": {"kind": "repelling_balls", "moment": 2.0},
+        "balls": [{"mass": 0.05, "motion": "point", "count": 2, "start_angles": [-2.0, -1.0]}],
+    }
+    machine = still(race, 0.0, axis="horizontal", gravity=9.81)
+    run = ab.simulate(machine, duration=60.0, mass_spread=0.0)
+
+    def pushed(a: float) -> float:
+        return 3e-7 * 4.0 / (0.2 * np.sin(a)) ** 4
+
+    away = brentq(lambda a: 0.05 * 9.81 * np.sin(a) - pushed(a) * np.cos(a), 0.01, 1.5, xtol=1e-14)
+    assert 0.2 < away < 1.2
+    np.testing.assert_allclose(
+        run.ball_angle_in_rotor.values[-1], -0.5 * np.pi + np.array([-away, away]), rtol=0.0, atol=1e-7
+    )
+
+
+def test_the_energy_of_magnets_and_magnetized_balls_is_in_the_file_and_completes_that_of_the_machine() -> None:
+    poles = {"kind": "magnets", "force_at_contact": 3.0, "reach": 0.01, "radius": 0.085, "count": 5, "angle": 0.2}
+    machine = planar([poles, {"kind": "repelling_balls", "moment": 3.0}])
+    times = np.linspace(0.0, 2.0, 41)
+    states, reference = states_at(machine, times), lagrange.planar(machine)
+    without = np.array([reference.energy(t, *reference.split(y)) for t, y in zip(times, states, strict=True)])
+    place = 0.1 * np.exp(1j * states[:, 6:9])
+    pole = 0.085 * np.exp(1j * (0.2 + TURN / 5.0 * np.arange(5)))
+    stored = -3.0 * 0.01 * np.exp((0.005 - np.abs(place[:, :, None] - pole)) / 0.01).sum(axis=(1, 2))
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        stored += 1e-7 * 9.0 / np.abs(place[:, i] - place[:, j]) ** 3
+    assert np.ptp(stored) > 0.02
+    np.testing.assert_allclose(without + stored, without[0] + stored[0], rtol=1e-9)
+    run = ab.simulate(machine, duration=2.0, save=ab.SampleTimes(times.tolist()), tolerance=1e-12, mass_spread=0.0)
+    np.testing.assert_allclose(run.force_energy, stored, rtol=1e-6)
+    assert run.force_energy.attrs["units"] == "J"
+
+
+def test_an_inclined_race_is_refused_where_nothing_can_climb() -> None:
+    incline = {"kind": "inclined_race", "incline": "30 deg"}
+    with pytest.raises(ValueError, match=r"forces\[1\]: guided balls cannot climb; make them 'resolved'"):
+        planar(incline)
+    with pytest.raises(ValueError, match=r"forces\[1\]: its force is the weight along the axis"):
+        still(chamber(incline, 0.0), 10.0, axis="horizontal")
 
 
 def test_forces_are_keys_with_paths_and_survive_a_file() -> None:

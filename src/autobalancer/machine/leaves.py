@@ -16,7 +16,8 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, ClassVar, TypeVar, get_args
+from types import UnionType
+from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
@@ -57,7 +58,10 @@ class Leaf(Part):
 
 def _is_number(annotation: Any) -> bool:
     """Whether one number may stand there, and nothing else but none."""
-    kinds = set(get_args(annotation)) - {type(None)} if get_args(annotation) else {annotation}
+    ways = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
+    kinds = {getattr(way, "__origin__", way) for way in ways} - {
+        type(None)
+    }  # what is annotated, without the annotation
     return bool(kinds) and kinds <= {float, int, bool}
 
 

@@ -97,6 +97,19 @@ class Machine(Part):
         return self
 
     @model_validator(mode="after")
+    def _forced(self) -> Machine:
+        problems: list[Problem] = [
+            (("balancers", b, "races", r, "forces", f), text)
+            for b, balancer in enumerate(self.balancers)
+            for r, race in enumerate(balancer.races)
+            for f, force in enumerate(race.forces)
+            if (text := force.impossible(race, self.axis))
+        ]
+        if problems:
+            raise ImpossiblePart("Machine", problems)
+        return self
+
+    @model_validator(mode="after")
     def _placed(self) -> Machine:
         names = [station.name for station in self.stations]
         problems: list[Problem] = [

@@ -33,6 +33,7 @@ LABELS: dict[str, Label] = {
     "ball_spin": Label("spin of a resolved ball", "rad/s", "space"),
     "ball_at_rest": Label("whether adherence holds the ball at rest in the rotor", ""),
     "ball_normal_force": Label("normal force of the race on a ball", "N", symbol="F_N"),
+    "force_energy": Label("potential energy of the forces on balls that have one", "J"),
     "unbalance": Label("unbalance of the rotor without balls", "kg m", symbol="U"),
     "unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),
     "residual_unbalance": Label("resultant of unbalance and balls", "kg m"),

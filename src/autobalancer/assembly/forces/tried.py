@@ -133,7 +133,7 @@ def _wheres(force: Force, orbit: float) -> Iterator[Where]:
 
 
 def _refuse_false_energy(energy: Callable[[Where], float], tried: list[tuple[Where, list[float]]], step: float) -> None:
-    """Refuse an energy whose negative gradient is not the force."""
+    """Refuse an energy whose negative gradient is not the force; at a bend of the energy, that of either side will do."""
     greatest = max((abs(part) for _, parts in tried for part in parts), default=0.0)
     for where, parts in tried:
         here, standing = energy(where), energy(where._replace(speed=0.0))
@@ -144,17 +144,20 @@ def _refuse_false_energy(energy: Callable[[Where], float], tried: list[tuple[Whe
                 f"has an energy that depends on the speed of the rotor: {here:.6g} J at {where}, {standing:.6g} J at standstill. "
                 "Such a force is not conservative; leave 'energy' out"
             )
-        slopes = []
-        for number in range(len(where.places)):
-            for way in (1.0, 1j):
-                moved = [
-                    energy(where._replace(places=_moved(where.places, number, sign * step * way))) for sign in (-1, 1)
-                ]
-                slopes.append(-(moved[1] - moved[0]) / (2.0 * step))
-        if not all(abs(part - slope) <= CLOSE * greatest for part, slope in zip(parts, slopes, strict=True)):
+        slopes = [
+            [
+                -(energy(where._replace(places=_moved(where.places, number, by))) - here) / (by / way).real
+                for by in (-step * way, step * way)
+            ]
+            for number in range(len(where.places))
+            for way in (1.0, 1j)
+        ]
+        far = CLOSE * greatest
+        if not all(min(both) - far <= part <= max(both) + far for part, both in zip(parts, slopes, strict=True)):
             raise MachineError(
                 f"says it is conservative, but its energy does not match: at {where} the force is {_listed(parts)} N and the "
-                f"negative gradient of the energy {_listed(slopes)} N. Correct one of them, or leave 'energy' out"
+                f"negative gradient of the energy {_listed([0.5 * sum(both) for both in slopes])} N. Correct one of them, or "
+                "leave 'energy' out"
             )
 
 

@@ -20,6 +20,7 @@ from autobalancer.machine import Machine, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
 
 DEEPEST = 0.1  # of the ball radius, by which a wall may give way under centrifugal force
+ROUNDING = 1.0 + 1e-9  # a ball may start on the inner wall, however its distance was rounded
 
 
 def room(race: Race, ball: Ball) -> float:
@@ -35,7 +36,7 @@ def room(race: Race, ball: Ball) -> float:
                 f"{1e3 * outer:.4g} mm; leave it out where there is no inner wall"
             )
     most = min(gap, ball.orbit_radius)
-    if start > most:
+    if start > most * ROUNDING:
         raise MachineError(
             f"{_name(ball)}.resolved.start_gap: given {1e3 * start:.4g} mm; a ball has {1e3 * most:.4g} mm at most"
         )

@@ -33,6 +33,10 @@ class Force(Leaf):
         """Whether it says so itself, by having an energy."""
         return hasattr(cls, "energy")
 
+    def impossible(self, race: Any, axis: str) -> str:
+        """Why it cannot act in this race of a machine with this axis (``"vertical"`` or ``"horizontal"``); empty if it can."""
+        return ""
+
     def drawn(self, orbit: float, balls: list[tuple[float, float]]) -> list[Polyline]:
         """Lines for pictures of a race with this orbit radius (m) and balls at these places (m); none by default."""
         return []

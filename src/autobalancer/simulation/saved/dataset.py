@@ -26,7 +26,7 @@ from autobalancer.simulation.saved.at_places import (
     over_turns,
     place_names,
 )
-from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races
+from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races, stored_in_forces
 from autobalancer.simulation.saved.resolved_walls import wall_contacts
 
 
@@ -60,6 +60,7 @@ def run_dataset(
         data |= couple_unbalance(places, record.sample_times[:count])
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
+        data |= stored_in_forces(record.samples[:count], assembly)
     if record.bin_low.size:
         edges, low, high, states = whole_bins(record, state)
         angle, rate = ball_motion(states, assembly)

@@ -32,6 +32,17 @@ def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any
     return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
 
 
+def stored_in_forces(states: Matrix, assembly: Assembly) -> dict[str, Any]:
+    """Potential energy of the forces on balls, J; a variable over time where any has one."""
+    if not assembly.system.forces.energy.any():
+        return {}
+    from autobalancer.kernels.balls.force_energy import force_energies
+
+    energy = np.zeros(len(states))
+    force_energies(assembly.system, np.ascontiguousarray(states), energy)
+    return {"force_energy": ("time", energy)}
+
+
 def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Places) -> Matrix:
     """Normal force of a plain race on each guided ball, N, (times, balls): what its motion and its weight ask for."""
     balls, n, system = assembly.balls, len(assembly.balls), assembly.system
