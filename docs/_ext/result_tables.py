@@ -54,6 +54,8 @@ RUBBING = with_parameter(SMALL, "balancers[1].races[1].friction", {"rolling_resi
 CHAMBER = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
 ROD = {"body": "pendulum", "mass": "3 g", "inertia": "1e-6 kg*m^2"}
 SWINGING = with_parameter(SMALL, "balancers[1].races[1].balls", [ROD])
+SPRING = {"kind": "radial_spring", "stiffness": "10 N/m", "free_length": "50 mm"}
+SPRUNG = with_parameter(SMALL, "balancers[1].races[1].forces", [SPRING])
 RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
@@ -79,6 +81,7 @@ def result_variables() -> str:
         ("events", ab.simulate(SMALL, save=(), events=[passage])),
         ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
         ("of rollers and pendulums", ab.simulate(SWINGING, save=Samples(9))),
+        ("of forces on balls that have an energy", ab.simulate(SPRUNG, duration=0.1, save=Samples(9))),
         ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
         ("of a deep chamber, with $x$ along the rotor", ab.simulate(CHAMBER, duration=0.005, settle=False)),

@@ -16,7 +16,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -59,10 +59,8 @@ class Leaf(Part):
 def _is_number(annotation: Any) -> bool:
     """Whether one number may stand there, and nothing else but none."""
     ways = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
-    kinds = {getattr(way, "__origin__", way) for way in ways} - {
-        type(None)
-    }  # what is annotated, without the annotation
-    return bool(kinds) and kinds <= {float, int, bool}
+    kinds = {getattr(way, "__origin__", way) for way in ways}  # what is annotated, without the annotation
+    return kinds != {NoneType} and kinds <= {float, int, bool, NoneType}
 
 
 def _number(value: Any) -> float:
