@@ -1,4 +1,4 @@
-"""What oil that lags, drag over all Reynolds numbers, rolling resistance and adherence cost in a run-up."""
+"""What oil that lags, drag over all Reynolds numbers, rolling resistance, adherence and forces on balls cost in a run-up."""
 
 from __future__ import annotations
 
@@ -20,13 +20,17 @@ def bench() -> list[dict[str, Any]]:
     linear = ab.load_machine(MACHINE)
     full = full_physics(linear)
     save = (Samples(), Envelope())
-    machines = (linear, full, with_neighbors(full))
-    short, long, longest = (seconds(lambda m=m: ab.simulate(m, save=save), repeats=3) for m in machines)
+    machines = (linear, full, with_neighbors(full), with_springs(linear))
+    short, long, longest, pulled = (seconds(lambda m=m: ab.simulate(m, save=save), repeats=3) for m in machines)
     note = f"160 s of run-up: {long:.3g} s against {short:.3g} s; a ratio above 1 keeps to the limit of {LIMIT:g}"
     row = measured("full_physics_vs_linear", long / short, "1", note=note)
     note = f"the same with slipstream and friction between the balls: {longest:.3g} s"
     more = measured("full_physics_and_neighbors_vs_linear", longest / short, "1", note=note)
-    return [row | {"peer": f"limit {LIMIT:g}", "ratio": LIMIT * short / long}, more]
+    note = (
+        "radial springs, a force of one file, which guided balls feel in their wall force only: what calling it costs"
+    )
+    called = measured("force_vs_none", pulled / short, "1", note=note)
+    return [row | {"peer": f"limit {LIMIT:g}", "ratio": LIMIT * short / long}, more, called]
 
 
 def full_physics(machine: Machine) -> Machine:
@@ -42,3 +46,10 @@ def with_neighbors(machine: Machine) -> Machine:
     race = "balancers[1].races[1]"
     machine = with_parameter(machine, f"{race}.slipstream", True)
     return with_parameter(machine, f"{race}.contact", {"restitution": 0.3, "friction": 0.2})
+
+
+def with_springs(machine: Machine) -> Machine:
+    """The same machine with a spring from the center of the race to each ball."""
+    return with_parameter(
+        machine, "balancers[1].races[1].forces", [{"kind": "radial_spring", "stiffness": 10.0, "free_length": 0.0}]
+    )
