@@ -18,13 +18,12 @@ from autobalancer.results.chamber.balls import (
     balls_unbalance,
     residual_of_balls,
 )
+from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, UNITS
 from autobalancer.results.chamber.measures import (
-    catalogue_measures,
+    catalog_numbers,
+    catalog_unit,
     chamber_measures,
     collision_statistics,
-    reaction_measures,
-    steady_vibration,
-    transient_peak,
 )
 from autobalancer.results.chamber.unconstrained import LooseBody, pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber.verdict import chamber_verdict
@@ -35,12 +34,12 @@ ARM = CHAMBER - BALL
 
 
 def test_amplitude_is_half_of_the_range_in_steady_state() -> None:
-    found = steady_vibration(RUN)
+    found = chamber_measures(RUN)
     assert float(found["vertical_amplitude"]) == pytest.approx(20e-6, rel=1e-3)
     assert float(found["horizontal_amplitude"]) == pytest.approx(10e-6, rel=1e-3)
     assert float(found["rotation_amplitude"]) == pytest.approx(1e-5, rel=1e-3)
     assert float(found["vertical_synchronous"]) == pytest.approx(20e-6, rel=1e-9)
-    assert float(steady_vibration(RUN, last=3.5)["vertical_amplitude"]) == pytest.approx(1e-3, rel=0.03)
+    assert float(chamber_measures(RUN, last=3.5)["vertical_amplitude"]) == pytest.approx(1e-3, rel=0.03)
 
 
 def test_a_run_whose_speed_still_changes_has_no_numbers_of_a_steady_state() -> None:
@@ -59,13 +58,13 @@ def test_vibration_at_another_frequency_is_not_synchronous() -> None:
     run = RUN.copy()
     run["body_position"] = run["body_position"].copy()
     run["body_position"][:, 2] += 5e-6 * np.sin(0.7 * run["rotor_angle"])
-    found = steady_vibration(run, last=2.0)
+    found = chamber_measures(run, last=2.0)
     assert float(found["vertical_synchronous"]) == pytest.approx(20e-6, rel=5e-3)
     assert float(found["vertical_amplitude"]) == pytest.approx(25e-6, rel=5e-3)
 
 
 def test_the_peak_of_the_transient_has_its_size_and_time() -> None:
-    found = transient_peak(RUN)
+    found = chamber_measures(RUN)
     assert float(found["vertical_peak"]) == pytest.approx(2.01e-3, abs=15e-6)
     assert float(found["vertical_peak_time"]) == pytest.approx(1.0, abs=0.05)
 
@@ -113,7 +112,7 @@ def test_the_balls_balance_what_is_opposite_to_them() -> None:
 
 
 def test_reactions_are_told_apart_in_transient_and_steady_state() -> None:
-    found = reaction_measures(RUN, last=1.9)
+    found = chamber_measures(RUN, last=1.9)
     assert float(found["bearing_1_greatest"].sel(stage="steady")) == pytest.approx(np.hypot(500.0, 100.0), rel=1e-3)
     assert float(found["bearing_1_rms"].sel(stage="steady")) == pytest.approx(np.hypot(500.0, 100.0 / 2**0.5), rel=1e-3)
     assert float(found["bearing_2_rms"].sel(stage="transient")) == pytest.approx(500.0)
@@ -135,7 +134,7 @@ def test_contacts_are_counted_and_the_hardest_is_found() -> None:
 
 def test_all_measures_go_into_the_catalogue_as_numbers() -> None:
     found = chamber_measures(RUN, unbalance=0.008)
-    numbers = catalogue_measures(found)
+    numbers = catalog_numbers(found)
     assert numbers["vertical_amplitude"] == pytest.approx(20e-6, rel=1e-3)
     assert numbers["steady_bearing_1_greatest"] > 500.0
     assert numbers["residual_unbalance"] == pytest.approx(abs(0.008 + 0.03 * ARM * np.exp(1j * ANGLES).sum()), rel=1e-3)
@@ -194,9 +193,9 @@ def test_reactions_of_the_steady_state_can_be_left_out() -> None:
 
 def test_what_cannot_be_measured_is_refused() -> None:
     with pytest.raises(QuestionError, match="last: given 9 s; must be above zero and within the 4 s"):
-        steady_vibration(RUN, last=9.0)
+        chamber_measures(RUN, last=9.0)
     with pytest.raises(QuestionError, match="fewer than two samples"):
-        steady_vibration(RUN, last=1e-5)
+        chamber_measures(RUN, last=1e-5)
     with pytest.raises(QuestionError, match="has 1 samples"):
         chamber_measures(RUN.isel(time=slice(0, 1)))
     with pytest.raises(QuestionError, match="fewer than four per revolution"):
@@ -255,3 +254,14 @@ def test_the_verdict_on_a_run_under_way_says_how_far_it_got_and_no_number_of_a_s
     assert found.peak is not None
     assert found.peak.deflection == pytest.approx(2e-3 - 1e-4, rel=0.03)  # from the rest position without balls
     assert chamber_verdict(faster, last=1.0).places
+
+
+def test_a_measure_has_its_unit_and_meaning_from_the_table_in_runs_archives_and_studies() -> None:
+    found, numbers = chamber_measures(RUN, unbalance=0.008), catalog_numbers(chamber_measures(RUN, unbalance=0.008))
+    assert list(found.data_vars) == [measure.name for measure in CHAMBER_MEASURES]
+    for measure in CHAMBER_MEASURES:
+        assert found[measure.name].attrs == {"units": measure.unit, "long_name": measure.text}
+    assert set(UNITS) == set(numbers)
+    assert [catalog_unit(name) for name in ("steady_bearing_1_rms", "vertical_peak", "step")] == ["N", "m", "s"]
+    assert "residual_unbalance" not in chamber_measures(RUN), "the unbalance of this rotor is not known"
+    assert "vertical amplitude in steady state" in repr(found)

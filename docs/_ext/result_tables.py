@@ -11,6 +11,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
+from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, KINDS
 from autobalancer.results.labels import LABELS
 from autobalancer.results.measure_table import MEASURES
 from autobalancer.simulation.outcome import outcome
@@ -66,6 +67,7 @@ def pages() -> dict[str, str]:
         "result_outcomes.md": result_outcomes(),
         "result_attributes.md": result_attributes(),
         "result_measures.md": result_measures(),
+        "chamber_measures.md": chamber_measures(),
     }
 
 
@@ -133,6 +135,20 @@ def result_measures() -> str:
             other = f"`{measure.of_all.name}`: " if measure.of_all.name else ""
             kept = other + measure.of_all.text + (", of each" if measure.of_all.per_ball else "")
         text += f"| `{measure.name}` | {measure.along} | {measure.unit} | {measure.text} | {kept} |\n"
+    return text
+
+
+def chamber_measures() -> str:
+    """Every measure of a run of a deep chamber; those of both stages of a run in one row for each quantity."""
+    kinds = " ".join(f"`{kind}`" for kind in KINDS)
+    text = "| measure | along | unit | meaning |\n|---|---|---|---|\n"
+    for measure in CHAMBER_MEASURES:
+        name, _, kind = measure.name.rpartition("_")
+        if not measure.along:
+            text += f"| `{measure.name}` | | {measure.unit} | {measure.text} |\n"
+        elif kind == next(iter(KINDS)):
+            whole = measure.text.partition(" of ")[2]
+            text += f"| `{name}_...` with {kinds} | stage | {measure.unit} | of {whole} |\n"
     return text
 
 

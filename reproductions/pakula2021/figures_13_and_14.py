@@ -24,7 +24,7 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.plots.chamber.reactions import plot_reactions
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.chamber.balls import ball_settling_time
-from autobalancer.results.chamber.measures import reaction_measures
+from autobalancer.results.chamber.measures import chamber_measures
 from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_machines import chamber_variant
@@ -48,7 +48,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     save_picture(plot_reactions(run, body, until=settled, title=title), out / "figure_14.png")
     moved = unconstrained_motion(run, body, settled)
     greatest = {name: float(np.abs(moved[name].values).max()) for name in ("x", "rotation_y", "rotation_z")}
-    steady = reaction_measures(run, last=1.0).sel(stage="steady")
+    steady = chamber_measures(run, last=1.0).sel(stage="steady")
     rows = [
         Found("words", "duration of the transient, 12 balls in place of 5", "s", 8.6, settled, 0.86, OTHER),
         _order("displacement along x", "um", 50.0, 1e6 * greatest["x"]),

@@ -37,13 +37,14 @@ def _options(
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
 from autobalancer.cli.rotors import angle, equivalent, flow, identify, modes, receptance, response  # noqa: E402
-from autobalancer.cli.runs import animate, archive, basin, plot, run, stepped, study  # noqa: E402
+from autobalancer.cli.runs import animate, archive, basin, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
 app.command()(check.check)
 app.command("simulate")(run.run)
 app.command()(example.example)
 app.command()(keys.keys)
+app.command()(measures.measures)
 app.command()(plot.plot)
 app.command()(animate.animate)
 app.command("eigenvalues")(eigenvalues.stability)

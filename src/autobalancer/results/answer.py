@@ -14,7 +14,6 @@ from autobalancer.shown import Column, html_table, rpm_and_si, text_table
 
 A = TypeVar("A", bound="Answer")
 
-MOST = 24  # rows of a table in Python; of more the first and the last ones
 WIDTH = 100  # letters of a line
 
 
@@ -28,6 +27,7 @@ class Answer(xr.Dataset):
     row_of: ClassVar[str] = ""  # dimension of the rows
     needed: ClassVar[tuple[str, ...]] = ()  # variables of the table
     shown_in: ClassVar[str] = "rpm"  # unit of speeds or frequencies
+    most: ClassVar[int] = 24  # rows in Python; of more the first and the last ones
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()  # type: ignore[no-untyped-call]
@@ -66,8 +66,9 @@ class Answer(xr.Dataset):
         columns = self.columns()
         head = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
         rows = list(zip(*(column.cells() for column in columns), strict=True))
-        if len(rows) > MOST:
-            rows = [*rows[: MOST // 2], ("...", *[""] * (len(head) - 1)), *rows[-MOST // 2 :]]
+        if len(rows) > self.most:
+            half = self.most // 2
+            rows = [*rows[:half], ("...", *[""] * (len(head) - 1)), *rows[-half:]]
         return head, rows
 
     def _contents(self) -> str:

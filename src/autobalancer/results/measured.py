@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+import xarray as xr
 
 from autobalancer.results.answer import Answer
 from autobalancer.results.display_units import measure_unit, speed_axis
@@ -10,23 +13,16 @@ from autobalancer.shown import Column
 
 
 class Measured(Answer):
-    """The measures of a run; several numbers of one measure, such as those of balls, are rows of their own."""
+    """The measures of a run; several numbers of one measure, such as those of the balls, are rows of their own."""
 
     __slots__ = ()
+    most = 200
 
     def columns(self, unit: str = "") -> list[Column]:
-        """Meaning, number from 1 where there are several, value and unit."""
-        rows = []
-        for entry in self.data_vars.values():
-            speed = speed_axis(unit or self.shown_in)
-            sign, factor = measure_unit(entry.attrs["units"])
-            sign, factor = (speed.sign, speed.factor) if entry.attrs["units"] == "rad/s" else (sign, factor)
-            numbers = np.atleast_1d(entry.values)
-            rows += [
-                (entry.attrs["long_name"], i, float(value) * factor, sign) for i, value in enumerate(numbers.flat, 1)
-            ]
-        heads = ("measure", "number", "value", "unit")
-        return [Column(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
+        """Name, of what where there are several, value, unit and meaning."""
+        rows = [row for entry in self.data_vars.values() for row in _rows(entry, unit or self.shown_in)]
+        heads = ("measure", "of", "value", "unit", "meaning")
+        return [Column(head, [row[k] for row in rows], wraps=head == "meaning") for k, head in enumerate(heads)]
 
     def heading(self) -> str:
         """Which run."""
@@ -35,3 +31,15 @@ class Measured(Answer):
     def has_table(self) -> bool:
         """Numbers with a unit and a meaning must be there."""
         return bool(self.data_vars) and all({"units", "long_name"} <= set(v.attrs) for v in self.data_vars.values())
+
+
+def _rows(entry: xr.DataArray, speed_unit: str) -> Iterator[tuple[str, str, float, str, str]]:
+    speed = speed_axis(speed_unit)
+    sign, factor = measure_unit(entry.attrs["units"])
+    if entry.attrs["units"] == "rad/s":
+        sign, factor = speed.sign, speed.factor
+    dim = str(entry.dims[0]) if entry.dims else ""
+    names = entry[dim].values if dim in entry.coords else range(1, entry.size + 1)
+    for name, value in zip(names if dim else ("",), np.atleast_1d(entry.values), strict=True):
+        of = str(name) if isinstance(name, str) else f"{dim} {name}"
+        yield str(entry.name), of if dim else "", float(value) * factor, sign, entry.attrs["long_name"]

@@ -14,7 +14,7 @@ from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
-from autobalancer.results.chamber.measures import catalogue_measures, chamber_measures
+from autobalancer.results.chamber.measures import catalog_numbers, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import chamber_variant
@@ -127,4 +127,4 @@ def _measured(
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":
         return {"outcome": outcome}
-    return {"outcome": outcome, **catalogue_measures(chamber_measures(ended, last=last))}
+    return {"outcome": outcome, **catalog_numbers(chamber_measures(ended, last=last))}

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.chamber.measures import catalog_unit
 from autobalancer.results.provenance import provenance
 
 DIMS = ("layers", "friction", "balls", "seed")
@@ -64,14 +65,6 @@ def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dat
             values[name][place] = np.nan if value is None else float(value)
     found = xr.Dataset(coords=dict(zip(DIMS, labels, strict=True)), attrs=provenance())
     for name, numbers in values.items():
-        found[name] = (DIMS, numbers, {"units": _unit(name), "long_name": name.replace("_", " ")})
+        found[name] = (DIMS, numbers, {"units": catalog_unit(name), "long_name": name.replace("_", " ")})
     found["outcome"] = (DIMS, outcome)
     return found
-
-
-def _unit(name: str) -> str:
-    if name.startswith("rotation") and not name.endswith("time"):
-        return "rad"
-    if name.endswith(("_amplitude", "_synchronous", "_peak")):
-        return "m"
-    return "s" if name.endswith("time") else ""

@@ -12,7 +12,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import RunFolder
-from autobalancer.results.chamber.measures import catalogue_measures, chamber_measures
+from autobalancer.results.chamber.measures import catalog_numbers, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.units import argument, optional_argument
 
@@ -115,7 +115,7 @@ def _go_on(
     state = "finished" if outcome.get("outcome") == "finished" else "failed"
     found = {}
     if state == "finished":
-        found = catalogue_measures(chamber_measures(run.samples(), last=last))
+        found = catalog_numbers(chamber_measures(run.samples(), last=last))
     run.end(state, outcome, found)
 
 

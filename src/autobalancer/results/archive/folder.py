@@ -15,7 +15,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.archive.lock import RunLock
 from autobalancer.results.archive.query import condition
 from autobalancer.results.archive.run import RunFolder, Write, plain, read_note, write_part
-from autobalancer.results.chamber.measures import catalogue_unit
+from autobalancer.results.chamber.measures import catalog_unit
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import write_text_safely
@@ -142,7 +142,7 @@ class Archive:
         table = xr.Dataset(coords={"run": ("run", np.array(list(rows), dtype=object))})
         for key in sorted(known, key=lambda key: (key != "state", key)):
             cells = [row.get(key) for row in rows.values()]
-            unit = catalogue_unit(key)
+            unit = catalog_unit(key)
             table[key] = ("run", _column(cells), {"units": unit} if unit else {})
         table.attrs.update(title=f"Runs of {self.folder}", **provenance())
         return table
