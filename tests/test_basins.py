@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from autobalancer.stability.host.planar import plane
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"
+TWO_PLANES = ab.load_machine(MACHINES / "two_plane_rotor.toml")
 
 
 def test_above_its_border_the_discoidal_rotor_balances_from_every_start() -> None:
@@ -172,3 +174,50 @@ def test_random_starts_never_overlap_and_are_kept() -> None:
     apart = np.abs(np.angle(np.exp(1j * (first - second))))
     assert apart.min() > 2.0 * np.arcsin(0.5 * 12.3 / 76.95)
     assert found.attrs["overlapping"] == 0
+
+
+def test_every_start_of_two_planes_above_their_border_leaves_nothing_in_either_plane() -> None:
+    found = ab.basin(TWO_PLANES, 300.0, random=4)
+    assert float(found["share"].sel(end="balanced")) == 1.0
+    assert found["plane"].values.tolist() == ["lower", "upper"]
+    names = found.attrs["plane_states"]
+    assert {names[number] for number in found["plane_state"].values.ravel()} == {"balanced"}
+    needed = ab.stability.equilibria(TWO_PLANES, 300.0)["required_moment"]
+    np.testing.assert_allclose(found["plane_unbalance"], needed.values.ravel(), rtol=1e-9)
+    assert (found["plane_residual_unbalance"] / found["plane_unbalance"]).values.max() < 1e-3
+    np.testing.assert_allclose(found["plane_residual_unbalance"].sum("plane"), found["residual_unbalance"], rtol=1e-12)
+
+
+def test_a_map_over_two_planes_ends_where_single_runs_end() -> None:
+    speed = 300.0
+    axes = {"ball_angle[1]": [0.5, 2.5], "ball_angle[3]": [1.0]}
+    machine = with_parameter(TWO_PLANES, "drive.profile", {"kind": "constant", "speed": speed})
+    found = ab.basin(machine, speed, axes)
+    for place, first in enumerate(axes["ball_angle[1]"]):
+        moved = machine
+        for number, angle in ((1, first), (2, 1.0)):
+            path = f"balancers[{number}].races[1].balls[1].start_angles"
+            own = machine.balancers[number - 1].races[0].balls[0].start_angles
+            moved = with_parameter(moved, path, (angle, float(own[1])))
+        run = ab.simulate(moved, duration=60.0, mass_spread=0.0)
+        apart = found["final_ball_angle_in_rotor"].values[place, 0] - run["ball_angle_in_rotor"].values[-1]
+        assert np.abs(np.angle(np.exp(1j * apart))).max() < 1e-3
+
+
+def test_balls_of_two_planes_just_above_their_border_balance_or_all_stall() -> None:
+    angles = np.deg2rad([-135.0, 0.0])
+    found = ab.basin(TWO_PLANES, 180.0, {"ball_angle[1]": angles, "ball_angle[3]": [np.deg2rad(-18.0)]})
+    ends = [found.attrs["states"][number] for number in found["state"].values.ravel()]
+    assert ends == ["stalled", "balanced"]
+    names = np.array(found.attrs["plane_states"])[found["plane_state"].values[:, 0]].tolist()
+    assert names == [[end] * 2 for end in ends]
+    assert "stalled" in [text.get_text().split(" ")[0] for text in ab.plot.basin(found).legends[0].get_texts()]
+
+
+def test_the_command_prints_end_states_and_residual_of_each_plane() -> None:
+    asked = ["basin", str(MACHINES / "two_plane_rotor.toml"), "--speed", "300 rad/s", "--random", "2"]
+    table = CliRunner().invoke(app, asked, catch_exceptions=False).output
+    assert "plane lower: balanced 100 %" in " ".join(table.split())
+    answer = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).output)
+    assert set(answer["planes"]) == {"lower", "upper"}
+    assert answer["planes"]["upper"]["share"] == {"balanced": 1.0}

@@ -99,7 +99,7 @@ def turning_mass(places: Places) -> float:
 
 def coordinates(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Coordinates of the rotor in space and their velocities, (T, R) each."""
-    q, v = _in_frame(states, assembly)
+    q, v = in_frame(states, assembly)
     if assembly.system.rotating:
         q, v = _turned(q, states[:, THETA]), _turned(v, states[:, THETA])
     return q, v
@@ -107,7 +107,7 @@ def coordinates(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
 
 def accelerations(states: Matrix, rates: Matrix, assembly: Assembly) -> Matrix:
     """Accelerations of the coordinates in space, (T, R); ``rates`` are the time derivatives of the states."""
-    v, change = _in_frame(states, assembly)[1], _in_frame(rates, assembly)[1]
+    v, change = in_frame(states, assembly)[1], in_frame(rates, assembly)[1]
     if not assembly.system.rotating:
         return change
     quarter = np.stack([-v[:, 1::2], v[:, 0::2]], axis=2).reshape(v.shape)  # the axes turn with the rotor
@@ -131,7 +131,8 @@ def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix) -> Compl
     return np.asarray(total[..., 0] + 1j * total[..., 1])
 
 
-def _in_frame(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+def in_frame(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
+    """Coordinates of the rotor and their velocities in space, (T, R) each, in the axes of the frame."""
     rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2] if assembly.general else 2
     q = np.column_stack([states[:, [X, Y]], states[:, rest : rest + size - 2]])
     return q, np.column_stack([states[:, [VX, VY]], states[:, rest + size - 2 : rest + 2 * size - 4]])

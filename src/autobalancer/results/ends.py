@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,11 @@ class Ends(Answer):
             if self._held():
                 yield f"{HELD}: the balls rest where friction stops them, near balance or far from it; see the verdict"
             yield "verdict: " + ", ".join(f"{word} {100.0 * share:.3g} %" for word, share in shares if share > 0.0)
+        for plane, own in self.planes().items():
+            ends = ", ".join(f"{name} {100.0 * share:.3g} %" for name, share in own["share"].items())
+            middle, *_, most = own["residual_unbalance"].values()
+            rest = f"; residual unbalance at rest: median {moment_text(middle)}, at most {moment_text(most)}"
+            yield f"plane {plane}: {ends}{rest if middle == middle else ''}; without balls {moment_text(own['unbalance'])}"
         if "moving_share" in self and float(self["moving_share"]) > 0.0:
             yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs"
         for name, text, written, whole in LEFT:
@@ -59,6 +65,24 @@ class Ends(Answer):
                 how = self.attrs.get("released", "released")
                 beside = f"without balls {written(float(self[whole]))}"
                 yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}"
+
+    def planes(self) -> dict[str, dict[str, Any]]:
+        """Of each of several planes the shares of its ends, quantiles of its residual and its unbalance, SI."""
+        if self.sizes.get("plane", 0) < 2:
+            return {}
+        names, possible = list(self.attrs["plane_states"]), self["state"].size - int(self.attrs["overlapping"])
+        quantiles = [str(float(q)) for q in self["quantile"].values]
+        answer = {}
+        for number, plane in enumerate(self["plane"].values.tolist()):
+            own = self.isel(plane=number)
+            counts = np.bincount(own["plane_state"].values.ravel(), minlength=len(names))
+            shares = {name: int(count) / max(possible, 1) for name, count in zip(names, counts, strict=True)}
+            answer[str(plane)] = {
+                "share": {name: share for name, share in shares.items() if share and name != "overlapping start"},
+                "residual_unbalance": dict(zip(quantiles, own["plane_residual_quantile"].values.tolist(), strict=True)),
+                "unbalance": float(own["plane_unbalance"]),
+            }
+        return answer
 
     def _held(self) -> bool:
         return HELD in self["end"].values and float(self["share"].sel(end=HELD)) > 0.0

@@ -9,12 +9,12 @@ from typing import Any
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import any_machine
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
 from autobalancer.results.ends import Ends
-from autobalancer.stability.basins.basin import planar_basin, unit_of_axis
-from autobalancer.stability.host.planar import STAND_IN
+from autobalancer.stability.basins.basin import named_basin, why_unnamed
+from autobalancer.stability.basins.starts import unit_of_axis
 from autobalancer.studies.random_starts import random_starts
 from autobalancer.units import argument, list_argument, optional_argument
 
@@ -35,16 +35,17 @@ def basin(
 ) -> Ends:
     """Ends of a machine at a speed, from many starts.
 
-    A planar rotor without gravity in the plane ends in states of rest and motions that have names. On all other machines,
-    and in run-ups from random starts, an end is the verdict on the run; there only random starts are possible.
+    Without gravity across the axis a machine ends in states of rest and motions that have names, on several planes also for
+    each of them. With it, on anisotropic supports with ``tilting_races = "full"``, and in run-ups from random starts, an end
+    is the verdict on the run; there only random starts are possible.
 
     Parameters
     ----------
     machine
         A machine or the path of a machine file; its unbalance is that after all schedules.
     speed
-        Final rotor speed, rad/s. On planar rotors fluid that lags is modelled by diffusion, whatever the model of its
-        race. It does not lag in starts at the final speed, and differs from start to start in run-ups.
+        Final rotor speed, rad/s. Where ends have names fluid that lags is modelled by diffusion, whatever the model of
+        its race. It does not lag in starts at the final speed, and differs from start to start in run-ups.
     axes
         Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
         (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
@@ -59,9 +60,9 @@ def basin(
         Of all starts, rad/s^2: the run begins at rest with a ramp. With random starts the ends are verdicts then, and the
         peaks on the way are kept.
     hold
-        Time at the final speed, s. Planar: the longest; by default 400 revolutions or 25 decay times of the slowest mode
-        of any stable state, and after a run-up of fluid that lags, whichever is longer. Where ends are verdicts: that of
-        every run; by default 400 revolutions or 10 such decay times, without gravity. At most 20000 revolutions.
+        Time at the final speed, s. Where ends have names: the longest; by default 400 revolutions or 25 decay times of the
+        slowest mode of any stable state, and after a run-up of fluid that lags, whichever is longer. Where ends are verdicts:
+        that of every run; by default 400 revolutions or 10 such decay times, without gravity. At most 20000 revolutions.
     tolerance
         As for :func:`autobalancer.simulate`.
     workers
@@ -73,10 +74,11 @@ def basin(
     -------
     xarray.Dataset
         ``state`` (number, its names in ``attrs["states"]``), ``residual_unbalance`` of unbalance and balls; ``share`` of each
-        state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Planar:
+        state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Named ends:
         ``time`` until rest, ``final_deflection`` (of balls at rest the greatest in a turn, else at the last instant);
         quantiles over the starts that end at rest, of deflection too, and ``verdict_share``, by the rule of
-        :mod:`autobalancer.results.verdict.rule`. Verdicts: ``vibration``,
+        :mod:`autobalancer.results.verdict.rule`; over ``plane``: ``plane_state`` (its names in ``attrs["plane_states"]``),
+        ``plane_residual_unbalance``, its quantiles, and ``plane_unbalance`` without balls. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
         all that finished; after run-ups ``peak_deflection`` and ``peak_quantile`` too. Random starts have
         ``start_ball_angle_in_rotor``, and the index of the worst, from 0, in ``attrs["worst"]``, for
@@ -105,17 +107,15 @@ def basin(
     if acceleration is not None and "acceleration" in chosen:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
-    named = isinstance(machine.rotor, PlanarRotor) and not (machine.axis == "horizontal" and machine.gravity > 0.0)
-    if named and (chosen or acceleration is None):
+    why = why_unnamed(machine)
+    if not why and (chosen or acceleration is None):
         return Ends.of(
-            planar_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+            named_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
         )
     if chosen:
-        planar = isinstance(machine.rotor, PlanarRotor)
-        why = "gravity in the plane" if planar else f"a rotor of kind {machine.rotor.kind!r}"
         raise QuestionError(
-            f"basin: axes are for planar rotors without gravity in the plane; this machine has {why}. Give a number of "
-            f"random starts instead: random=100, or '--random 100'{'' if planar else f'; {STAND_IN}'}"
+            f"basin: axes are for machines whose end states have names; here {why}. Give a number of random starts instead: "
+            "random=100, or '--random 100'"
         )
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
 

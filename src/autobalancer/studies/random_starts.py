@@ -25,8 +25,9 @@ from autobalancer.results.measures import peak_deflection
 from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope
-from autobalancer.stability.basins.basin import REVOLUTIONS, START_ANGLE, released, wilson_interval
+from autobalancer.stability.basins.basin import REVOLUTIONS, released, wilson_interval
 from autobalancer.stability.basins.residuals import QUANTILES
+from autobalancer.stability.basins.starts import START_ANGLE
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.sweep import sweep
 

@@ -38,8 +38,9 @@ def basin(
     """Run a machine from many starts and say in percent where it ends.
 
     A NAME is ball_angle[1], ball_speed[1] or the same of another ball, or acceleration.
-    With gravity in the plane, and for rotors that tilt or bend, only --random
-    answers: an end is the verdict on a run. So it is in run-ups from random starts.
+    On several planes each plane has an end state and a residual of its own.
+    With gravity across the axis only --random answers: an end is the verdict on a run.
+    So it is in run-ups from random starts.
 
     Example: autobalancer basin discoidal.toml \\
       --speed "1200 rpm" --random 50 --acceleration "10 rad/s^2" \\
@@ -142,6 +143,8 @@ def _left(found: Any) -> dict[str, Any]:
     }
     if "verdict_share" in found:
         left["verdict_share"] = dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True))
+    if found.planes():
+        left["planes"] = found.planes()
     if "moving_share" in found:
         left["moving_share"] = plain("moving_share")
     for name in ("deflection", "vibration", "peak"):
@@ -153,7 +156,7 @@ def _left(found: Any) -> dict[str, Any]:
 
 def _axis(option: str, text: str) -> tuple[str, list[float]]:
     from autobalancer.cli.terminal.quantities import named
-    from autobalancer.stability.basins.basin import unit_of_axis
+    from autobalancer.stability.basins.starts import unit_of_axis
     from autobalancer.units.ranges import range_values
 
     name, span = named(option, text)

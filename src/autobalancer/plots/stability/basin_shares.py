@@ -16,6 +16,7 @@ from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY,
 MOVING = "balls not at rest"
 COLORS = {
     "balanced": "#009E73",
+    "mixed": "#A6C936",
     "coincident": "#D55E00",
     "in line": "#E69F00",
     "held by friction": "#7B68B5",
@@ -36,7 +37,7 @@ VERDICTS = {
 }
 FAR = 5.0  # times the greatest of the runs: farther away the value without balls is written, not drawn
 DUST = 1e-4  # of the value without balls: less is not worth a curve
-AT_REST = ("balanced", "coincident", "in line", "held by friction")
+AT_REST = ("balanced", "mixed", "coincident", "in line", "held by friction")
 QUANTITIES = {  # drawn as a distribution: with which value without balls, under which name
     "residual_unbalance": ("unbalance", "residual unbalance"),
     "vibration": ("vibration_without_balls", "vibration"),

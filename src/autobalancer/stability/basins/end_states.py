@@ -1,7 +1,7 @@
 """The rule by which the end of a run is named, in this order:
 
 - *balanced*: the balls rest and every race with balls that are not in one row runs true (center within 1/1000 of the
-  deflection scale of the axis of rotation);
+  deflection scale of the axis of rotation), in all planes; *mixed*: in some of several planes;
 - *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
 - *held by friction*: the balls rest where no ball without friction would;
 - *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
@@ -10,7 +10,9 @@
 
 Starts at which balls of a race would overlap are marked as such and do not count in the shares.
 
-Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks.
+Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks; on rotors with several coordinates,
+where modes may decay very slowly, when they are near enough to their places. Each plane has a name of its own, too: where balls
+of another plane move, one whose balls swing by less than a degree is *at rest*.
 """
 
 from __future__ import annotations
@@ -21,16 +23,19 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import occupied_angle
 from autobalancer.kernels.settle import FAILED, RESTING
-from autobalancer.kernels.system import BALLS, THETA, VX, VY, Floats, Matrix, X, Y
+from autobalancer.kernels.system import BALLS, THETA, Floats, Matrix, X, Y
 from autobalancer.machine import Machine
 from autobalancer.stability.basins.turn import Turn
-from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.host.planar import Complexes
+from autobalancer.stability.host.stations import Stations
 
 STATES = (
     "balanced",
+    "mixed",
     "coincident",
     "in line",
     "held by friction",
@@ -40,7 +45,8 @@ STATES = (
     "failed",
     "overlapping start",
 )
-AT_REST = STATES[:4]
+PLANE_STATES = (*(name for name in STATES if name != "mixed"), "at rest")
+AT_REST = STATES[:5]
 REST = 1e-5  # ball speed over rotor speed
 TRUE = 1e-3  # distance of a race center over the deflection scale
 TURNING = 1e-2  # mean ball speed over rotor speed
@@ -52,40 +58,94 @@ class Question:
 
     machine: Machine
     assembly: Assembly
-    p: Plane
+    st: Stations
     speed: float
     hold: float
     tolerance: float
+    rest: float  # ball speed below which balls rest, rad/s
     rubs: bool = False  # whether any race has friction
 
 
-def end_state(question: Question, end: Floats) -> int:
-    """Number of the end state of one row of the answer of :func:`autobalancer.kernels.settle.settle`."""
-    p, n = question.p, question.p.moment.size
-    size = question.assembly.state.size
+@dataclass(frozen=True)
+class End:
+    """Names of the end state of a run: of all, and of each plane."""
+
+    state: str
+    planes: tuple[str, ...]
+
+
+def end_state(question: Question, end: Floats) -> End:
+    """The end state of one row of the answer of :func:`autobalancer.kernels.settle.settle`."""
+    st, n = question.st, question.st.moment.size
+    size, planes = question.assembly.state.size, range(len(question.st.names))
     if end[size] == FAILED:
-        return STATES.index("failed")
+        return End("failed", ("failed",) * len(planes))
     speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
     if end[size] != RESTING:
-        if np.abs(speed).max() > TURNING * question.speed:
-            return STATES.index("stalled")
-        if swing.max() > math.radians(1.0):
-            return STATES.index("chaotic" if _diverges(question, end) else "oscillating")
-    z = complex(end[X], end[Y])
+        stalled = np.abs(speed) > TURNING * question.speed
+        swinging = swing > math.radians(1.0)
+        if stalled.any() or swinging.any():
+            moving = "stalled" if stalled.any() else "chaotic" if _diverges(question, end) else "oscillating"
+            own = "oscillating" if moving == "stalled" else moving
+            return End(
+                moving,
+                tuple(
+                    "stalled"
+                    if stalled[st.station == p].any()
+                    else own
+                    if swinging[st.station == p].any()
+                    else "at rest"
+                    for p in planes
+                ),
+            )
+    center = centers(question, end)
+    own_names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
+    return End(_together(own_names), own_names)
+
+
+def centers(question: Question, end: Floats) -> Complexes:
+    """Race center of each ball in the rotor, from the axis of rotation, (n,) m.
+
+    Of rotors with several coordinates, some of which may hardly be damped, once the transient of the rotor is gone.
+    """
+    st, n = question.st, question.st.moment.size
+    if st.model.pairs > 1:
+        return np.asarray((st.rows @ st.coordinates(question.speed, end[BALLS : BALLS + n]))[st.station] + st.offset)
+    whirl = deflections(question, end)
     if not question.assembly.system.rotating:
-        z *= np.exp(-1j * end[THETA])
-    center = z + p.offset
-    scale = float(question.assembly.scale[X])
-    along = np.exp(-1j * end[BALLS : BALLS + n]) * center
+        whirl = whirl * np.exp(-1j * end[THETA])
+    return np.asarray(whirl + st.offset)
+
+
+def deflections(question: Question, end: Floats) -> Complexes:
+    """Of the race of each ball, in the axes of the frame, (n,) m."""
+    assembly = question.assembly
+    if not assembly.general:
+        return np.full(question.st.moment.size, complex(end[X], end[Y]))
+    q, _ = in_frame(end[None, : assembly.state.size], assembly)
+    x, y = np.moveaxis(assembly.places @ q[0], -1, 0)
+    return np.asarray((x + 1j * y)[[ball.balancer for ball in assembly.balls]])
+
+
+def _at_rest(question: Question, angles: Floats, center: Complexes, here: np.ndarray[Any, Any]) -> str:
+    """The name of one plane whose balls rest."""
+    along = (np.exp(-1j * angles) * center)[here]
     row = np.abs(along.imag) <= 0.02 * np.abs(along)
-    true = np.abs(center) <= TRUE * scale
-    if true.any() and (true | row).all():
-        return STATES.index("balanced")
+    true = np.abs(center[here]) <= TRUE * float(question.assembly.scale[X])
+    if (true.any() or not here.any()) and (true | row).all():
+        return "balanced"
     if question.rubs and not (true | row).all():
-        return STATES.index("held by friction")
-    if len(set(np.sign(along.real[~true]))) <= 1:
-        return STATES.index("coincident")
-    return STATES.index("in line")
+        return "held by friction"
+    return "coincident" if len(set(np.sign(along.real[~true]))) <= 1 else "in line"
+
+
+def _together(planes: tuple[str, ...]) -> str:
+    """The name of all planes, whose balls rest."""
+    if "held by friction" in planes:
+        return "held by friction"
+    if "balanced" in planes:
+        return "balanced" if set(planes) == {"balanced"} else "mixed"
+    return "in line" if "in line" in planes else "coincident"
 
 
 def overlapping(question: Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -102,15 +162,9 @@ def overlapping(question: Question, starts: Matrix) -> np.ndarray[Any, np.dtype[
 
 def _diverges(question: Question, end: Floats) -> bool:
     """Whether neighboring runs part: growth of a small distance over 200 revolutions, renewed at every one."""
-    turn = Turn(question.machine, question.p, question.speed)
-    z = complex(end[X], end[Y])
-    v = complex(end[VX], end[VY])
-    if question.assembly.system.rotating:
-        z, v = z * np.exp(1j * end[THETA]), v * np.exp(1j * end[THETA])
-    n = question.p.moment.size
-    back = np.exp(-1j * end[THETA])
-    z, v = z * back, v * back
-    state = np.concatenate([[z.real, z.imag, v.real, v.imag], end[BALLS : BALLS + 2 * n]])
+    rotating = bool(question.assembly.system.rotating)  # seen from its axes, the rotor is at the angle zero
+    turn = Turn(question.machine, question.st, question.speed, 0.0 if rotating else float(end[THETA]))
+    state = end[turn.kept]
     small, total = 1e-7, 0.0
     other = state.copy()
     other[4] += small

@@ -1,4 +1,4 @@
-"""The damping of the whirl at a critical speed."""
+"""The damping of the whirl at a critical speed, and of the slowest motion of the rotor."""
 
 from __future__ import annotations
 
@@ -8,10 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.assembly.rotors import LateralModel
+from autobalancer.stability.host.stations import Stations
 
 
 def damping_ratio(model: LateralModel, speed: float) -> float:
     """Of the free whirl that turns with the rotor at a critical speed."""
+    values = _free(model, speed)
+    own = values[np.argmin(np.abs(values - 1j * speed))]
+    return float(-own.real / abs(own))
+
+
+def slowest_decay(st: Stations, speed: float) -> float:
+    """Decay rate of the free motion of the rotor that dies away last, 1/s; with the mass of the balls on it."""
+    return float((-_free(st.model, speed).real).min())
+
+
+def _free(model: LateralModel, speed: float) -> NDArray[np.complex128]:
+    """Eigenvalues of the rotor at a speed, 1/s."""
     mass: NDArray[Any]
     stiffness: NDArray[Any]
     turning: NDArray[Any]
@@ -27,6 +40,4 @@ def damping_ratio(model: LateralModel, speed: float) -> float:
             [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, turning)],
         ]
     )
-    values = np.linalg.eigvals(first)
-    own = values[np.argmin(np.abs(values - 1j * speed))]
-    return float(-own.real / abs(own))
+    return np.asarray(np.linalg.eigvals(first), np.complex128)
