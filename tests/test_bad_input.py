@@ -44,7 +44,7 @@ def test_an_excitation_or_a_joint_without_its_kind_is_told_which_kinds_there_are
     assert "'kind', which must be one of 'base_motion', 'recorded_base_motion', 'force', 'recorded_force'" in told
     told = refused(rig_text("discoidal_rig").replace('kind = "lock"', "", 1))
     assert "joints[1]: given" in told
-    assert "one of 'lock', 'dashpot'" in told
+    assert "one of 'bearing', 'bushing', 'dashpot', 'lock'" in told
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,18 @@ def test_every_entry_that_a_page_shows_is_accepted_in_its_place(page: str, own_l
         assemble(parse_machine(tomli_w.dumps(data), line))
 
 
+def test_the_friction_laws_that_a_page_shows_brake_a_ball(own_leaves: Callable[[str], None]) -> None:
+    own_leaves("resolved_balls.md")
+    blocks = FENCE.findall((ROOT / "docs" / "resolved_balls.md").read_text(encoding="utf-8"))
+    laws = [tomllib.loads(block)["friction_law"] for block in blocks if "friction_law" in block]
+    assert [law["kind"] for law in laws] == ["stribeck", "oiled_wall"]
+    for law in laws:
+        data = copy.deepcopy(WHOLE)
+        resolved = {"stiffness": 1e6, "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": 0.01}
+        data["balancers"][0]["races"][0]["resolved"] = resolved | {"friction_law": law}
+        assert assemble(parse_machine(tomli_w.dumps(data))).resolved
+
+
 def test_the_joint_of_ones_own_that_a_page_shows_holds_a_rig(own_leaves: Callable[[str], None]) -> None:
     own_leaves("multibody.md")
     blocks = FENCE.findall((ROOT / "docs" / "multibody.md").read_text(encoding="utf-8"))

@@ -14,6 +14,7 @@ TIMES = np.linspace(0.0, 1.5, 301)
 WAVES = {"harmonics": [{"order": 2, "amplitude": 2e-3, "angle": 0.4}, {"order": 7, "amplitude": 2e-4, "angle": 1.0}]}
 SPLIT = {"partitions": {"count": 3, "angle": 0.8}}
 FLUID = {"fluid": {"density": 900.0, "viscosity": 1e-5}}
+PEAK = {"kind": "stribeck", "peak": 0.4, "peak_speed": 0.1}
 RUBS: dict[str, Any] = {"restitution": 0.6, "sliding_friction": 0.2, "slip_speed": 0.02, "ball_friction": 0.3}
 
 
@@ -55,9 +56,7 @@ def test_momentum_survives_friction_and_impacts_where_no_support_pulls() -> None
 @pytest.mark.parametrize("axis", ["vertical", "horizontal"])
 def test_friction_never_feeds_energy_in(axis: str, shape: dict[str, Any]) -> None:
     friction = {"rolling_resistance": 0.01, "adherence": 0.1}
-    machine = free(
-        axis=axis, race={"friction": friction, **shape}, rest_speed=0.05, peak_friction=0.4, peak_speed=0.1, **RUBS
-    )
+    machine = free(axis=axis, race={"friction": friction, **shape}, rest_speed=0.05, friction_law=PEAK, **RUBS)
     energy = bodies(machine).energy()
     assert np.diff(energy).max() < 1e-9 * energy[0]
     assert energy[-1] < 0.97 * energy[0]

@@ -1,8 +1,9 @@
-"""Functions that are called by their address, so that a kernel needs no new compilation for a new force.
+"""Functions that are called by their address, so that a kernel needs no new compilation for a new force or law.
 
 ``call_force(address, place, numbers, first)`` and ``call_pair(address, place, next, numbers, first)`` return forces,
-``call_energy`` and ``call_pair_energy`` an energy. ``numbers[first:]`` are the own numbers of the part, which the function sees
-as a record. The call is that of Numba itself; where the function raises an error, what comes back is not a number.
+``call_energy`` and ``call_pair_energy`` an energy, ``call_friction(address, slip, numbers, first)`` a coefficient.
+``numbers[first:]`` are the own numbers of the part, which the function sees as a record. The call is that of Numba itself; where
+the function raises an error, what comes back is not a number.
 
 :func:`compiled` makes such an address. Interpreted, addresses are keys of a dictionary.
 """
@@ -19,13 +20,24 @@ from numba import config, from_dtype, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from autobalancer.kernels.fields import Record
 from autobalancer.kernels.flags import APART, KEPT
 from autobalancer.kernels.records.forces import PLACE
+from autobalancer.kernels.records.friction import SLIP
 
-RESULTS: dict[str, Any] = {  # what each method of a leaf returns: of a force on one ball, of one between two
-    "force": (types.UniTuple(types.float64, 2), types.UniTuple(types.float64, 4)),
-    "energy": (types.float64, types.float64),
-}
+
+class Call(NamedTuple):
+    """What a function returns, and the records that it gets before its own numbers."""
+
+    result: Any
+    records: tuple[Record, ...]
+
+
+FORCE = Call(types.UniTuple(types.float64, 2), (PLACE,))
+ENERGY = Call(types.float64, (PLACE,))
+PAIR_FORCE = Call(types.UniTuple(types.float64, 4), (PLACE, PLACE))
+PAIR_ENERGY = Call(types.float64, (PLACE, PLACE))
+FRICTION = Call(types.float64, (SLIP,))
 INTERPRETED = bool(getattr(config, "DISABLE_JIT", False))
 
 
@@ -53,8 +65,8 @@ _known: dict[tuple[Any, tuple[str, ...]], Called] = {}
 _interpreted: dict[int, tuple[Callable[..., Any], np.dtype[Any]]] = {}
 
 
-def compiled(function: Callable[..., Any], names: tuple[str, ...], method: str, pair: bool) -> Called:
-    """A function of one place (two of a ``pair``) and a record of own numbers with these names, ready to be called.
+def compiled(function: Callable[..., Any], names: tuple[str, ...], call: Call) -> Called:
+    """A function of records and a record of own numbers with these names, ready to be called.
 
     Raises
     ------
@@ -68,12 +80,24 @@ def compiled(function: Callable[..., Any], names: tuple[str, ...], method: str, 
             _known[known] = Called(len(_interpreted) + 1, function)
             _interpreted[len(_interpreted) + 1] = (function, own)
         else:
-            _known[known] = _compiled(function, own, RESULTS[method][pair], pair)
+            _known[known] = _compiled(function, own, call)
     return _known[known]
 
 
-def _compiled(function: Callable[..., Any], own: np.dtype[Any], result: Any, pair: bool) -> Called:
-    signature = result(*([PLACE.row_type] * (2 if pair else 1)), from_dtype(own))
+def in_words(reason: Exception) -> str:
+    """Why Numba did not compile a function."""
+    said = str(reason)
+    if "NRT required" in said:
+        return (
+            "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
+        )
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    useful = [line for line in lines if not line.startswith(("Failed in nopython", "During:", "Overload", "File"))]
+    return (useful or lines or ["for an unknown reason"])[0]
+
+
+def _compiled(function: Callable[..., Any], own: np.dtype[Any], call: Call) -> Called:
+    signature = call.result(*(record.row_type for record in call.records), from_dtype(own))
     try:
         made = njit(signature, cache=KEPT, **APART)(function)
     except RuntimeError as reason:  # written on the spot, so there is no file beside which it could be kept
@@ -84,14 +108,16 @@ def _compiled(function: Callable[..., Any], own: np.dtype[Any], result: Any, pai
     return Called(found.library.get_pointer_to_function(found.fndesc.llvm_func_name), made)
 
 
-def _caller(result: Any, places: int) -> Any:
-    """An intrinsic that calls a function of so many places and a record of numbers."""
+def _caller(call: Call) -> Any:
+    """An intrinsic that calls a function of records and a record of numbers."""
+    result, places = call.result, len(call.records)
 
     def typed(typing_context: Any, address: Any, *arguments: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            kinds = [*[PLACE.row_type] * places, PLACE.row_type]  # own numbers too go as a pointer to a record
+            of_own = call.records[0].row_type  # own numbers too go as a pointer to a record, whichever
+            kinds = [*(record.row_type for record in call.records), of_own]
             numbers = context.make_array(signature.args[-2])(context, builder, values[-2]).data
-            own = builder.bitcast(builder.gep(numbers, [values[-1]]), context.get_value_type(PLACE.row_type))
+            own = builder.bitcast(builder.gep(numbers, [values[-1]]), context.get_value_type(of_own))
             convention = context.call_conv
             function = builder.inttoptr(values[0], convention.get_function_type(result, kinds).as_pointer())
             status, found = convention.call_function(builder, function, result, kinds, [*values[1:-2], own])
@@ -124,10 +150,10 @@ call_force: Any
 call_pair: Any
 call_energy: Any
 call_pair_energy: Any
+call_friction: Any
 if INTERPRETED:
-    call_force = call_pair = call_energy = call_pair_energy = _called
+    call_force = call_pair = call_energy = call_pair_energy = call_friction = _called
 else:
-    call_force = intrinsic(_caller(RESULTS["force"][0], 1))
-    call_pair = intrinsic(_caller(RESULTS["force"][1], 2))
-    call_energy = intrinsic(_caller(RESULTS["energy"][0], 1))
-    call_pair_energy = intrinsic(_caller(RESULTS["energy"][1], 2))
+    call_force, call_energy = intrinsic(_caller(FORCE)), intrinsic(_caller(ENERGY))
+    call_pair, call_pair_energy = intrinsic(_caller(PAIR_FORCE)), intrinsic(_caller(PAIR_ENERGY))
+    call_friction = intrinsic(_caller(FRICTION))

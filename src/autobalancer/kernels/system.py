@@ -27,6 +27,7 @@ from autobalancer.kernels.pointers import pointer_to
 from autobalancer.kernels.records.drive import PRESCRIBED, SEGMENT, SHAKE
 from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
 from autobalancer.kernels.records.forces import FORCE, PLACE
+from autobalancer.kernels.records.friction import SLIP
 from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
 
@@ -125,6 +126,8 @@ class System(NamedTuple):
     free_balls: Rows = FREE_BALL.rows(0)  # resolved
     partitions: Rows = PARTITION.rows(0)
     free: Rows = FREE.rows(0)
+    slips: Rows = SLIP.rows(0)  # of resolved balls
+    friction_numbers: Floats = np.zeros(0)  # own numbers of all friction laws
     waves: Rows = WAVE.rows(0)
     fluid: Fluid = Fluid()
     places: Rows = PLACE.rows(0)  # of the balls, for forces

@@ -14,6 +14,7 @@ from autobalancer.machine.balancer import (
     Fluid,
     Force,
     Friction,
+    FrictionLaw,
     Harmonic,
     PairForce,
     Partitions,
@@ -100,6 +101,7 @@ __all__ = [
     "FreeBalls",
     "FreeSphereDrag",
     "Friction",
+    "FrictionLaw",
     "Harmonic",
     "HarmonicForce",
     "Hill",
@@ -144,7 +146,7 @@ __all__ = [
     "key",
 ]
 
-FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, Joint)
+FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, FrictionLaw, Joint)
 
 globals().update({leaf.__name__: leaf for family in FAMILIES for leaf in leaves_of(family)})
 document(Machine)

@@ -10,7 +10,16 @@ from typing import Any, NamedTuple
 
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.called import Called, compiled, numbers_row
+from autobalancer.kernels.called import (
+    ENERGY,
+    FORCE,
+    PAIR_ENERGY,
+    PAIR_FORCE,
+    Called,
+    compiled,
+    in_words,
+    numbers_row,
+)
 from autobalancer.kernels.records.forces import PLACE
 from autobalancer.machine import Force
 
@@ -19,6 +28,7 @@ CLOSE = 1e-5  # by which force and gradient may differ, over the greatest force 
 SPEEDS = (0.0, 30.0, 300.0)  # rad/s, of the rotor
 RADII = (1.0, 0.97)  # of the orbit radius
 ANGLES = 8
+CALLS = {"force": (FORCE, PAIR_FORCE), "energy": (ENERGY, PAIR_ENERGY)}
 KEY_WORDS = (
     "return 2 numbers: force(at, own) -> (fx, fy)",
     "return 4 numbers: force(at, next, own) -> (fx, fy, fx_next, fy_next)",
@@ -102,20 +112,10 @@ def _made(force: Force, method: str) -> Called:
     if function is None:
         raise MachineError(f"has no '{method}'; write it as a static method that {KEY_WORDS[bool(force.pairs)]}")
     try:
-        return compiled(function, tuple(force.numbers()), method, bool(force.pairs))
+        call = CALLS[method][bool(force.pairs)]
+        return compiled(function, tuple(force.numbers()), call)
     except Exception as reason:
-        raise MachineError(f"does not compile: in {method!r}, {_in_words(str(reason))}") from None
-
-
-def _in_words(said: str) -> str:
-    """Why Numba did not compile it."""
-    if "NRT required" in said:
-        return (
-            "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
-        )
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
-    useful = [line for line in lines if not line.startswith(("Failed in nopython", "During:", "Overload", "File"))]
-    return (useful or lines or ["for an unknown reason"])[0]
+        raise MachineError(f"does not compile: in {method!r}, {in_words(reason)}") from None
 
 
 def _wheres(force: Force, orbit: float) -> Iterator[Where]:

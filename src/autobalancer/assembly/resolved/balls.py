@@ -10,6 +10,7 @@ import numpy as np
 
 from autobalancer.assembly.contacts import restitution
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
+from autobalancer.assembly.resolved.friction import friction_rows
 from autobalancer.assembly.resolved.walls import (
     damping_number,
     orbit_at,
@@ -74,7 +75,8 @@ def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids:
         row.partition = bounded.index(i) if i in bounded else NONE
         if i in bounded:
             angles[i] = set_partitions(partitions[row.partition], race, ball, angles[i], relative_mass(ball))
-    return {"free_balls": rows, "free": FREE.rows(len(balls)), "partitions": partitions, "waves": waves.rows}
+    others = friction_rows(machine, balls, rows)
+    return {"free_balls": rows, "free": FREE.rows(len(balls)), "partitions": partitions, "waves": waves.rows} | others
 
 
 def relative_mass(ball: Ball) -> float:
@@ -115,9 +117,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     row.ball_stiffness = ball_k
     row.ball_damping = damping_number(contact, restitution(race))
     row.sliding = float(contact.sliding_friction)
-    row.peak = float(contact.peak_friction or contact.sliding_friction)
     row.slip_speed = float(contact.slip_speed)
-    row.peak_speed = float(contact.peak_speed or 1.0)
     row.rolling_arm = float(friction.rolling_resistance) * ball.radius if friction is not None else 0.0
     row.rest_speed = float(contact.rest_speed or 1.0)
     row.adherence = float(friction.adherence or 0.0) if friction is not None else 0.0

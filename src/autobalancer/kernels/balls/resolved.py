@@ -23,9 +23,10 @@ from numba import njit
 from autobalancer.kernels.balls.forces import push_resolved
 from autobalancer.kernels.balls.path import closest, orbit
 from autobalancer.kernels.balls.rates import rates_of
+from autobalancer.kernels.called import call_friction
 from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.host.linear import Motion
-from autobalancer.kernels.laws.contact import adherence, friction_coefficient, normal_force
+from autobalancer.kernels.laws.contact import adherence, normal_force
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.kernels.laws.lag import fluid_lag
 from autobalancer.kernels.laws.slipstream import slipstream
@@ -47,14 +48,15 @@ TINY = 1e-30  # m^2, keeps the direction of a ball at the center of its race a n
 
 
 @njit(**INLINE)
-def _slide(slip: float, ball: Any, pressed: float) -> float:
+def _slide(p: System, ball: Any, at: Any, slip: float, pressed: float) -> float:
     """Friction of a wall against this slip, N."""
-    return pressed * friction_coefficient(slip, ball.sliding, ball.peak, ball.slip_speed, ball.peak_speed)
+    at.slip, at.pressed = slip, pressed
+    return pressed * call_friction(ball.friction, at, p.friction_numbers, ball.first_number)
 
 
 @njit(**INLINE)
-def _in_chamber(time, y, p, ball, own, angle, free) -> None:  # type: ignore[no-untyped-def]
-    """Forces of walls, partitions, floor and fluid on a ball with its state at ``own``, into ``free``."""
+def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore[no-untyped-def]
+    """Forces of walls, partitions, floor and fluid on a ball with its state at ``own``, into ``free``; it slips ``at``."""
     x, z, vx, vz, spin = y[own + BALL_X], y[own + BALL_Y], y[own + BALL_VX], y[own + BALL_VY], y[own + BALL_SPIN]
     away = math.sqrt(x * x + z * z + TINY)
     nx, ny = x / away, z / away
@@ -76,10 +78,10 @@ def _in_chamber(time, y, p, ball, own, angle, free) -> None:  # type: ignore[no-
     slip = along + radius * spin
     rub, torque, hold_rate = 0.0, 0.0, 0.0
     if wall > 0.0:
-        rub = _slide(slip, ball, wall)
+        rub = _slide(p, ball, at, slip, wall)
         torque = -radius * rub
     if inner > 0.0:
-        grip = _slide(along - radius * spin, ball, inner)
+        grip = _slide(p, ball, at, along - radius * spin, inner)
         rub += grip
         torque += radius * grip
     if ball.rolling_arm > 0.0:
@@ -204,7 +206,7 @@ def _states(p: System, b: int) -> int:
 def _touching(time: float, y: Any, p: System, motion: Motion) -> None:
     """All forces but weight, on all balls."""
     for b in range(p.ball_count):
-        _in_chamber(time, y, p, p.free_balls[b], _states(p, b), y[BALLS + b], p.free[b])
+        _in_chamber(time, y, p, p.free_balls[b], _states(p, b), y[BALLS + b], p.free[b], p.slips[b])
     for b in range(p.ball_count):
         for other in range(b + 1, p.ball_count):
             race = p.free_balls[b].race

@@ -1,8 +1,4 @@
-"""Laws of a contact: normal force, friction, adherence. Depths in m, velocities in m/s, forces in N.
-
-(5.7) of Spannan (2021) has the factor 1.0 - mu_kin, by which any contact would start to slide at about mu = 1 whatever its
-peak; it is mu_adh - mu_kin here.
-"""
+"""Laws of a contact: normal force, adherence. Depths in m, velocities in m/s, forces in N. Friction laws are leaves."""
 
 from __future__ import annotations
 
@@ -25,15 +21,6 @@ def normal_force(depth: float, rate: float, stiffness: float, damping: float, he
         return max(stiffness * depth + damping * rate, 0.0)
     root = math.sqrt(depth)
     return max(stiffness * depth * root + damping * math.sqrt(root) * rate, 0.0)
-
-
-@njit(**INLINE)
-def friction_coefficient(slip: float, sliding: float, peak: float, slip_speed: float, peak_speed: float) -> float:
-    """Coulomb friction made smooth, odd in the slip: Spannan (2021), (5.6), and (5.7) where ``peak`` exceeds ``sliding``."""
-    level = sliding
-    if peak > sliding:
-        level += (peak - sliding) * math.exp(-abs(slip) / peak_speed)
-    return level * math.tanh(slip / slip_speed)
 
 
 @njit(**INLINE)

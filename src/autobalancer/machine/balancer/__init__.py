@@ -5,6 +5,7 @@ from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, P
 from autobalancer.machine.balancer.drag import BallInRace, Drag
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.force import Force, PairForce
+from autobalancer.machine.balancer.friction_law import FrictionLaw
 from autobalancer.machine.balancer.race import Balancer, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
 
@@ -17,6 +18,7 @@ __all__ = [
     "Fluid",
     "Force",
     "Friction",
+    "FrictionLaw",
     "Harmonic",
     "PairForce",
     "Partitions",

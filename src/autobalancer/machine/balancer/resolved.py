@@ -7,6 +7,8 @@ from typing import Annotated
 from pydantic import model_validator
 
 from autobalancer.machine.balancer.contact import ContactStiffness, SlipSpeed
+from autobalancer.machine.balancer.friction_law import FrictionLaw
+from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import Part, key
 from autobalancer.machine.quantity import Offset, Quantity, Ratio
 
@@ -21,9 +23,9 @@ class ResolvedContact(Part):
     1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce, less than 0.01 counts as that;
     or ``damping`` of the linear damper.
 
-    ``sliding_friction`` mu, full where the contact slips much faster than ``slip_speed`` (5.6). ``peak_friction`` and
-    ``peak_speed``: more friction at the onset of sliding, which fades over this slip speed (5.7). The race's ``friction``
-    brings rolling resistance and adherence; ``rest_speed`` is the speed below which a ball counts as at rest, and
+    ``sliding_friction`` mu, full where the contact slips much faster than ``slip_speed`` (5.6), by the ``friction_law``
+    ``coulomb`` unless another one is given, such as ``stribeck`` with more friction at the onset of sliding (5.7). The race's
+    ``friction`` brings rolling resistance and adherence; ``rest_speed`` is the speed below which a ball counts as at rest, and
     ``adherence_stiffness`` that of the spring that holds it, by default the 1 N/mm of Spannan (2021), section 5.1.3.
 
     ``floor_friction``: of the floor of the annulus under a ball that the wall does not carry, on a vertical axis.
@@ -38,8 +40,9 @@ class ResolvedContact(Part):
     damping: ContactDamping | None = key("of a linear damper beside the linear spring; this or `restitution`", None)
     sliding_friction: Ratio = key("coefficient of friction of wall and ball")
     slip_speed: SlipSpeed = key("friction is fully developed at much faster slip")
-    peak_friction: Ratio | None = key("greater coefficient at the onset of sliding; requires `peak_speed`", None)
-    peak_speed: SlipSpeed | None = key("slip speed over which it decreases; requires `peak_friction`", None)
+    friction_law: Annotated[FrictionLaw, OneOf(FrictionLaw)] | None = key(
+        "how friction of wall and ball depends on the slip; without it `coulomb`", None
+    )
     rest_speed: SlipSpeed | None = key(
         "slower balls count as at rest; required by rolling resistance and adherence", None
     )
@@ -62,11 +65,6 @@ class ResolvedContact(Part):
 
     @model_validator(mode="after")
     def _one_friction(self) -> ResolvedContact:
-        if (self.peak_friction is None) != (self.peak_speed is None):
-            raise ValueError("give 'peak_friction' and 'peak_speed' together, or neither")
-        if self.peak_friction is not None and self.peak_friction < self.sliding_friction:
-            raise ValueError(
-                f"peak_friction: given {self.peak_friction:g}; must not be less than the sliding friction, "
-                f"{self.sliding_friction:g}"
-            )
+        if self.friction_law is not None and (wrong := self.friction_law.unfit(self.sliding_friction)):
+            raise ValueError(f"friction_law.{wrong}")
         return self

@@ -1,0 +1,77 @@
+"""Friction laws of resolved balls: compiled, tried, and put into the rows of the balls."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from autobalancer.catalog.resolve import Ball
+from autobalancer.errors import MachineError
+from autobalancer.kernels.called import FRICTION, Called, compiled, in_words, numbers_row
+from autobalancer.kernels.records.friction import SLIP
+from autobalancer.kernels.system import Rows
+from autobalancer.machine import FrictionLaw, Machine
+from autobalancer.machine.leaves import find
+
+SLIPS = np.geomspace(1e-6, 10.0, 29)  # m/s, at which a law is tried in both directions
+PRESSED = (1e-2, 1.0, 1e3)  # N
+REST = 1e-6  # share of the greatest coefficient that a law may have without slip
+
+
+def friction_rows(machine: Machine, balls: tuple[Ball, ...], rows: Rows) -> dict[str, Any]:
+    """Slips and numbers of friction laws as fields of a system; the laws go into the ``rows`` of the balls.
+
+    Raises
+    ------
+    MachineError
+        If a law cannot be used; the message says which one, and why.
+    """
+    slips = SLIP.rows(len(balls))
+    numbers: list[float] = []
+    for row, slip, ball in zip(rows, slips, balls, strict=True):
+        contact = machine.balancers[ball.balancer].races[ball.race].resolved
+        assert contact is not None
+        law = contact.friction_law or find(FrictionLaw, "coulomb")()
+        slip.sliding, slip.slip_speed, slip.radius = contact.sliding_friction, contact.slip_speed, ball.radius
+        try:
+            row.friction = _tried(law, float(slip.sliding), float(slip.slip_speed), ball.radius).address
+        except MachineError as reason:
+            where = f"balancers[{ball.balancer + 1}].races[{ball.race + 1}].resolved.friction_law"
+            raise MachineError(f"{where}: the friction law {law.word()!r} {reason}") from None
+        row.first_number = len(numbers)
+        numbers += law.numbers().values() or (0.0,)
+    return {"slips": slips, "friction_numbers": np.array(numbers, np.float64)}
+
+
+@lru_cache(maxsize=256)
+def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -> Called:
+    """The compiled law of a ball: a number everywhere, against the slip, and nothing without it."""
+    function = getattr(type(law), "coefficient", None)
+    if function is None:
+        raise MachineError("has no 'coefficient'; write it as a static method: coefficient(at, own) -> float")
+    try:
+        made = compiled(function, tuple(law.numbers()), FRICTION)
+    except Exception as reason:
+        raise MachineError(f"does not compile: {in_words(reason)}") from None
+    own, greatest = numbers_row(law.numbers()), 0.0
+    for pressed in PRESSED:
+        for slip in (*SLIPS, *-SLIPS, 0.0):
+            at = SLIP.row(slip=slip, pressed=pressed, sliding=sliding, slip_speed=slip_speed, radius=radius)
+            value = float(made.function(at, own))
+            where = f"at a slip of {slip:.4g} m/s on a wall that presses with {pressed:g} N"
+            if not math.isfinite(value):
+                raise MachineError(f"is not a number {where}: it returned {value:g}")
+            greatest = max(greatest, abs(value))
+            if slip == 0.0 and abs(value) > REST * greatest:
+                raise MachineError(
+                    f"drives a ball that does not slip, with the coefficient {value:.4g}; it must be zero there"
+                )
+            if value * slip < 0.0:
+                raise MachineError(
+                    f"drives the ball {where}: its coefficient is {value:.4g}; it must have the sign of the slip, against "
+                    "which friction acts"
+                )
+    return made

@@ -1,0 +1,148 @@
+"""A friction law from outside the package: compiled and called as those from within, refused where it would drive a ball."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import pytest
+
+import autobalancer as ab
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import MachineError
+from autobalancer.machine import FrictionLaw, leaves
+from autobalancer.machine.part import key
+from autobalancer.machine.quantity import Ratio
+from references.resolved import chamber, free
+
+RUBS: dict[str, Any] = {"restitution": 0.6, "sliding_friction": 0.2, "slip_speed": 0.02}
+
+
+class OwnPeak(FrictionLaw):
+    """(5.7) once more, typed anew."""
+
+    kind: Literal["own_peak"] = "own_peak"
+    interface: ClassVar[int] = 1
+    more: Ratio = key("greatest coefficient less that of sliding")
+    fade: Ratio = key("slip over which it decreases, m/s")
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return (at.sliding + own.more * math.exp(-abs(at.slip) / own.fade)) * math.tanh(at.slip / at.slip_speed)  # type: ignore[no-any-return]
+
+
+class Viscous(FrictionLaw):
+    """A lubricated wall: friction in proportion to the slip, whatever presses."""
+
+    kind: Literal["viscous"] = "viscous"
+    interface: ClassVar[int] = 1
+    constant: Ratio = key("force over slip, N s/m")
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return own.constant * at.slip / at.pressed  # type: ignore[no-any-return]
+
+
+class NoNumber(Viscous):
+    kind: Literal["no_number"] = "no_number"  # type: ignore[assignment]
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return math.sqrt(0.5 - abs(at.slip)) * at.slip if abs(at.slip) < 0.5 else math.nan
+
+
+class Drives(Viscous):
+    kind: Literal["drives"] = "drives"  # type: ignore[assignment]
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return 0.1 * math.tanh(at.slip / at.slip_speed) - 0.05 * at.slip  # type: ignore[no-any-return]
+
+
+class Creeps(Viscous):
+    kind: Literal["creeps"] = "creeps"  # type: ignore[assignment]
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return 0.1 * math.copysign(1.0, at.slip)
+
+
+class Lists(Viscous):
+    kind: Literal["lists"] = "lists"  # type: ignore[assignment]
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return sum([at.slip, 0.0])  # type: ignore[no-any-return]
+
+
+class Nothing(FrictionLaw):
+    kind: Literal["nothing"] = "nothing"
+    interface: ClassVar[int] = 1
+
+
+@pytest.fixture(autouse=True)
+def _known_here_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(leaves, "_registered", dict(leaves._registered))
+
+
+def last(law: Any, duration: float = 0.4, **more: Any) -> np.ndarray:
+    run = ab.simulate(free(friction_law=law, **RUBS, **more), duration=duration)
+    return np.array([run[name].values[-1].ravel() for name in ("ball_angle_in_rotor", "ball_spin")])
+
+
+def test_a_law_from_outside_moves_the_balls_as_the_same_law_from_within() -> None:
+    ours = last({"kind": "stribeck", "peak": 0.4, "peak_speed": 0.1})
+    theirs = last(OwnPeak(more=0.2, fade=0.1))
+    np.testing.assert_allclose(theirs, ours, rtol=1e-7)
+    assert np.abs(last({"kind": "coulomb"}) - ours).max() > 1e-3
+    np.testing.assert_allclose(last(None), last({"kind": "coulomb"}), rtol=1e-12)
+
+
+def test_slip_on_a_lubricated_wall_decays_as_the_exponential_of_its_law() -> None:
+    c, mass, radius, speed = 0.05, 5e-3, 5e-3, 100.0
+    machine = chamber(
+        speed=speed, restitution=0.0, sliding_friction=0.1, slip_speed=1e-3, friction_law=Viscous(constant=c),
+        balls={"start_speeds": [5.0]}, start_gap=1e-6,  # a ball that starts off the wall does not spin
+    )  # fmt: skip
+    run = ab.simulate(machine, duration=0.05, save=ab.SampleTimes([0.01, 0.03, 0.05]))
+    slip = 0.1 * run["ball_speed_in_rotor"].values.ravel() + radius * (run["ball_spin"].values.ravel() - speed)
+    rate = c / mass * (1.0 + 5.0 / 2.0)  # of a full sphere
+    # 1e-3: depth of the contact over the orbit radius, and its vibration after the start
+    np.testing.assert_allclose(slip[1:] / slip[:-1], math.exp(-0.02 * rate), rtol=1e-3)
+
+
+def test_a_registered_law_is_read_and_written() -> None:
+    ab.laws.register(Viscous)
+    machine = chamber(sliding_friction=0.1, friction_law={"kind": "viscous", "constant": 0.3})
+    assert ab.parse_machine(ab.machine_text(machine)) == machine
+    assert "force over slip" in repr(ab.keys("balancers.races.resolved.friction_law"))
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (
+            NoNumber(constant=0.0),
+            r"'no_number' is not a number at a slip of .* m/s on a wall that presses with 0.01 N",
+        ),
+        (Drives(constant=0.0), "'drives' drives the ball at a slip of 3.* its coefficient is -"),
+        (Creeps(constant=0.0), "'creeps' drives a ball that does not slip, with the coefficient 0.1"),
+        (Lists(constant=0.0), "'lists' does not compile: memory is allocated"),
+        (Nothing(), "'nothing' has no 'coefficient'"),
+    ],
+)
+def test_a_law_that_does_not_brake_is_named(law: FrictionLaw, message: str) -> None:
+    with pytest.raises(
+        MachineError, match=rf"balancers\[1\]\.races\[1\]\.resolved\.friction_law: the friction {message}|{message}"
+    ):
+        assemble(chamber(sliding_friction=0.1, friction_law=law))
+
+
+def test_a_law_for_another_version_is_refused_with_both_versions() -> None:
+    class Newer(Viscous):
+        kind: Literal["newer"] = "newer"  # type: ignore[assignment]
+        interface: ClassVar[int] = 3
+
+    with pytest.raises(MachineError, match=r"version 3 .* version 1"):
+        ab.laws.register(Newer)
