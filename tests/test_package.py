@@ -31,6 +31,19 @@ def test_every_sample_machine_is_in_the_package_and_can_be_read() -> None:
         ab.example("discoidel")
 
 
+def test_a_wheel_has_every_file_of_the_package() -> None:
+    """Modules because each folder is a package, stubs and data because a pattern of pyproject.toml fits them."""
+    source = ROOT / "src" / "autobalancer"
+    files = {path for path in source.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+    modules = {path for path in files if path.suffix == ".py"}
+    assert {path.parent / "__init__.py" for path in modules} <= modules
+    patterns = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"][
+        "package-data"
+    ]
+    fit = {path for pattern in patterns["autobalancer"] for path in source.glob(pattern)}
+    assert files - modules - fit == set()
+
+
 def test_a_sample_machine_is_listed_printed_and_written(tmp_path: Path) -> None:
     assert "discoidal" in RUNNER.invoke(app, ["example"]).stdout
     listed = json.loads(RUNNER.invoke(app, ["example", "--json"]).stdout)
