@@ -373,10 +373,9 @@ def test_a_force_that_is_not_possible_is_refused_where_it_stands(given: Any, sai
     assert said in str(refused.value)
 
 
-def test_questions_of_stability_refuse_forces_on_the_balls() -> None:
-    machine = planar(ALONG)
+def test_the_averaged_theory_refuses_forces_on_the_balls() -> None:
     with pytest.raises(QuestionError, match=r"balancers\[1\]\.races\[1\]\.forces: this question does not know"):
-        ab.stability.equilibria(machine, 200.0)
+        ab.stability.averaged_border(planar(ALONG))
 
 
 def test_every_force_of_the_package_is_found_by_its_file() -> None:

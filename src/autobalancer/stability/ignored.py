@@ -23,8 +23,9 @@ def ignored_by_stalled(machine: Machine) -> tuple[str, ...]:
     """What the torque balances of release and capture speed leave out; they know rolling resistance and any drag."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
+    forced = any(race.forces for race in races)
     tilts = machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor)
-    return _there({"adherence": adheres, "tilt of the races": tilts} | _by_all(machine))
+    return _there({"adherence": adheres, "tilt of the races": tilts, "forces on the balls": forced} | _by_all(machine))
 
 
 def without(names: tuple[str, ...]) -> str:
@@ -38,7 +39,6 @@ def _by_all(machine: Machine) -> dict[str, bool]:
         "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
         "resolved contact": any(race.resolved is not None for race in races),
         "excitations": bool(machine.excitations),
-        "forces on the balls": any(race.forces for race in races),
         "slipstream": any(race.slipstream for race in races),
         "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
     }

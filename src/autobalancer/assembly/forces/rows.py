@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contacts import ring
-from autobalancer.assembly.forces.tried import compiled_force
+from autobalancer.assembly.forces.tried import compiled_force, made_of
 from autobalancer.catalog.resolve import Ball
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.records.forces import FORCE, PLACE
@@ -22,8 +22,10 @@ def has_forces(machine: Machine) -> bool:
     return any(race.forces for balancer in machine.balancers for race in balancer.races)
 
 
-def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats) -> dict[str, Any]:
+def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, *, tried: bool = True) -> dict[str, Any]:
     """Forces and the places of balls as fields of a system; ``angles`` at the start give the order of the balls.
+
+    ``tried`` is ``False`` for a machine whose forces were tried before, with other numbers.
 
     Raises
     ------
@@ -39,7 +41,8 @@ def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats) -> dic
     rows: list[Any] = []
     numbers: list[float] = []
     for path, force, members in forces_in(machine, balls):
-        made = compiled_force(force, path, tuple(balls[i] for i in members), float(places[members[0]].gravity))
+        its_balls = tuple(balls[i] for i in members)
+        made = compiled_force(force, path, its_balls, float(places[members[0]].gravity)) if tried else made_of(force)
         fields = {"address": made.force.address, "energy": made.energy.address if made.energy else 0}
         fields["first"] = len(numbers)
         numbers += force.numbers().values() or (0.0,)

@@ -79,7 +79,7 @@ def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: fl
 
 @lru_cache(maxsize=256)
 def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: float) -> Made:
-    made = Made(_made(force, "force"), _made(force, "energy") if force.conservative() else None)
+    made = made_of(force)
     own = numbers_row(force.numbers())
 
     def rows(where: Where) -> list[Any]:
@@ -105,6 +105,11 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
     if energy is not None:
         _refuse_false_energy(lambda where: float(energy.function(*rows(where), own)), tried, STEP * orbit)
     return made
+
+
+def made_of(force: Force) -> Made:
+    """The compiled functions of a force, untried."""
+    return Made(_made(force, "force"), _made(force, "energy") if force.conservative() else None)
 
 
 def _made(force: Force, method: str) -> Called:

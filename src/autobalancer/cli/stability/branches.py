@@ -22,7 +22,9 @@ def branches(
     speed: Annotated[str, typer.Option(help='Rotor speed where it is not the parameter, such as "1200 rpm".')] = "",
     state: Annotated[
         str,
-        typer.Option(help="Where to begin: balanced, mixed, coincident, 'in line', stalled, 'partly stalled' or all."),
+        typer.Option(
+            help="Where to begin: balanced, mixed, coincident, 'in line', spread, stalled, 'partly stalled' or all."
+        ),
     ] = "balanced",
     switch: Annotated[bool, typer.Option(help="Go on along what branches off.")] = True,
     orbits: Annotated[bool, typer.Option(help="Follow periodic motions born at Hopf points.")] = True,

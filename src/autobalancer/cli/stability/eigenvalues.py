@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
@@ -27,7 +27,8 @@ def stability(
         ),
     ] = "",
     state: Annotated[
-        str, typer.Option(help="balanced, coincident, 'in line', or mixed: at some stations at rest.")
+        str,
+        typer.Option(help="balanced, coincident, 'in line', mixed: at some stations at rest, or spread: by forces."),
     ] = "balanced",
     unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
     out: Outs = None,
@@ -48,13 +49,13 @@ def stability(
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability.growth import plot_stability
-    from autobalancer.stability.states.questions import eigenvalues
+    from autobalancer.stability.states.questions import Kind, eigenvalues
     from autobalancer.stability.states.ranges import stability_ranges
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    if state not in ("balanced", "mixed", "coincident", "in line"):
-        raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident or 'in line'")
+    if state not in get_args(Kind):
+        raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident, 'in line' or spread")
     described = load_machine(machine)
     chosen = speed_range("--speeds", speeds, COUNT) if speeds else _usual(machine)
     size = optional("--unbalance", unbalance, "kg*m")

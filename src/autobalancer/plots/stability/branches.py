@@ -24,6 +24,7 @@ COLORS = {
     "mixed": "#56B4E9",
     "coincident": "#E69F00",
     "in line": "#009E73",
+    "spread": "#6A51A3",
     "swinging": "#CC79A7",
     "stalled": "#8A4F1D",
     "partly stalled": "#7B3294",

@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -23,7 +24,7 @@ from autobalancer.machine.profile import Constant
 from autobalancer.stability.continuation.symmetry import Groups, merged
 from autobalancer.stability.host.planar import Matrix, Plane, plane
 from autobalancer.stability.host.reduction import basis_for, projected
-from autobalancer.stability.host.stations import Stations, of_plane, stations
+from autobalancer.stability.host.stations import Stations, in_plane, of_plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.units import to_si
 from autobalancer.units.ranges import ends, example, is_range
@@ -54,8 +55,10 @@ class Family:
 
     def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
         self.machine, self.parameters = machine, tuple(parameters)
-        self._plane = plane(machine) if isinstance(machine.rotor, PlanarRotor) else None
-        self._base = stations(machine) if self._plane is None else of_plane(self._plane)
+        planar = isinstance(machine.rotor, PlanarRotor)
+        self._plane = plane(machine) if planar and not has_forces(machine) else None
+        self._stations = in_plane if planar else stations
+        self._base = self._stations(machine)
         self._basis: Matrix | None = None
         if not self._base.isotropic:
             raise QuestionError(
@@ -132,7 +135,7 @@ class Family:
             for name, value in quick.items():
                 p = _changed(p, machine, name, value)
             return Field(of_plane(p), speed)
-        host = self._base if machine is self.machine else stations(machine)
+        host = self._base if machine is self.machine else self._stations(machine)
         for name, value in quick.items():
             host = _scaled(host, name, value)
         return Field(host if self._basis is None else projected(host, self._basis), speed)

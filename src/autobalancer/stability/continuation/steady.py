@@ -6,6 +6,7 @@ import copy
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.continuation.family import Family
@@ -86,10 +87,20 @@ def size(host: Stations) -> float:
     return length
 
 
-def running_true(host: Stations, state: Floats, length: float) -> int | None:
-    """Dimension of the continuum of a state in which races run true; ``None`` if none of them does."""
-    true = np.abs(centers_of(host, state)) < TRUE_RACE * length
-    if not true.any():
+def true_races(field: Field, state: Floats, length: float) -> NDArray[np.bool_]:
+    """Whether the race of each ball runs true, (n,); where it tilts, up to what the shorter reach of a ball makes of it."""
+    host, allowed = field.host, np.full(field.balls, TRUE_RACE * length)
+    if host.slopes is not None:
+        pairs = host.model.pairs
+        lean = host.slopes @ (state[:pairs] + 1j * state[pairs : 2 * pairs])
+        allowed += 2.0 * np.abs(lean[host.station]) ** 2 * host.orbit
+    return np.asarray(np.abs(centers_of(host.plain_at(field.speed), state)) < allowed)
+
+
+def running_true(field: Field, state: Floats, length: float) -> int | None:
+    """Dimension of the continuum of a state in which races run true; ``None`` if none of them does, or forces hold the balls."""
+    host, true = field.host, true_races(field, state, length)
+    if host.forces is not None or not true.any():
         return None
     races = list(zip(host.station.tolist(), host.offset.tolist(), strict=True))
     standing = [race for race, runs in zip(races, true, strict=True) if runs]
@@ -159,7 +170,7 @@ class Steady:
 
     def freedom_or_none(self, u: Floats) -> int | None:
         """Dimension of the continuum of balanced states of the merged balls; ``None`` where no race runs true."""
-        return running_true(self.field(u).host, u[:-1] * self.scale, self.span.length)
+        return running_true(self.field(u), u[:-1] * self.scale, self.span.length)
 
     def eigenvalues(self, u: Floats) -> Complexes:
         """Of the merged balls, 1/s, greatest real part first."""

@@ -27,6 +27,8 @@ TOGETHER = 1e-7  # rad: nearer balls count as coincident
 
 def kinds(hosts: list[Stations]) -> list[tuple[float, ...]]:
     """For each ball what it shares with its equals, in all of these hosts."""
+    if hosts[0].forces is not None and hosts[0].forces.pairs:  # a ball that changes places gets other neighbors
+        return [(float(ball),) for ball in range(hosts[0].moment.size)]
     rows = [np.stack([h.race, h.ball_mass, h.moment, h.inertia, h.drag, h.offset.real, h.offset.imag]) for h in hosts]
     return [tuple(column) for column in np.concatenate(rows).T.tolist()] if hosts[0].moment.size else []
 
@@ -66,6 +68,7 @@ def merged(p: Stations, groups: Groups) -> Stations:
         moment=total(p.moment),
         inertia=total(p.inertia),
         drag=total(p.drag),
+        forces=None if p.forces is None else p.forces.merged(groups),
     )
 
 

@@ -29,7 +29,7 @@ from autobalancer.stability.states.state import StationState, state_vector
 from autobalancer.stability.states.stations import states_of
 from autobalancer.units import optional_argument
 
-State = Literal["balanced", "mixed", "coincident", "in line", "stalled", "partly stalled", "all"]
+State = Literal["balanced", "mixed", "coincident", "in line", "spread", "stalled", "partly stalled", "all"]
 STATES = get_args(State)
 STARTS = 13  # places in the range at which a stalled orbit is looked for
 

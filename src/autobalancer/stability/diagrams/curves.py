@@ -36,7 +36,7 @@ def bifurcation_curves(
     second_end: float | str | None = None,
     *,
     speed: float | str | None = None,
-    from_state: Literal["balanced", "coincident", "in line"] = "balanced",
+    from_state: Literal["balanced", "coincident", "in line", "spread"] = "balanced",
     largest_step: float = 0.03,
     progress: Progress | None = None,
 ) -> xr.Dataset:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.profile import greatest_rise, highest_prescribed
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
@@ -21,6 +22,7 @@ from autobalancer.machine import Machine, PlanarRotor, Unbalance
 from autobalancer.random_numbers import generator
 from autobalancer.stability.friction.held_values import HeldByFriction, HeldPlane
 from autobalancer.stability.friction.stopping import Races, stopped
+from autobalancer.stability.host.forces import without_forces
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.states.described import described, service_speed
@@ -30,6 +32,7 @@ from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
 PART_GIVEN = "some races have no friction: their balls are ideal"
+FORCES_LEFT_OUT = "forces on the balls are left out here"
 TILT_LEFT_OUT = "balls feel the deflection of their race here, not its tilt"
 
 
@@ -74,15 +77,15 @@ def held_by_friction(
     if not (math.isfinite(at) and at > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
     holding, rolling = _coefficients(balls)
+    left_out = [TILT_LEFT_OUT] * (machine.tilting_races == "full") + [FORCES_LEFT_OUT] * has_forces(machine)
     if not holding.any():
-        return HeldByFriction(at, 0, (), NONE_GIVEN)
+        return HeldByFriction(at, 0, (), "; ".join([NONE_GIVEN, *left_out]))
     races = _races(st, at, balls, holding, rolling)
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
     found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
     planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
-    notes = [PART_GIVEN] * (not holding.all()) + [TILT_LEFT_OUT] * (machine.tilting_races == "full")
-    return HeldByFriction(at, starts, planes, "; ".join(notes))
+    return HeldByFriction(at, starts, planes, "; ".join([PART_GIVEN] * (not holding.all()) + left_out))
 
 
 def held_share(machine: Machine, speeds: Floats) -> Floats:
@@ -116,7 +119,7 @@ def _weight(machine: Machine, speed: float) -> float:
 
 
 def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
-    weightless = machine.model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
+    weightless = without_forces(machine).model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
     if unbalance is not None and isinstance(machine.rotor, PlanarRotor):
         vector = described(weightless, unbalance).unbalance
         one = Unbalance(moment=abs(vector), angle=cmath.phase(vector))

@@ -93,8 +93,10 @@ def refuse_forces(machine: Machine) -> None:
         )
 
 
-def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
+def plane(machine: Machine, unbalance: complex | float | None = None, *, with_forces: bool = False) -> Plane:
     """The plane of a machine; its unbalance is, unless given, the resultant at the end of all schedules.
+
+    It knows nothing of forces on the balls; ``with_forces`` if the caller does.
 
     Raises
     ------
@@ -112,7 +114,8 @@ def plane(machine: Machine, unbalance: complex | float | None = None) -> Plane:
             "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
-    refuse_forces(machine)
+    if not with_forces:
+        refuse_forces(machine)
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
     springs = planar_rotor(machine)

@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.assembly.host import axial_gravity
-from autobalancer.assembly.profile import schedule_times, unbalance_factor, unbalance_vector
-from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
+from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine, Unbalance
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, refuse_forces
+from autobalancer.machine import Machine
+from autobalancer.stability.host.forces import BallForces, forces_on
+from autobalancer.stability.host.loads import load_of, load_of_size
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
 
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # of a sum of terms that cancel, over the terms
 
@@ -47,6 +48,7 @@ class Stations:
     capability: Floats  # (P,) of balls side by side, kg m
     slopes: Matrix | None = None  # (P, pairs) of the stations, where balls feel the tilt of their race
     weight: float = 0.0  # acceleration of gravity along the axis, felt where races tilt
+    forces: BallForces | None = None  # that are leaves: springs, magnets, ...
 
     @property
     def isotropic(self) -> bool:
@@ -68,15 +70,21 @@ class Stations:
         """Orbit radius of each ball, (n,) m."""
         return np.asarray(self.moment / self.ball_mass)
 
-    def untilted(self, speed: float) -> Stations:
+    @property
+    def plain(self) -> bool:
+        """Whether balls feel the deflection of their race and nothing else."""
+        return self.slopes is None and self.forces is None
+
+    def plain_at(self, speed: float) -> Stations:
         """The machine whose balls feel the deflection of their race and, at rest, their weight on it.
 
         On a leaning race gravity a along the axis acts as if the ball ran in the plane z - a/W^2. What is left of the tilt is
         of the second order in the slope, and nothing where the axis does not lean.
         """
+        bare = self if self.forces is None else replace(self, forces=None)
         if self.slopes is None:
-            return self
-        return replace(self, rows=self.rows - self.weight / speed**2 * self.slopes, slopes=None)
+            return bare
+        return replace(bare, rows=self.rows - self.weight / speed**2 * self.slopes, slopes=None)
 
     @property
     def fixed_load(self) -> Complexes:
@@ -117,7 +125,7 @@ class Stations:
 
     def coordinates(self, speed: float, angles: Floats) -> Complexes:
         """Forward whirl of the coordinates, seen in the rotor, with the balls at rest at these angles, (pairs,)."""
-        flat = self.untilted(speed)
+        flat = self.plain_at(speed)
         found = np.asarray(speed**2 * (self.compliance(speed) @ (flat.fixed_load + flat.rows.T @ flat.moments(angles))))
         if self.slopes is None:
             return found
@@ -162,29 +170,25 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     Raises
     ------
     QuestionError
-        If gravity acts across the axis, balls feel the tilt of their race on supports that differ along x and y, or
-        ``unbalance`` is given and the machine has not just one.
+        If gravity acts across the axis, balls feel the tilt of their race or further forces on supports that differ along x
+        and y, or ``unbalance`` is given and the machine has not just one.
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
             "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
-    refuse_forces(machine)
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
-    tilting = machine.tilting_races == "full"
-    if tilting and not model.isotropic:
-        raise QuestionError(
-            "tilting_races: given 'full'; on supports that differ along x and y stability is known for balls that feel the "
-            'deflection of their race only. Take tilting_races = "deflection", or simulate the machine'
-        )
+    tilting, forces = machine.tilting_races == "full", forces_on(machine)
+    if not model.isotropic:
+        _refuse_uneven(tilting, forces)
     balls = resolve(machine)
     planes = planes_of(machine, bare)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
-    load, resultant = _loads(machine, bare, largest)
+    load, resultant = load_of(machine, bare, largest)
     if unbalance is not None:
-        load, resultant = _replaced(machine, bare, unbalance)
+        load, resultant = load_of_size(machine, bare, unbalance)
     return Stations(
         model=model,
         names=planes.names,
@@ -209,7 +213,37 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
         if tilting
         else None,
         weight=axial_gravity(machine) if tilting else 0.0,
+        forces=forces,
     )
+
+
+def _refuse_uneven(tilting: bool, forces: BallForces | None) -> None:
+    """On supports that differ along x and y no state rests, and periodic ones are known for plain balls only."""
+    if tilting:
+        raise QuestionError(
+            "tilting_races: given 'full'; on supports that differ along x and y stability is known for balls that feel the "
+            'deflection of their race only. Take tilting_races = "deflection", or simulate the machine'
+        )
+    if forces is not None:
+        raise QuestionError(
+            "forces: on supports that differ along x and y stability is known without forces on the balls only. Simulate the "
+            "machine, or ask without them"
+        )
+
+
+def in_plane(machine: Machine, unbalance: complex | float | None = None) -> Stations:
+    """A planar machine as one station, with the forces on its balls.
+
+    Raises
+    ------
+    QuestionError
+        As of :func:`~autobalancer.stability.host.planar.plane`, and for forces on supports that differ along x and y.
+    """
+    found = of_plane(plane(machine, unbalance, with_forces=True))
+    forces = forces_on(machine)
+    if not found.isotropic:
+        _refuse_uneven(False, forces)
+    return replace(found, forces=forces)
 
 
 def of_plane(p: Plane) -> Stations:
@@ -241,40 +275,3 @@ def of_plane(p: Plane) -> Stations:
         offset=p.offset,
         capability=np.array([p.capability]),
     )
-
-
-def _loads(machine: Machine, model: LateralModel, largest: bool) -> tuple[Complexes, complex]:
-    """Load and resultant after all schedules, or at the time at which the load is largest."""
-    if not largest:
-        return _load_at(machine, model, np.inf, False)
-    inverse = np.linalg.inv(model.mass[: model.pairs, : model.pairs])
-    found = loads_at_corners(machine, model)
-    return max(found, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
-
-
-def loads_at_corners(machine: Machine, model: LateralModel) -> list[tuple[Complexes, complex]]:
-    """Load and resultant just before and after each time of all schedules; between two of them both change linearly."""
-    return [_load_at(machine, model, time, before) for time in schedule_times(machine) for before in (False, True)]
-
-
-def _load_at(machine: Machine, model: LateralModel, time: float, before: bool) -> tuple[Complexes, complex]:
-    load = np.zeros(model.pairs, np.complex128)
-    for number, part in enumerate(machine.unbalances):
-        load += unbalance_factor(part, time, before=before) * unbalance_shape(machine, model, number)
-    return load, unbalance_vector(machine, time, before=before)
-
-
-def _replaced(machine: Machine, model: LateralModel, unbalance: complex | float) -> tuple[Complexes, complex]:
-    if len(machine.unbalances) != 1 or machine.unbalances[0].is_couple:
-        raise QuestionError(
-            f"unbalance: the machine has {len(machine.unbalances)} unbalances along its axis; change the one you mean in "
-            "the machine, such as 'unbalances[1].moment'"
-        )
-    value, part = complex(unbalance), machine.unbalances[0]
-    if not np.isfinite(value) or (not isinstance(unbalance, complex) and value.real < 0.0):
-        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
-    direction = complex(np.exp(1j * float(part.angle)))
-    if isinstance(unbalance, complex):
-        value = value / direction
-    one = machine.model_copy(update={"unbalances": (Unbalance(moment=1.0, angle=part.angle, station=part.station),)})
-    return np.asarray(value * unbalance_shape(one, model, 0)), value * direction

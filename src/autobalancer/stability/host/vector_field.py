@@ -8,9 +8,10 @@ ball, B the row of its station, A = V' + iW V and c the center of its race in th
     I phi'' + s t.(B A)     = -beta phi' + s W^2 Im[e^(-i phi) c]
 
 M has the balls' mass on it, F are the unbalances and the eccentric masses of the balls. A planar rotor has one pair of
-coordinates, one station and B = 1. On races that tilt there is more, see :mod:`autobalancer.stability.host.tilt`. These are the
-compiled equations written so that they can be differentiated: both sides as Taylor series along a direction give derivatives of
-any order from one linear solve each, exact to rounding.
+coordinates, one station and B = 1. There is more on races that tilt (:mod:`autobalancer.stability.host.tilt`) and with forces on
+the balls (:mod:`autobalancer.stability.host.forces`). These are the compiled equations written so that they can be
+differentiated: both sides as Taylor series along a direction give derivatives of any order from one linear solve each, exact to
+rounding.
 """
 
 from __future__ import annotations
@@ -95,6 +96,9 @@ class Field:
             across = p.offset.imag * cosine[k] - p.offset.real * sine[k]
             torque = -p.drag * here[..., first + n :] + p.moment * speed**2 * across
             right.append(np.concatenate([load, torque], -1))
+        if p.forces is not None:
+            for total, more in zip(right, p.forces.series(angle, rate, turn, change, speed, order), strict=True):
+                total[..., half:] += more
         if p.slopes is not None:
             self._tilt(state, direction, cosine, sine, matrices, right)
         return matrices, right
@@ -149,7 +153,7 @@ class Field:
 
     def jacobian(self, states: Floats) -> Matrix:
         """Derivative of the field with respect to the state, (..., size, size)."""
-        if self.host.slopes is not None:
+        if not self.host.plain:
             return self._jacobian_by_series(states)
         p, n, speed, first = self.host, self.balls, self.speed, self.rotor
         half, pairs = first // 2, first // 4

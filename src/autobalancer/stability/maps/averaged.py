@@ -69,6 +69,10 @@ def averaged_border(
             highest = None if searched is None else searched[1]
             st = described(machine, unbalance_argument(unbalance), highest)
             assert isinstance(st, Stations)
+            if st.forces is not None:
+                raise QuestionError(
+                    "averaged border: the averaged theory does not know forces on the balls; ask borders for the exact border"
+                )
             return _of_stations(st, worst_case, searched)
     return planar_border(machine, unbalance, worst_case=worst_case, searched=searched)
 
@@ -79,6 +83,8 @@ def averaged_of(p: Described) -> Border:
     With races on the axis in one plane that of the worst case over the unbalance, on isotropic supports of planar rotors by
     (4.74), generalized to any balls; else that at this unbalance.
     """
+    if isinstance(p, Stations) and p.forces is not None:
+        return Border(AVERAGED, math.nan, "computed without forces on the balls only; see the exact border", False)
     if p.moment.size == 1:
         return Border(AVERAGED, math.nan, "one ball alone can balance one unbalance only")
     if not (p.drag > 0.0).all():

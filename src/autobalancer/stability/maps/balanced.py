@@ -2,7 +2,8 @@
 
 There are three routes, the fastest that is exact is taken: equal balls of a planar rotor in races with one center by the
 polynomial of degree eight; other machines on isotropic supports by the eigenvalues of their linearized equations
-(:mod:`autobalancer.stability.maps.balanced_stations`); anisotropic supports by the multipliers over a turn. More than two
+(:mod:`autobalancer.stability.maps.balanced_stations`); anisotropic supports by the multipliers over a turn. With
+forces on the balls (:mod:`autobalancer.stability.maps.balanced_forces`) states are sought by Newton's method. More than two
 balls in races that run true have a continuum of balanced states; some members stand for it, from the least to the greatest
 |S2| where that decides.
 """
@@ -18,6 +19,7 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations, of_plane
+from autobalancer.stability.maps.balanced_forces import ForcedBalls
 from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
@@ -25,7 +27,12 @@ from autobalancer.stability.states.floquet import OnAnisotropicStations
 from autobalancer.stability.states.spread import spread_of_two, spread_range
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
-POINTS = {"polynomial": 1500, "eigenvalues": 420, "multipliers": 60}  # speeds at which a border is looked for
+POINTS = {
+    "polynomial": 1500,
+    "eigenvalues": 420,
+    "multipliers": 60,
+    "search": 150,
+}  # speeds at which a border is looked for
 
 
 class Balanced(Protocol):
@@ -33,7 +40,7 @@ class Balanced(Protocol):
 
     @property
     def route(self) -> str:
-        """polynomial, eigenvalues, or multipliers over a turn."""
+        """polynomial, eigenvalues, multipliers over a turn, or search."""
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
@@ -94,6 +101,8 @@ def balanced_states(p: Described) -> list[Balanced]:
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
     if isinstance(p, Stations):
+        if p.forces is not None:
+            return [ForcedBalls(p)]
         return list(members_of(p)) if p.isotropic else [OnAnisotropicStations(p)]
     if equal_balls(p):
         return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]

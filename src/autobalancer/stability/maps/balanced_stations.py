@@ -69,7 +69,7 @@ class StationBalls:
         closed = list(self._closed(required(st, speed, centers)))
         freedom = sum(len(part) for part in self.leading)
         states = [StationState("balanced", angles, -centers, freedom, 0) for angles in closed]
-        return states if st.slopes is None else settled(st, speed, states)
+        return states if st.plain else settled(st, speed, states)
 
     @cached_property
     def _in_plane(self) -> list[StationState]:
@@ -163,14 +163,7 @@ def equal_at_one_station(st: Stations) -> bool:
     """Whether only |S2| counts: isotropic, two or more equal balls, races on the axis at one station that do not tilt."""
     columns = (st.moment, st.inertia, st.drag)
     equal = all(bool(np.all(column == column[0])) for column in columns)
-    return (
-        st.slopes is None
-        and st.isotropic
-        and len(st.names) == 1
-        and st.moment.size >= 2
-        and equal
-        and not np.any(st.offset)
-    )
+    return st.plain and st.isotropic and len(st.names) == 1 and st.moment.size >= 2 and equal and not np.any(st.offset)
 
 
 def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | EqualAtOneStation]:

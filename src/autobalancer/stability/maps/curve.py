@@ -117,7 +117,7 @@ def border_curve(
 
 def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
     """From zero to what the balls side by side can balance, kg m, dense about two balls at right angles, where |S2| = 0."""
-    p = plane(machine, 0.0)
+    p = plane(machine, 0.0, with_forces=True)
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no border over the unbalance")
     most, points = p.capability, float(p.moment.sum())

@@ -19,6 +19,7 @@ from autobalancer.stability.maps.balanced import (
     equal_balls,
     planar_balancer_of,
 )
+from autobalancer.stability.maps.balanced_forces import ForcedBalls
 from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, equal_at_one_station
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates, worst_case_border
 from autobalancer.stability.maps.windows import windows_of
@@ -39,7 +40,7 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     found = [border_of(member, p) for member in members]
     if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
         found = [one for one in found if not math.isnan(one[0])]
-    if isinstance(p, Stations) and all(math.isinf(speed) for speed, _ in found):
+    if isinstance(p, Stations) and p.forces is None and all(math.isinf(speed) for speed, _ in found):
         because = why_never(machine, p, highest_searched(p))
         found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
     elif isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
@@ -49,6 +50,8 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
         found = [
             (speed, "; ".join(filter(None, (short, note)))) for speed, note in found if not math.isnan(speed)
         ] or found
+    if isinstance(members[0], ForcedBalls):
+        found = [(speed, "; ".join(filter(None, (members[0].left_at(speed), note)))) for speed, note in found]
     low, high = min(found, key=_rank), max(found, key=_rank)
     if len(members) == 1:
         return [Border("exact border", *found[0])]
@@ -135,7 +138,7 @@ def worst_case_at_one_station(st: Stations) -> Border:
     name = "exact border, worst case"
     if not equal_at_one_station(st):
         which = "equal balls at one station only, races on the axis"
-        if equal_at_one_station(replace(st, slopes=None)):
+        if equal_at_one_station(replace(st, slopes=None, forces=None)):
             which = "balls that feel the deflection of their race only"
         return Border(name, math.nan, f"computed for {which}; see the exact border", False)
     found = []

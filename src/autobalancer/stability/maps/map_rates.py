@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor
@@ -31,7 +32,7 @@ def rates_over(
     progress: Callable[[int, int], None] | None,
 ) -> Floats:
     """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
-    planar = isinstance(machine.rotor, PlanarRotor)
+    planar = isinstance(machine.rotor, PlanarRotor) and not has_forces(machine)
     inner = ("unbalance", "speed") if planar else ("speed",)
     outer = [name for name in values if name not in inner]  # those that need another machine
     speeds = values.get("speed", np.array([speed]))

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.stability.continuation.steady import TRUE_RACE, Steady, centers_of, running_true
+from autobalancer.stability.continuation.steady import Steady, centers_of, running_true, true_races
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.states.linear import kept
+from autobalancer.stability.states.state import named_at_rest
 
 ZERO = 1e-9  # growth rates up to this share of the speed count as zero
 FINE = 16  # points per interval where extrema are looked for
@@ -41,8 +43,8 @@ def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
     values = problem.all_eigenvalues(u)
-    freedom = running_true(field.host, state, problem.span.length)
-    name = _name(field.host, state, problem.span.length)
+    freedom = running_true(field, state, problem.span.length)
+    name = _name(field, state, problem.span.length)
     deciding = kept(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
@@ -103,9 +105,11 @@ def deflections(host: Stations, states: Floats) -> Floats:
     return np.asarray(np.hypot(*along))
 
 
-def _name(host: Stations, state: Floats, length: float) -> str:
-    center, first = centers_of(host, state), 4 * host.model.pairs
-    true = np.abs(center) < TRUE_RACE * length
+def _name(field: Field, state: Floats, length: float) -> str:
+    host, first = field.host, field.rotor
+    if host.forces is not None:
+        return named_at_rest(host, field.speed, state[first : first + field.balls], 0).name
+    center, true = centers_of(host, state), true_races(field, state, length)
     stations = set(host.station.tolist())
     balanced = set(host.station[true].tolist())
     if balanced:

@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
+from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.profile import largest_unbalance
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import moment_text
 from autobalancer.stability.host.planar import Plane, plane
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.host.stations import Stations, in_plane, stations
 from autobalancer.stability.states.stations import required
 
 Described = Plane | Stations
@@ -24,7 +25,8 @@ SEARCHED = 40.0  # the exact border is sought up to so many times the critical s
 def described(machine: Machine, unbalance: complex | float | None, highest: float | None = None) -> Described:
     """The numbers of any machine with an unbalance, see :func:`plane_of`; for speeds up to ``highest``, rad/s."""
     if isinstance(machine.rotor, PlanarRotor):
-        return plane_of(machine, unbalance)
+        vector = _vector(machine, unbalance)
+        return in_plane(machine, vector) if has_forces(machine) else plane(machine, vector)
     st = stations(machine, unbalance, largest=True)
     return reduced(st, max(highest_searched(st), highest or 0.0))
 
@@ -38,17 +40,19 @@ def highest_searched(p: Described) -> float:
 
 def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
     """The plane with an unbalance; a mere size keeps the direction of the machine's largest one, the default."""
+    return plane(machine, _vector(machine, unbalance))
+
+
+def _vector(machine: Machine, unbalance: complex | float | None) -> complex:
     largest = largest_unbalance(machine)
     if unbalance is None:
-        return plane(machine, largest)
+        return largest
     value = complex(unbalance)
     if not (math.isfinite(value.real) and math.isfinite(value.imag)) or (
         not isinstance(unbalance, complex) and value.real < 0.0
     ):
         raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
-    if isinstance(unbalance, complex) or largest == 0.0:
-        return plane(machine, value)
-    return plane(machine, value * largest / abs(largest))
+    return value if isinstance(unbalance, complex) or largest == 0.0 else value * largest / abs(largest)
 
 
 def lower_critical_speed(p: Described) -> float:
@@ -58,6 +62,8 @@ def lower_critical_speed(p: Described) -> float:
 
 def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
+    if isinstance(p, Stations) and p.forces is not None:
+        return "no state was found in which the balls, with the forces on them, make the deflection smaller"
     if isinstance(p, Stations):
         return _why_no_rest(p)
     need, points = abs(p.unbalance), float(p.moment.sum())

@@ -55,7 +55,7 @@ def matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, F
 
 def modes(st: Stations, speed: float, state: StationState) -> tuple[Complexes, Complexes]:
     """Eigenvalues (1/s), the fastest growing first, and eigenvectors over (Q_x, Q_y, phi_1 ... phi_n)."""
-    if st.slopes is None:
+    if st.plain:
         return eigensystem(*matrices(st, speed, state))
     values, vectors = np.linalg.eig(Field(st, speed).jacobian(state_vector(st, speed, state.angles)))
     order, half = np.argsort(-values.real, kind="stable"), 2 * st.model.pairs

@@ -15,7 +15,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Complexes, plane
-from autobalancer.stability.host.stations import Stations, of_plane, stations
+from autobalancer.stability.host.stations import Stations, in_plane, stations
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.answers import Eigenvalues, Equilibria
 from autobalancer.stability.states.described import why_no_state
@@ -28,7 +28,7 @@ from autobalancer.stability.states.verdicts import growth, verdict
 from autobalancer.units import argument, list_argument, unbalance_argument
 
 Progress = Callable[[int, int], None]
-Kind = Literal["balanced", "mixed", "coincident", "in line"]
+Kind = Literal["balanced", "mixed", "coincident", "in line", "spread"]
 PERIODIC = "periodic state: see the Floquet multipliers"
 
 
@@ -188,7 +188,7 @@ def eigenvalues(
 def host_of(machine: Machine, unbalance: complex | float | None) -> Stations:
     """The stations of any machine; a planar one is a single station."""
     planar = isinstance(machine.rotor, PlanarRotor)
-    return of_plane(plane(machine, unbalance)) if planar else stations(machine, unbalance)
+    return in_plane(machine, unbalance) if planar else stations(machine, unbalance)
 
 
 def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, str]:
@@ -212,7 +212,7 @@ def _why_none(machine: Machine, st: Stations, state: str, unbalance: complex | f
         return "the machine has no balls; there is no such state"
     if state != "balanced":
         return f"no state {state!r} at any of these speeds"
-    return why_no_state(plane(machine, unbalance) if isinstance(machine.rotor, PlanarRotor) else st)
+    return why_no_state(plane(machine, unbalance) if isinstance(machine.rotor, PlanarRotor) and st.plain else st)
 
 
 def _rate(values: Complexes, state: StationState) -> float:

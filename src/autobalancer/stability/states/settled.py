@@ -3,6 +3,9 @@
 The rotor follows the balls, Q = Q(phi), so that Newton's method has one unknown for each ball. Directions in which the torques
 on the balls hardly change are a continuum of states, or so near to one that it makes no difference: along them the state
 stays where it is, and they count in ``freedom``.
+
+The tilt of a race changes a state by little, and it keeps its name. Forces on the balls may change everything: there Newton's
+method starts from random angles, too, states may be missed, and they are named by what the balls do.
 """
 
 from __future__ import annotations
@@ -12,43 +15,68 @@ from dataclasses import replace
 
 import numpy as np
 
+from autobalancer.random_numbers import generator
 from autobalancer.stability.host.planar import Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.state import StationState, state_vector
+from autobalancer.stability.states.state import StationState, named_at_rest, state_vector
 
-CORRECTIONS = 30
-SLACK = 1e-7  # singular value of the torques' change with the angles, over the greatest, that counts as none
-CLOSE = 1e-11  # rad: last correction
+CORRECTIONS = 40
+SLACK = 1e-7  # singular value of the torques' change with the angles, over that by the rotor, that counts as none
+CLOSE, NEAR = 1e-11, 1e-7  # rad: last correction, and one below which it may be rounding
+DIGITS = 4  # of the directions of balls, by which states that were found by different starts are one
 FAR = 0.5  # rad: a state farther from where it began is another one
-LARGEST = 0.2  # rad: of one correction
+LARGEST = 0.3  # rad: of one correction
+RANDOM = 6  # starts, and as many for each ball
 
 
 def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[StationState]:
     """The states with all that the balls feel; without those that cease to exist, and exchanges of equal balls."""
-    field = Field(st, speed)
-    found = [_settled(field, state) for state in without_exchanges(st, states)]
-    return [state for state in found if state is not None]
+    if st.forces is not None:
+        count = st.moment.size
+        random = generator(0).uniform(-np.pi, np.pi, (RANDOM * (1 + count), count))
+        return searched(st, speed, [*(state.angles for state in states), *random])
+    field, found = Field(st, speed), []
+    for state in without_exchanges(st, states):
+        angles, freedom = _newton(field, state.angles)
+        if angles is not None and np.abs(angles - state.angles).max() < FAR:
+            whirl = st.rows @ st.coordinates(speed, angles)
+            found.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
+    return found
 
 
-def _settled(field: Field, state: StationState) -> StationState | None:
-    angles = np.array(state.angles)
+def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[StationState]:
+    """States that Newton's method reaches from these ball angles, without exchanges of equal balls, in order."""
+    field, found = Field(st, speed), []
+    for start in starts:
+        angles, freedom = _newton(field, start)
+        if angles is not None:
+            found.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
+    return sorted(without_exchanges(st, found, DIGITS), key=lambda state: state.rank)
+
+
+def _newton(field: Field, start: Floats) -> tuple[Floats | None, int]:
+    """Ball angles at rest near a start, and the dimension of their continuum; ``None`` if none are reached."""
+    angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(field)
     for _ in range(CORRECTIONS):
         torque, slope = torques(field, angles)
         left, sizes, right = np.linalg.svd(slope)
-        firm = sizes > SLACK * max(float(sizes[0]), 1e-300)
+        firm = sizes > least
         step = -right[firm].T @ ((left.T @ torque)[firm] / sizes[firm])
-        angles = angles + step * min(1.0, LARGEST / max(float(np.abs(step).max(initial=0.0)), 1e-300))
-        if np.abs(step).max(initial=0.0) < CLOSE:
-            break
-    else:
-        return None
-    if np.abs(angles - state.angles).max() > FAR:
-        return None
-    st = field.host
-    whirl = st.rows @ st.coordinates(field.speed, angles)
-    return replace(state, angles=angles, whirl=whirl, freedom=int((~firm).sum()))
+        length = float(np.abs(step).max(initial=0.0))
+        angles = angles + step * min(1.0, LARGEST / max(length, 1e-300))
+        if length < CLOSE or 0.5 * last < length < NEAR:
+            return angles, int((~firm).sum())
+        last = length
+    return None, 0
+
+
+def _by_rotor(field: Field) -> float:
+    """Size of the torques' change with the angles as the rotor makes it, N m."""
+    st, speed = field.host, field.speed
+    answer = st.rows @ st.compliance(speed) @ st.rows.T
+    return float(speed**4 * np.abs(answer).max() * st.moment.max() ** 2)
 
 
 def torques(field: Field, angles: Floats) -> tuple[Floats, Matrix]:

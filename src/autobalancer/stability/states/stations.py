@@ -42,8 +42,8 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
         At standstill, or at a critical speed of an undamped rotor, where its deflection is not determined.
     """
     _check(speed)
-    if st.slopes is not None:
-        return settled(st, speed, states_of(st.untilted(speed), speed))
+    if not st.plain:
+        return settled(st, speed, states_of(st.plain_at(speed), speed))
     if st.moment.size == 0:
         return [StationState("no balls", np.zeros(0), st.rows @ st.coordinates(speed, np.zeros(0)), 0, 0)]
     count = len(st.names)
@@ -51,15 +51,14 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     for size in range(count, -1, -1):
         for true in combinations(range(count), size):
             found += _states(st, speed, true)
-    order = ("balanced", "mixed", "coincident", "in line")
-    return sorted(found, key=lambda e: (order.index(e.name), float(np.abs(e.whirl).max())))
+    return sorted(found, key=lambda state: state.rank)
 
 
 def balanced_of(st: Stations, speed: float) -> list[StationState]:
     """The balanced ones only; of a continuum two members that are mirror images."""
     _check(speed)
-    found = _states(st.untilted(speed), speed, tuple(range(len(st.names))))
-    return found if st.slopes is None else settled(st, speed, found)
+    found = _states(st.plain_at(speed), speed, tuple(range(len(st.names))))
+    return found if st.plain else [state for state in settled(st, speed, found) if state.name == "balanced"]
 
 
 def required(st: Stations, speed: float, centers: Complexes | None = None) -> Complexes:
@@ -68,7 +67,7 @@ def required(st: Stations, speed: float, centers: Complexes | None = None) -> Co
     Or, with a race center (m) for each station, so that these races run true. Of more stations than the rotor has coordinates,
     the distribution that takes the least share of the capabilities.
     """
-    compliance, st = st.compliance(speed), st.untilted(speed)
+    compliance, st = st.compliance(speed), st.plain_at(speed)
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
     wanted = -free if centers is None else -free - centers / speed**2
     return _least(st, host, wanted, range(len(st.names)))

@@ -14,7 +14,9 @@ from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.damping import damping_ratio
-from autobalancer.stability.host.stations import Stations, loads_at_corners, stations
+from autobalancer.stability.host.forces import without_forces
+from autobalancer.stability.host.loads import loads_at_corners
+from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.states.described import service_speed
 from autobalancer.stability.states.stations import required
 
@@ -66,7 +68,7 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
 
 
 def _spatial(machine: Machine, highest: float | None) -> Frame:
-    weightless = machine.model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
+    weightless = without_forces(machine).model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
     st = stations(weightless, largest=True)
     speeds = st.critical_speeds[:SHOWN]
     return Frame(
