@@ -1,7 +1,7 @@
 """Fifty balls in a turning drum: a step of ``simulate_chamber`` against one of the sphere contact of Exudyn.
 
 Equal are number, size, mass and first places of the balls, the size of the drum and its speed, gravity, coefficient of
-friction, the slow speed below which friction falls to zero, the step, its method (velocity Verlet) and one thread. Not
+friction, the slip speed below which friction falls to zero, the step, its method (velocity Verlet) and one thread. Not
 equal: Exudyn has a drum of flat triangles, springs and dampers that are linear (of the same contact time) and no rolling
 resistance; we have a round drum, Hertz stiffness with restitution, rolling resistance, the ledger of energy and
 the reactions of the bearings. Exudyn is used as it is fastest here: without range checks, inverse of the mass matrix per body,
@@ -109,7 +109,7 @@ def exudyn_drum(exu: Any, given: ChamberMachine, places: np.ndarray) -> tuple[An
     kind = exu.NodeType.RotationRotationVector
     contacts = system.AddGeneralContact()
     contacts.SetFrictionPairings(float(contact.friction) * np.eye(1))
-    contacts.SetFrictionProportionalZone(float(contact.slow))
+    contacts.SetFrictionProportionalZone(float(contact.slip_speed))
     contacts.SetSearchTreeCellSize(numberOfCells=list(CELLS))
     inertia = of.InertiaCuboid(HEAVY / 8.0, (2.0, 2.0, 2.0))
     body = system.CreateRigidBody(inertia=inertia, nodeType=kind, initialAngularVelocity=[SPEED, 0.0, 0.0])

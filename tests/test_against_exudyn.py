@@ -28,7 +28,7 @@ def ours() -> tuple[Any, float]:
         name="race", gravity=(0.0, 0.0, -9.81), body={"freedom": "fixed"},
         rotor={"mass": 3.0, "polar_inertia": 0.02, "transverse_inertia": 0.02, "bearings": (0.1, -0.1)},
         chambers=[{"radius": RACE, "depth": 0.1, "balls": [balls]}],
-        contact={"law": "restitution", "restitution": 1.0, "friction": FRICTION, "stiffness": STIFFNESS, "slow": SLOW},
+        contact={"law": "restitution", "restitution": 1.0, "friction": FRICTION, "stiffness": STIFFNESS, "slip_speed": SLOW},
         drive={"kind": "speed", "profile": {"kind": "constant", "speed": SPEED}},
     )  # fmt: skip
     radius = float(machine.chambers[0].balls[0].radius)

@@ -141,7 +141,7 @@ def test_smooth_motion_converges_with_the_full_order_of_the_method(method: str, 
     smooth = free_machine(
         gravity=(0.0, 0.0, -9.8), unbalances=UNBALANCE, supports=legs, **coasting(100.0, rated_torque=20.0),
         chambers=[{"radius": 0.06, "depth": 0.1, "drag": 0.5, "balls": [{"count": 2, "density": 7800.0, "mass": 0.1}]}],
-        contact={"restitution": 1.0, "friction": 0.2, "rolling_arm": 0.0, "stiffness": 1e7, "slow": 1e3},
+        contact={"restitution": 1.0, "friction": 0.2, "rolling_arm": 0.0, "stiffness": 1e7, "slip_speed": 1e3},
     )  # fmt: skip
 
     def end(steps: int) -> np.ndarray:

@@ -36,7 +36,7 @@ def test_an_oblique_impact_on_a_wall_slides_or_sticks_as_rigid_body_theory_says(
     normal, along = speed * math.cos(math.radians(incidence)), speed * math.sin(math.radians(incidence))
     near = 0.1 - RADIUS - 1e-4
     machine = drum(
-        {"friction": mu, "rolling_arm": 0.0, "restitution": restitution, "stiffness": 1e9, "slow": 1e-4},
+        {"friction": mu, "rolling_arm": 0.0, "restitution": restitution, "stiffness": 1e9, "slip_speed": 1e-4},
         positions=[[near, 0.0, 0.0]], velocities=[[normal, along, 0.0]], spins=[[0.0, 0.0, spin]],
     )  # fmt: skip
     run = simulate_chamber(machine, duration=1e-3, sample=1e-3, step=contact_time(machine) / 200.0)
@@ -57,7 +57,8 @@ def test_a_ball_rolls_in_a_turning_drum_where_drag_and_rolling_moment_hold_it(sp
     arm, drag, weight = 3e-4, 0.12, MASS * 9.81
     spin = speed * 0.1 / RADIUS
     machine = drum(
-        {"law": "history", "friction": 0.6, "rolling_arm": arm, "stiffness": 1e8, "slow": 1e-4}, speed, (0.0, 0.0, -9.81), drag,
+        {"law": "history", "friction": 0.6, "rolling_arm": arm, "stiffness": 1e8, "slip_speed": 1e-4},
+        speed, (0.0, 0.0, -9.81), drag,
         positions=[[0.0, 0.0, -(0.1 - RADIUS)]], velocities=[[0.0, 0.0, 0.0]], spins=[[spin, 0.0, 0.0]],
     )  # fmt: skip
     run = simulate_chamber(machine, duration=6.0, sample=1e-2)

@@ -181,7 +181,7 @@ def test_a_ball_rebounds_from_the_inner_wall_and_takes_up_its_turning(law: str) 
     ball = group(1, 0.02, positions=[[0, 0.08, 0]], velocities=[[0, -2.0, 0]])
     ring = [{"radius": 0.1, "inner_radius": 0.06, "depth": 0.05, "balls": [ball]}]
     drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 50.0}}
-    contact = {"law": law, "friction": 5.0, "rolling_arm": 0.0, "restitution": 0.8, "slow": 1e-4}
+    contact = {"law": law, "friction": 5.0, "rolling_arm": 0.0, "restitution": 0.8, "slip_speed": 1e-4}
     run = simulate_chamber(
         free_machine(**FIXED, chambers=ring, drive=drive, contact=contact), duration=0.012, sample=0.012
     )

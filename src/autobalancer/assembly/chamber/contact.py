@@ -57,7 +57,7 @@ def contact_row(contact: ChamberContact) -> Row:
         friction=contact.friction,
         restitution_squared=contact.restitution**2,
         rolling_arm=contact.rolling_arm,
-        slow=contact.slow,
+        slow=contact.slip_speed,
     )
     if isinstance(contact, HistoryContact):
         row.has_memory = 1

@@ -13,7 +13,7 @@ Fraction = Annotated[float, Quantity("", positive=True, most=1.0)]
 Coefficient = Annotated[float, Quantity("", non_negative=True, most=5.0)]
 Modulus = Annotated[float, Quantity("Pa", positive=True)]
 HertzStiffness = Annotated[float, Quantity("N/m^1.5", positive=True)]
-SlowSpeed = Annotated[float, Quantity("m/s", positive=True)]
+SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
 
 
 class _Elastic(Part):
@@ -27,7 +27,7 @@ class _Elastic(Part):
     restitution: Fraction = key("speed after over speed before")
     friction: Coefficient = key("coefficient of sliding friction of all contacts")
     rolling_arm: Offset = key("$f$: rolling resistance is a moment $f F$ against the relative spin", 0.0)
-    slow: SlowSpeed = key("sliding speed below which friction falls to zero in proportion", 1e-3)
+    slip_speed: SlipSpeed = key("sliding speed below which friction falls to zero in proportion", 1e-3)
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> _Elastic:
@@ -41,7 +41,7 @@ class _Elastic(Part):
 class RestitutionContact(_Elastic):
     """Pakuła (2021): k d^1.5 in approach, R^2 k d^1.5 in separation; sliding friction at all times.
 
-    ``slow`` is the sliding speed below which friction falls to zero in proportion.
+    ``slip_speed`` is the sliding speed below which friction falls to zero in proportion.
     """
 
     law: Literal["restitution"] = "restitution"
