@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.references.resolved import chamber, run
 
-from autobalancer.kernels.laws.contact import adherence, friction_coefficient, normal_force
+from autobalancer.friction.coulomb import Coulomb
+from autobalancer.friction.stribeck import Stribeck
+from autobalancer.kernels.laws.contact import adherence, normal_force
 from autobalancer.kernels.records import resolved as at
 from autobalancer.laws.hertz import collision_time, hertz_stiffness, pair_stiffness
 from autobalancer.simulation.saved.resolved_walls import wall_forces
@@ -138,13 +141,17 @@ def test_rolling_resistance_slows_a_rolling_ball_by_a_over_r_in_1_4() -> None:
 
 
 def test_friction_of_both_forms_is_odd_and_has_the_stated_level_and_peak() -> None:
+    def at(slip: float) -> SimpleNamespace:
+        return SimpleNamespace(slip=slip, sliding=0.05, slip_speed=1e-3)
+
     slips = np.geomspace(1e-5, 10.0, 2001)
-    plain = np.array([friction_coefficient(u, 0.05, 0.05, 1e-3, 1.0) for u in slips])
+    plain = np.array([Coulomb.coefficient(at(u), None) for u in slips])
     np.testing.assert_allclose(plain, 0.05 * np.tanh(slips / 1e-3), rtol=1e-13)
-    peaked = np.array([friction_coefficient(u, 0.05, 0.2, 1e-3, 0.1) for u in slips])
+    law = Stribeck(peak=0.2, peak_speed=0.1)
+    peaked = np.array([law.coefficient(at(u), law) for u in slips])
     assert 0.19 < peaked.max() < 0.2  # as printed, the factor 1.0 - mu would make it 0.97
     assert peaked[-1] == pytest.approx(0.05, rel=1e-6)
-    assert friction_coefficient(-0.01, 0.05, 0.2, 1e-3, 0.1) == -friction_coefficient(0.01, 0.05, 0.2, 1e-3, 0.1)
+    assert law.coefficient(at(-0.01), law) == -law.coefficient(at(0.01), law)
 
 
 def test_adherence_takes_from_the_ball_at_least_what_it_stores() -> None:
