@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from dataclasses import replace
@@ -10,8 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli import app
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.flow.ball.forces import BallForces, ball_forces
 from autobalancer.flow.ball.mesh import Fineness, Shape
@@ -20,7 +23,7 @@ from autobalancer.flow.ball.spaces import spaces
 from autobalancer.flow.ball.through import developed
 from autobalancer.laws.lubrication import film_slopes
 
-pytest.importorskip("gmsh", exc_type=OSError)
+pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
 pytest.importorskip("skfem")
 ROOT = Path(__file__).parents[1]
 DISCOIDAL = ROOT / "examples/machines/discoidal.toml"
@@ -155,6 +158,52 @@ def test_two_balls_of_a_race_take_more_fluid_along_than_one_and_feel_less_drag()
 
 
 @pytest.mark.slow
+def test_two_balls_in_line_share_the_drag_as_stimson_and_jeffery_found() -> None:
+    """0.702 of the drag of one at 1.543 diameters (1926); walls, 50 radii away, hold two balls back more than one."""
+    mesh, walls = Fineness(0.25, 0.3, 10.0, 0.7), 1.9 / 50.0
+    shape = Shape(100.0, 100.0, 49.0, 60.0, 60.0)
+    alone, pair = forces(shape, mesh).along, slow(replace(shape, second=2.0 * 1.5431), mesh, 0.0)
+    ratio = 0.7018 * (1.0 - walls) / (1.0 - 2.0 * 0.7018 * walls)
+    for ball in (0, 1):
+        assert ball_forces(pair, ball).along / alone == pytest.approx(ratio, rel=0.015)
+
+
+def test_a_ball_behind_another_is_shielded_and_both_are_drawn_and_kept(tmp_path: Path) -> None:
+    channel = ab.flow.Channel(0.0123, 0.0138, 0.02, 0.07695)
+    options = {"gap": 1e-5, "mesh_gap": 0.1, "fineness": 0.5}
+    alone, pair = (ab.flow.ball_drag(channel, [0.0, 20.0], **options, ball_ahead=far) for far in (None, 0.016))  # type: ignore[arg-type]
+    assert 0.9 < float(pair.cd_re[0] / alone.cd_re[0]) < 1.0, "slow fluid has to be pushed past each of them"
+    behind, ahead = pair.cd_re.values, pair.cd_re_ahead.values
+    assert behind[0] == pytest.approx(ahead[0], rel=0.05), "slow flow takes no side; a mesh as coarse as this one does"
+    assert behind[1] / behind[0] < ahead[1] / ahead[0], "with inertia the ball behind feels less"
+    ab.save_run(pair, tmp_path / "pair.nc")
+    axes = ab.plot.ball_drag(tmp_path / "pair.nc").axes
+    assert len(axes[0].patches) >= 2
+    assert axes[1].get_ylabel() == r"$c_d\,\mathrm{Re}$"
+
+
+def test_the_command_prints_what_the_function_finds(tmp_path: Path) -> None:
+    command = [
+        "ball-drag",
+        str(DISCOIDAL),
+        "--gap",
+        "10 um",
+        "--reynolds",
+        "0",
+        "--mesh-gap",
+        "0.1",
+        "--fineness",
+        "0.5",
+    ]
+    answer = CliRunner().invoke(app, [*command, "--json"])
+    assert answer.exit_code == 0, answer.output
+    found = ab.flow.ball_drag(DISCOIDAL, [0.0], gap=1e-5, mesh_gap=0.1, fineness=0.5)
+    assert json.loads(answer.output)["cd_re"] == pytest.approx(found["cd_re"].values.tolist())
+    refused = CliRunner().invoke(app, [*command[:2], "--gap", "10"])
+    assert refused.exit_code == 2
+
+
+@pytest.mark.slow
 def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> None:
     """18 pi/32 of rho U^2 r^2, at a distance that is small for inertia (Cox and Hsu 1977)."""
     from autobalancer.flow.ball.inertia import flow_with_inertia
@@ -175,6 +224,10 @@ def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> Non
         ({"gap": 1e-6, "motion": "jumping"}, "motion: given 'jumping'; must be 'rolling', 'sliding'"),
         ({"gap": 1e-6, "reynolds": [10.0, 5.0]}, "reynolds: given 10, 5; must be ascending numbers from 0 to 300"),
         ({"gap": 1e-6, "reynolds": [1000.0]}, "faster flow is not steady"),
+        (
+            {"gap": 1e-6, "ball_ahead": "12.4 mm"},
+            "ball_ahead: given 12.4 mm from center to center; must be at least 1.03",
+        ),
     ],
 )
 def test_a_question_without_an_answer_is_refused(options: dict[str, object], message: str) -> None:

@@ -10,6 +10,7 @@ from autobalancer.plots.chamber.study import plot_amplitudes as chamber_amplitud
 from autobalancer.plots.chamber.study import plot_carried as chamber_carried
 from autobalancer.plots.chamber.study import plot_optimal_means as chamber_optimal_means
 from autobalancer.plots.drawing import style as style
+from autobalancer.plots.measured.ball_drag import plot_ball_drag as ball_drag
 from autobalancer.plots.measured.drag import plot_drag_laws as drag_laws
 from autobalancer.plots.measured.equilibrium_angle import plot_equilibrium_angles as equilibrium_angle
 from autobalancer.plots.measured.equilibrium_angle import plot_measured_drag as measured_drag
@@ -39,6 +40,7 @@ from autobalancer.plots.stability.growth import plot_stability as eigenvalues
 from autobalancer.plots.stability.stability_map import plot_map as map
 
 __all__ = [
+    "ball_drag",
     "basin",
     "bifurcation_curves",
     "border_curve",

@@ -65,6 +65,7 @@ NAMES: dict[str, dict[str, str]] = {
         "velocity_profiles": "plots.measured.flow:plot_velocity_profiles",
         "secondary_flow": "plots.measured.flow:plot_secondary_flow",
         "drag_laws": "plots.measured.drag:plot_drag_laws",
+        "ball_drag": "plots.measured.ball_drag:plot_ball_drag",
         "equilibrium_angle": "plots.measured.equilibrium_angle:plot_equilibrium_angles",
         "measured_drag": "plots.measured.equilibrium_angle:plot_measured_drag",
         "chamber_run": "plots.chamber.history:plot_chamber_run",

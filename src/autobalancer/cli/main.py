@@ -36,7 +36,7 @@ def _options(
 
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
-from autobalancer.cli.rotors import angle, equivalent, flow, identify, modes, receptance, response  # noqa: E402
+from autobalancer.cli.rotors import angle, ball_drag, equivalent, flow, identify, modes, receptance, response  # noqa: E402
 from autobalancer.cli.runs import animate, archive, basin, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
@@ -57,6 +57,7 @@ app.command("stepped-response")(stepped.stepped)
 app.command()(modes.modes)
 app.command()(response.response)
 app.command("annulus-flow")(flow.flow)
+app.command("ball-drag")(ball_drag.ball_drag)
 app.command("equilibrium-angle")(angle.angle)
 app.command()(identify.identify)
 app.command("equivalent-planar")(equivalent.equivalent)

@@ -56,10 +56,11 @@ class Channel:
                 f"{1e3 * self.width:.4g} mm, so the inner wall has no radius left; take a narrower race"
             )
 
-        if not self.ball_diameter < self.length_per_ball <= 2.0 * math.pi * self.orbit_radius * (1.0 + 1e-9):
+        whole, length = 2.0 * math.pi * self.orbit_radius * (1.0 + 1e-9), self.length_per_ball
+        if not self.ball_diameter < length or whole < length < math.inf:
             raise MachineError(
                 f"channel: given {1e3 * self.length_per_ball:.4g} mm of orbit for each ball; must be more than its diameter, and "
-                "at most the whole orbit"
+                "at most the whole orbit, or infinite"
             )
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +12,17 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.flow.ball.channel import Channel, channel_of
-from autobalancer.flow.ball.forces import ball_forces
+from autobalancer.flow.ball.forces import BallForces, ball_forces
 from autobalancer.flow.ball.mesh import Fineness, Shape, expect
 from autobalancer.flow.ball.result import Solved, drag_dataset
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
-from autobalancer.units import argument, list_argument
+from autobalancer.units import argument, list_argument, optional_argument
 
 Progress = Callable[[float, float], None]
 MESH_GAP = 0.02
 """Gap in ball radii down to which a mesh is used; the theory of thin films is 0.5 % off there."""
+CLOSEST = 1.03  # diameters from center to center
 HIGHEST = 300.0  # Reynolds number; a free sphere sheds vortices from about 270 on
 
 
@@ -33,6 +33,7 @@ def ball_drag(
     *,
     gap: float | str,
     motion: str | float = "rolling",
+    ball_ahead: float | str | None = None,
     mesh_gap: float | None = None,
     fineness: float = 1.0,
     balancer: int = 1,
@@ -57,6 +58,9 @@ def ball_drag(
         inverse.
     motion
         ``"rolling"`` on the outer wall, ``"sliding"`` without turning, or the share of rolling.
+    ball_ahead
+        Distance of an equal ball ahead along the orbit, from center to center, m; it moves at the same speed. Without it the ball
+        is alone between the next ones of its closed race.
     mesh_gap
         Gap of the mesh in ball radii, by default 0.02 or ``gap`` if that is wider. Narrower gaps follow by the theory of thin
         films.
@@ -68,9 +72,10 @@ def ball_drag(
     Returns
     -------
     xarray.Dataset
-        Over ``reynolds``: ``drag_coefficient`` and ``cd_re`` of what has to push the ball, ``force``, ``torque`` and ``lift`` of
-        the fluid, ``through_flow``; over ``(x, y)`` the velocity in the plane of the ball centers, at the last Reynolds number.
-        ``attrs["drag"]`` is the table as a line of a machine file.
+        Over ``reynolds``: ``drag_coefficient`` and ``cd_re`` of what has to push the ball, with a ball ahead also its
+        ``cd_re_ahead``; ``force``, ``torque`` and ``lift`` of the fluid, ``through_flow``; over ``(x, y)`` the
+        velocity in the plane of the ball centers, at the last Reynolds number. ``attrs["drag"]`` is the law as lines of a machine
+        file.
 
     Raises
     ------
@@ -87,7 +92,8 @@ def ball_drag(
     channel, name = _channel(chamber, balancer, race)
     numbers, share = _reynolds(reynolds), _share(motion)
     narrow = argument("gap", gap, "m") / channel.ball_radius
-    shape = shape_of(channel, _mesh_gap(narrow, mesh_gap, channel), numbers[-1])
+    second = _second(optional_argument("ball_ahead", ball_ahead, "m"), channel)
+    shape = shape_of(channel, _mesh_gap(narrow, mesh_gap, channel), numbers[-1], second)
     sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(_fineness(fineness))
     expect(shape, sizes)
     report = progress or (lambda done, total: None)
@@ -98,25 +104,45 @@ def ball_drag(
     fine = spaces(shape, sizes)
     flow = slow_flow(fine, share * fine.rolling)
     slow, flows = ball_forces(flow), []
+    others: list[BallForces] = []
     for done, number in enumerate(numbers):
         flow = flow_with_inertia(flow, number) if number > 0.0 else flow
         flows.append((ball_forces(flow), flow.through))
+        others += [] if math.isnan(second) else [ball_forces(flow, 1)]
         report(done + 2.0, total)
     error = abs((check.along + share * check.torque) / (slow.along + share * slow.torque) - 1.0)
-    return drag_dataset(channel, name, Solved(numbers, flows, flow, share, min(narrow, shape.gap), error))
+    return drag_dataset(channel, name, Solved(numbers, flows, flow, share, min(narrow, shape.gap), error, others))
 
 
-def shape_of(channel: Channel, gap: float, reynolds: float) -> Shape:
-    """The channel in ball radii, long enough for the wake."""
+def shape_of(channel: Channel, gap: float, reynolds: float, second: float = math.nan) -> Shape:
+    """The channel in ball radii, long enough for the wake; ``second`` is the distance of a ball ahead, or nan."""
     radius = channel.ball_radius
     width, height = channel.width / radius, channel.height / radius
-    ahead = 1.0 + 1.8 * max(width, height)
-    behind = ahead + 0.5 * reynolds / (math.pi**2 * (width**-2 + height**-2))
-    shape = Shape(width, height, gap, ahead, behind, channel.orbit_radius / radius)
-    whole = min(channel.length_per_ball / radius, 0.9 * 2.0 * math.pi * shape.orbit)
-    if ahead + behind > whole:
-        shape = replace(shape, ahead=min(ahead, 0.5 * whole), behind=whole - min(ahead, 0.5 * whole))
-    return replace(shape, rest=channel.length_per_ball / radius - shape.ahead - shape.behind)
+    alone = 1.0 + 1.8 * max(width, height)
+    balls, more = (1, 0.0) if math.isnan(second) else (2, second)
+    behind = alone + 0.5 * reynolds / (math.pi**2 * (width**-2 + height**-2))
+    cell = balls * channel.length_per_ball / radius
+    free = min(cell, 0.9 * 2.0 * math.pi * channel.orbit_radius / radius) - more
+    if free < 3.0:
+        raise QuestionError(
+            f"ball_ahead: given {1e3 * second * radius:.4g} mm, which leaves no room for the next ball on an orbit of "
+            f"{1e3 * cell * radius:.4g} mm for both; must be shorter"
+        )
+    ahead = min(alone, 0.5 * free)
+    behind = min(behind, free - ahead)
+    rest = cell - ahead - behind - more
+    return Shape(width, height, gap, ahead + more, behind, channel.orbit_radius / radius, second, rest)
+
+
+def _second(distance: float | None, channel: Channel) -> float:
+    if distance is None:
+        return math.nan
+    if not (math.isfinite(distance) and distance >= CLOSEST * channel.ball_diameter):
+        raise QuestionError(
+            f"ball_ahead: given {1e3 * distance:.4g} mm from center to center; must be at least {CLOSEST:g} diameters, "
+            f"{1e3 * CLOSEST * channel.ball_diameter:.4g} mm, because the film between balls must be resolved"
+        )
+    return distance / channel.ball_radius
 
 
 def _channel(chamber: Channel | Machine | str | Path, balancer: int, race: int) -> tuple[Channel, str]:

@@ -21,6 +21,7 @@ LABELS = {
     "drag_coefficient": ("drag coefficient", "1"),
     "cd_re": ("drag coefficient times Reynolds number", "1"),
     "cd_re_of_mesh": ("drag coefficient times Reynolds number at the gap of the mesh", "1"),
+    "cd_re_ahead": ("drag coefficient times Reynolds number of the ball ahead", "1"),
     "force": ("force of the fluid against the motion over mu r U", "1"),
     "torque": ("torque of the fluid against rolling over mu r^2 U", "1"),
     "lift": ("force of the fluid away from the outer wall over mu r U", "1"),
@@ -36,7 +37,7 @@ STOKES_END = 1.0  # Reynolds number up to which inertia adds less than 0.1 % to 
 @dataclass(frozen=True)
 class Solved:
     """Flows at the Reynolds ``numbers``: forces and flow through the race, the ``last`` of them entire; ``share`` of rolling,
-    ``gap`` in ball radii, ``error`` of the mesh over the drag."""
+    ``gap`` in ball radii, ``error`` of the mesh over the drag; ``others`` are the forces on a ball ahead."""
 
     numbers: list[float]
     flows: list[tuple[BallForces, float]]
@@ -44,6 +45,7 @@ class Solved:
     share: float
     gap: float
     error: float
+    others: list[BallForces]
 
 
 def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
@@ -67,6 +69,9 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         "lift": lift,
         "through_flow": np.array([through for _, through in solved.flows]),
     }
+    if solved.others:
+        added = share * slopes.torque * film - slopes.force * film
+        over["cd_re_ahead"] = np.array([4.0 / math.pi * (f.along + share * f.torque + added) for f in solved.others])
     data = {key: ("reynolds", values) for key, values in over.items()}
     fields = {f"velocity_{key}": (("x", "y"), part) for key, part in zip("xy", velocity, strict=True)}
     radius = channel.ball_radius
@@ -83,8 +88,9 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         "mesh_gap": shape.gap,
         "cd_re_per_decade": 4.0 / math.pi * math.log(10.0) * (share * slopes.torque - slopes.force),
         "mesh_error": solved.error,
+        "ball_ahead": shape.second * radius,
         "elements": int(solved.last.spaces.velocity.mesh.nelements),
-        "drag": drag_line(numbers, cd_re),
+        "drag": drag_lines(numbers, cd_re),
         **asdict(channel),
     }
     return found
@@ -96,13 +102,14 @@ def slopes_of(shape: Shape, share: float) -> FilmSlopes:
     return film_slopes(share * speed, speed, shape.outer)
 
 
-def drag_line(numbers: Floats, cd_re: Floats) -> str:
-    """The law of a machine file; where c_d Re falls with the Reynolds number by an error of the mesh, it is kept."""
+def drag_lines(numbers: Floats, cd_re: Floats) -> str:
+    """The law as lines of a race in a machine file; where c_d Re falls by an error of the mesh, it is kept."""
     moving = numbers > 0.0
     first = [] if moving.all() else [min([STOKES_END, *(numbers[moving] / 3.0)])]
     points = np.concatenate([first, numbers[moving]])
     kept = np.maximum.accumulate(cd_re)
     if points.size == 1:
         return f'drag = {{ law = "cd_re", cd_re = {kept[0]:.4g} }}'
-    pairs = [[f"{value:.4g}" for value in values] for values in (points, kept / points)]
-    return f'drag = {{ law = "table", reynolds = [{", ".join(pairs[0])}], coefficient = [{", ".join(pairs[1])}] }}'
+    rows = {"reynolds": points, "coefficient": kept / points}
+    lines = [f"drag.{key} = [{', '.join(f'{value:.4g}' for value in values)}]" for key, values in rows.items()]
+    return "\n".join(['drag.law = "table"', *lines])

@@ -65,6 +65,23 @@ class Spaces:
         form = skfem.BilinearForm(lambda u, v, w: (w.a * u.grad[0] + w.b * u.grad[1] + w.c * u.grad[2]) * v)
         return form.assemble(self.velocity, a=fields[0], b=fields[1], c=fields[2])
 
+    def change_of_convection(self, velocity: Floats) -> Sparse:
+        """(change . grad) velocity of all components, as a matrix for the change; ``velocity`` (3, node)."""
+        basis, dofs = self.velocity, self.velocity.element_dofs
+        count, weights = dofs.shape[0], np.asarray(self.velocity.dx)
+        shapes = np.array([np.broadcast_to(np.asarray(part[0]), weights.shape)[0] for part in basis.basis])
+        pairs = np.einsum("iq,jq->qij", shapes, shapes).reshape(weights.shape[1], -1)
+        rows, columns = (
+            np.broadcast_to(part, (dofs.shape[1], count, count)).ravel()
+            for part in (dofs.T[:, :, None], dofs.T[:, None, :])
+        )
+
+        def block(slope: Floats) -> Sparse:
+            return sp.csr_matrix((((weights * slope) @ pairs).ravel(), (rows, columns)), shape=self.diffusion.shape)
+
+        slopes = [np.asarray(basis.interpolate(part).grad) for part in velocity]
+        return sp.bmat([[block(part) for part in slope] for slope in slopes], format="csr")
+
     def on_ball(self, number: int) -> Mask:
         """Nodes on a ball, counted from 0; (node,)."""
         x, y = self.shape.centers()[number]
