@@ -186,6 +186,7 @@ NAMES: dict[str, dict[str, str]] = {
         "balance_grade": "laws.balance_quality",
         "permissible_unbalance": "laws.balance_quality",
         "register": "machine.leaves",
+        "load": "files.own_leaves",
         "drag_laws": "drag",
         "sphere_on_plane": "drag.sphere_on_plane",
         "race_geometry": "drag.race_geometry",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,6 +19,13 @@ app = typer.Typer(
 )
 
 
+def _load(files: list[Path] | None) -> None:
+    from autobalancer.files.own_leaves import load
+
+    for file in files or []:
+        load(file)
+
+
 def _say_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
@@ -31,6 +39,15 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and stop.")
     ] = False,
+    load: Annotated[
+        list[Path] | None,
+        typer.Option(
+            callback=_load,
+            metavar="FILE",
+            help="Execute a Python file with forces, drag laws or joints of your own; machine files may then name them. "
+            "May be repeated.",
+        ),
+    ] = None,
 ) -> None:
     """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
 

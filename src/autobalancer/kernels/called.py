@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,20 +85,27 @@ def compiled(function: Callable[..., Any], names: tuple[str, ...], call: Call) -
     return _known[known]
 
 
-def in_words(reason: Exception) -> str:
-    """Why Numba did not compile a function."""
+def in_words(reason: Exception, function: Callable[..., Any], names: tuple[str, ...], call: Call) -> str:
+    """Why Numba did not compile a function; it allocates memory if it does compile where that is allowed."""
     said = str(reason)
-    if "NRT required" in said:
+    with suppress(Exception):
+        njit(_signature(numbers_kind(names), call))(function)
         return (
             "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
         )
+    if "return_value" in said:
+        return "it returns something else than it must"
     lines = [line.strip() for line in said.splitlines() if line.strip()]
     useful = [line for line in lines if not line.startswith(("Failed in nopython", "During:", "Overload", "File"))]
     return (useful or lines or ["for an unknown reason"])[0]
 
 
+def _signature(own: np.dtype[Any], call: Call) -> Any:
+    return call.result(*(record.row_type for record in call.records), from_dtype(own))
+
+
 def _compiled(function: Callable[..., Any], own: np.dtype[Any], call: Call) -> Called:
-    signature = call.result(*(record.row_type for record in call.records), from_dtype(own))
+    signature = _signature(own, call)
     try:
         made = njit(signature, cache=KEPT, **APART)(function)
     except RuntimeError as reason:  # written on the spot, so there is no file beside which it could be kept

@@ -5,6 +5,7 @@ from autobalancer.drag.discoidal import discoidal as discoidal
 from autobalancer.drag.free_sphere import free_sphere as free_sphere
 from autobalancer.drag.race_geometry import race_geometry as race_geometry
 from autobalancer.drag.sphere_on_plane import sphere_on_plane as sphere_on_plane
+from autobalancer.files.own_leaves import load as load
 from autobalancer.laws.balance_quality import balance_grade as balance_grade
 from autobalancer.laws.balance_quality import permissible_unbalance as permissible_unbalance
 from autobalancer.laws.ball_capability import capability as capability
@@ -37,6 +38,7 @@ __all__ = [
     "largest_count",
     "largest_useful_count",
     "linear_drag_law",
+    "load",
     "permissible_unbalance",
     "planar_receptance",
     "race_geometry",

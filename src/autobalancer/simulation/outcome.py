@@ -15,14 +15,18 @@ class Outcome:
     text: str
 
 
-def outcome(status: int, time: float, duration: float, *, interrupted: bool, steps: int, event: str = "") -> Outcome:
-    """The outcome of a run that stopped at ``time``."""
+def outcome(
+    status: int, time: float, duration: float, *, interrupted: bool, steps: int, event: str = "", fault: str = ""
+) -> Outcome:
+    """The outcome of a run that stopped at ``time``; ``fault`` names a force that was not a number."""
     if interrupted:
         return Outcome("interrupted", f"interrupted at {time:.6g} s of {duration:.6g} s; what was computed is kept")
     if status == FINISHED:
         return Outcome("finished", f"reached {duration:.6g} s")
     if status == EVENT:
         return Outcome("event", f"ended at {time:.6g} s by: {event}")
+    if fault and status in (STEP_TOO_SMALL, NOT_FINITE):
+        return Outcome("not finite", f"at {time:.6g} s {fault}")
     if status == STEP_TOO_SMALL:
         return Outcome(
             "step too small",

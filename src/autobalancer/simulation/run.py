@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.forces.rows import force_at_fault
 from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
@@ -174,7 +175,8 @@ def simulate_races(
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
     last = names[int(record.event_states[seen - 1, 0])] if seen else ""
-    ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last)
+    fault = force_at_fault(machine, assembly.balls, assembly.system)
+    ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last, fault=fault)
     run = run_dataset(
         assembly,
         places,

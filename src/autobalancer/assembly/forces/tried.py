@@ -29,10 +29,13 @@ SPEEDS = (0.0, 30.0, 300.0)  # rad/s, of the rotor
 RADII = (1.0, 0.97)  # of the orbit radius
 ANGLES = 8
 CALLS = {"force": (FORCE, PAIR_FORCE), "energy": (ENERGY, PAIR_ENERGY)}
-KEY_WORDS = (
-    "return 2 numbers: force(at, own) -> (fx, fy)",
-    "return 4 numbers: force(at, next, own) -> (fx, fy, fx_next, fy_next)",
-)
+RETURNS = {  # what each method must do, for one ball and for two
+    "force": (
+        "return 2 numbers: force(at, own) -> (fx, fy)",
+        "return 4 numbers: force(at, next, own) -> (fx, fy, fx_next, fy_next)",
+    ),
+    "energy": ("return a number: energy(at, own)", "return a number: energy(at, next, own)"),
+}
 
 
 class Made(NamedTuple):
@@ -98,7 +101,7 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
     ]
     for where, parts in tried:
         if len(parts) != (4 if force.pairs else 2):
-            raise MachineError(f"returns {len(parts)} numbers; it must {KEY_WORDS[bool(force.pairs)]}")
+            raise MachineError(f"returns {len(parts)} numbers; it must {RETURNS['force'][bool(force.pairs)]}")
         if not all(map(math.isfinite, parts)):
             raise MachineError(f"is not a number at {where}: it returned {_listed(parts)}")
     energy = made.energy
@@ -113,14 +116,15 @@ def made_of(force: Force) -> Made:
 
 
 def _made(force: Force, method: str) -> Called:
-    function = getattr(type(force), method, None)
+    function, pair = getattr(type(force), method, None), bool(force.pairs)
     if function is None:
-        raise MachineError(f"has no '{method}'; write it as a static method that {KEY_WORDS[bool(force.pairs)]}")
+        raise MachineError(f"has no '{method}'; it is a static method that must {RETURNS[method][pair]}")
+    asked = function, tuple(force.numbers()), CALLS[method][pair]
     try:
-        call = CALLS[method][bool(force.pairs)]
-        return compiled(function, tuple(force.numbers()), call)
+        return compiled(*asked)
     except Exception as reason:
-        raise MachineError(f"does not compile: in {method!r}, {in_words(reason)}") from None
+        said = in_words(reason, *asked)
+        raise MachineError(f"does not compile: in {method!r}, {said}; it must {RETURNS[method][pair]}") from None
 
 
 def _wheres(force: Force, orbit: float) -> Iterator[Where]:

@@ -52,10 +52,11 @@ def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -
     function = getattr(type(law), "coefficient", None)
     if function is None:
         raise MachineError("has no 'coefficient'; write it as a static method: coefficient(at, own) -> float")
+    asked = function, tuple(law.numbers()), FRICTION
     try:
-        made = compiled(function, tuple(law.numbers()), FRICTION)
+        made = compiled(*asked)
     except Exception as reason:
-        raise MachineError(f"does not compile: {in_words(reason)}") from None
+        raise MachineError(f"does not compile: {in_words(reason, *asked)}") from None
     own, greatest = numbers_row(law.numbers()), 0.0
     for pressed in PRESSED:
         for slip in (*SLIPS, *-SLIPS, 0.0):
