@@ -45,7 +45,7 @@ from autobalancer.stability.basins.starts import START_ANGLE, axis_name, starts_
 from autobalancer.stability.basins.unbalanced import steadily
 from autobalancer.stability.friction.held_values import RELEASED
 from autobalancer.stability.host.damping import slowest_decay
-from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.planar import plane, refuse_forces
 from autobalancer.stability.host.stations import Stations, of_plane, stations
 from autobalancer.stability.states.questions import judged
 from autobalancer.stability.states.stations import states_of
@@ -70,6 +70,7 @@ def named_basin(
     progress: Callable[[int, int], None] | None,
 ) -> xr.Dataset:
     """End states of a machine without gravity across its axis; the arguments are those of :func:`autobalancer.basin`."""
+    refuse_forces(machine)
     st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
     lags = diffusing_lags(machine)
     assembly = assemble(machine, seed=seed, contact=False, lags=lags)

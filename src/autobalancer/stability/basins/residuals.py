@@ -94,7 +94,7 @@ def _wanted(st: Stations, speed: float) -> Complexes:
 
 def _deflections(st: Stations, speed: float, moments: Complexes) -> Floats:
     """Greatest deflection of each plane in a turn with the balls at rest, (k, P) m; infinite where it has no bound."""
-    flat = st.untilted(speed)
+    flat = st.plain_at(speed)
     loads = st.fixed_load + moments @ flat.rows  # (k, pairs)
     try:
         if st.isotropic:

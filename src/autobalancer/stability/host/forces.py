@@ -33,7 +33,7 @@ SPEEDS, TRIED = (
     (1.0, 30.0, 1000.0),
     120,
 )  # rad/s, and places at each, where it is tried whether forces push balls at all
-_KNOWN: set[tuple[tuple[str, type], ...]] = set()  # classes of forces that were tried
+_PUSHING: set[tuple[tuple[str, type], ...]] = set()  # classes of forces that were tried, and turn balls
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,16 +111,14 @@ class BallForces:
             self.systems[key] = System(
                 rotating=1, gravity_x=0.0, gravity_y=0.0, polar_inertia=1.0, ball_count=count, drive=steady(1.0, 0j),
                 balls=ball_rows(self.balls), contacts=contact_rows(count), guided=moving_rows(self.balls),
-                **force_rows(self.machine, self.balls, angles, tried=not self._tried()),
+                **force_rows(self.machine, self.balls, angles, tried=self.kinds not in _PUSHING),
             )  # fmt: skip
         return self.systems[key]
 
-    def _tried(self) -> bool:
-        """Whether forces of these classes were used before; a parameter that varies changes their numbers only."""
-        kinds = tuple((path, type(force)) for path, force, _ in forces_in(self.machine, self.balls))
-        new = kinds not in _KNOWN
-        _KNOWN.add(kinds)
-        return not new
+    @property
+    def kinds(self) -> tuple[tuple[str, type], ...]:
+        """Class of each force, with its path; a parameter that varies changes their numbers only."""
+        return tuple((path, type(force)) for path, force, _ in forces_in(self.machine, self.balls))
 
     def push(self) -> bool:
         """Whether they turn any ball, tried at many places; else a guided ball feels them in its wall only."""
@@ -162,4 +160,7 @@ def forces_on(machine: Machine) -> BallForces | None:
         return None
     balls = resolve(machine)
     found = BallForces(machine, balls, any(force.pairs for _, force, _ in forces_in(machine, balls)))
-    return found if found.push() else None
+    if found.kinds not in _PUSHING and not found.push():
+        return None
+    _PUSHING.add(found.kinds)
+    return found

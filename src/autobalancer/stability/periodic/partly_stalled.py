@@ -114,7 +114,7 @@ def partly_stalled_orbits(
     others = np.array([ball for ball in range(field.balls) if ball not in hung])
     if not others.size or (field.host.drag <= 0.0).any():
         return
-    rest = _with(field.host, others)
+    rest = _with(replace(field.host, forces=None), others)
     own = [kind[ball] for ball in others]
     for state in without_exchanges(rest, states_of(rest, field.speed)):
         values, _ = modes(rest, field.speed, state)
@@ -123,7 +123,7 @@ def partly_stalled_orbits(
         angles = _bundled(rest, state, own)
         resting = coincident(angles, own)
         groups = (hung, *(tuple(int(others[i]) for i in group) for group in resting))
-        merged = replace(span.field(share, groups).host, slopes=None)  # a guess may leave out the tilt
+        merged = replace(span.field(share, groups).host, slopes=None, forces=None)  # a guess may leave them out
         at_rest = StationState(state.name, angles[[g[0] for g in resting]], state.whirl, 0, 0)
         hanging = Hanging(merged, _with(merged, np.arange(1, len(groups))), at_rest, field.speed)
         for whirl in hanging.whirls():
