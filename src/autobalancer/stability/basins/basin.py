@@ -16,6 +16,7 @@ import xarray as xr
 
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.fluids import Lags
+from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.friction_table import NONE_GIVEN
@@ -91,6 +92,8 @@ def why_unnamed(machine: Machine) -> str:
     """Why the ends of a machine at a speed have no names; empty if they have."""
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         return "gravity acts across the axis"
+    if has_forces(machine):
+        return "forces act on the balls, which may hold them at other places"
     if machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor):
         return "" if lateral_model(machine).isotropic else "races tilt on supports that differ along x and y"
     return ""
