@@ -20,6 +20,9 @@ from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
+from autobalancer.machine.leaves import find, known
+from autobalancer.plots.drawing.style import FORCE
+from autobalancer.results.drawn_forces import lines_of
 
 STIFF, LENGTH = 40.0, 0.12  # N/m and m of springs along a race
 ALONG = {"kind": "race_springs", "stiffness": STIFF, "free_length": LENGTH}
@@ -379,9 +382,37 @@ def test_the_averaged_theory_refuses_forces_on_the_balls() -> None:
 
 
 def test_every_force_of_the_package_is_found_by_its_file() -> None:
-    from autobalancer.machine.leaves import find, known
-
     for word in known(Force):
         leaf = find(Force, word)
         assert leaf.__module__ == f"autobalancer.forces.{word}"
         assert leaf.interface == Force.current
+
+
+def test_pictures_of_a_race_draw_springs_that_end_at_their_balls() -> None:
+    machine = planar([ALONG, ROD])
+    run = ab.simulate(machine, duration=0.1)
+    angles = run.ball_angle_in_rotor.values[-1]
+    (axes,) = ab.plot.race(run).axes
+    drawn = [line.get_xydata() @ [1.0, 1j] for line in axes.lines if line.get_color() == FORCE]
+    along, rods = drawn[:3], drawn[3:]
+    center = rods[0][0]
+    balls = center + 100.0 * np.exp(1j * angles)
+    np.testing.assert_allclose([line[-1] for line in rods], balls, atol=1e-6)
+    order = np.argsort(np.mod(angles + np.pi, TURN))
+    np.testing.assert_allclose([line[0] for line in along], balls[order], atol=1e-6)
+    np.testing.assert_allclose([line[-1] for line in along], np.roll(balls[order], -1), atol=1e-6)
+
+
+@pytest.mark.parametrize("word", known(Force))
+def test_every_force_of_the_package_has_a_symbol(word: str) -> None:
+    keys: dict[str, dict[str, Any]] = {
+        "race_springs": {"stiffness": 1.0},
+        "radial_spring": {"stiffness": 1.0, "free_length": 0.0},
+        "magnets": {"force_at_contact": 1.0, "reach": 1e-3, "radius": 0.08, "count": 3},
+        "repelling_balls": {"moment": 1.0},
+        "inclined_race": {"incline": 0.5},
+        "pins": {"count": 3, "hold": 1.0, "reach": 1e-3, "release_speed": 50.0},
+    }
+    lines = lines_of([find(Force, word)(**keys[word])], 0.1, [0.1, 0.1j])  # type: ignore[list-item]
+    assert lines
+    assert 0.0 < max(abs(point) for line in lines for point in line) < 0.13

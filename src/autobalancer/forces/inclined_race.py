@@ -6,6 +6,7 @@ import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from autobalancer.machine.balancer.force import Force
+from autobalancer.machine.balancer.shapes import Line, stroke
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Length, Quantity
 
@@ -57,3 +58,8 @@ class InclinedRace(Force):
         if away > own.outer_radius:
             away = own.outer_radius
         return float(at.mass * at.gravity * math.tan(own.incline) * away)
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """Strokes down the incline."""
+        begin, end = self.inner_radius or 0.8 * orbit, self.outer_radius or 0.97 * orbit
+        return [stroke(k * math.pi / 18.0, begin, end) for k in range(36)]

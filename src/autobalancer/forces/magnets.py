@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from autobalancer.machine.balancer.force import Force
+from autobalancer.machine.balancer.shapes import Line, arc, box
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Angle, ForceSize, Length
 
@@ -61,3 +63,11 @@ class Magnets(Force):
             gap = abs(math.hypot(at.x, at.y) - own.radius) - at.radius
             total = -own.force_at_contact * own.reach * math.exp(-gap / own.reach)
         return total
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """The ring of poles, or each single magnet."""
+        if self.count is None:
+            return [arc(0.98 * self.radius), arc(0.93 * self.radius)]
+        angles = [self.angle + k * 2.0 * math.pi / self.count for k in range(self.count)]
+        middles = [cmath.rect(self.radius - 0.04 * orbit, angle) for angle in angles]
+        return [box(middle, size * orbit, 0.08 * orbit) for middle in middles for size in (0.14, 0.05)]

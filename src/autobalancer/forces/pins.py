@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from autobalancer.machine.balancer.force import Force
+from autobalancer.machine.balancer.shapes import Line, stroke
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Angle, ForceSize, Length, Rate
 
@@ -44,3 +45,9 @@ class Pins(Force):
         path = at.orbit * angle / own.reach
         back = own.hold * out * path * math.exp(0.5 * (1.0 - path * path)) / math.hypot(at.x, at.y)
         return back * at.y, -back * at.x
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """Two pins at each pocket."""
+        half = max(self.reach / orbit, 0.05)
+        middles = [self.angle + k * 2.0 * math.pi / self.count for k in range(self.count)]
+        return [stroke(angle + side, 0.93 * orbit, 1.07 * orbit) for angle in middles for side in (-half, half)]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 from typing import Any, ClassVar, Literal
 
 from autobalancer.machine.balancer.force import PairForce
+from autobalancer.machine.balancer.shapes import Line, bent_coil
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Offset, SpringRate
 
@@ -32,3 +34,11 @@ class RaceSprings(PairForce):
         """J."""
         stretch = at.orbit * next.ahead - own.free_length
         return float(0.5 * own.stiffness * stretch * stretch)
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """A spring from each ball to the next."""
+        angles = sorted(cmath.phase(ball) for ball in balls)
+        ends = [*angles[1:], angles[0] + 2.0 * cmath.pi]
+        return [
+            bent_coil(orbit, one, other, 0.08 * orbit) for one, other in zip(angles, ends, strict=True) if balls[1:]
+        ]

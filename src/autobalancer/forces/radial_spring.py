@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar, Literal
 
 from autobalancer.machine.balancer.force import Force
+from autobalancer.machine.balancer.shapes import Line, coil
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Offset, SpringRate
 
@@ -34,3 +35,7 @@ class RadialSpring(Force):
         """J."""
         stretch = math.sqrt(at.x * at.x + at.y * at.y) - own.free_length
         return float(0.5 * own.stiffness * stretch * stretch)
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """A spring to each ball."""
+        return [coil(0.0, ball, 0.08 * orbit) for ball in balls]

@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar, Literal
 
 from autobalancer.machine.balancer.force import PairForce
+from autobalancer.machine.balancer.shapes import Line, arc
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import MagneticMoment
 
@@ -37,3 +38,7 @@ class RepellingBalls(PairForce):
         dx, dy = next.x - at.x, next.y - at.y
         square = max(dx * dx + dy * dy, 1e-18)
         return float(1e-7 * own.moment * own.moment / (square * math.sqrt(square)))
+
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """A ring around each ball."""
+        return [[ball + point for point in arc(0.11 * orbit)] for ball in balls]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from autobalancer.machine.balancer.shapes import Line
 from autobalancer.machine.leaves import Leaf
-
-Polyline = list[tuple[float, float]]  # m, in the axes of the race
 
 
 class Force(Leaf):
@@ -37,8 +36,8 @@ class Force(Leaf):
         """Why it cannot act in this race of a machine with this axis (``"vertical"`` or ``"horizontal"``); empty if it can."""
         return ""
 
-    def drawn(self, orbit: float, balls: list[tuple[float, float]]) -> list[Polyline]:
-        """Lines for pictures of a race with this orbit radius (m) and balls at these places (m); none by default."""
+    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+        """Lines for pictures of a race with this orbit radius and balls at these places, m; none by default."""
         return []
 
 

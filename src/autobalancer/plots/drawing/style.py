@@ -20,6 +20,7 @@ from matplotlib.text import Text
 
 # Okabe and Ito (2008): told apart with every kind of color vision. Vermilion is kept for the unbalance.
 INK = "#222222"
+FORCE = "#4A5A78"  # symbols of springs, magnets, pins
 UNBALANCE = "#D55E00"
 CRITICAL = "#707070"
 FILL = "#B9C3CC"

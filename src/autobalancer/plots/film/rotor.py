@@ -13,9 +13,10 @@ from matplotlib.patches import Circle
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.style import INK, RACE, UNBALANCE
+from autobalancer.plots.drawing.style import FORCE, INK, RACE, UNBALANCE
 from autobalancer.plots.run.body_shapes import CHAMFER, ROD
 from autobalancer.plots.run.motion import Complexes, Floats, Moments, Races
+from autobalancer.results.drawn_forces import ForcesOfRaces, lines_of
 
 SWEEP = np.linspace(0.0, 1.0, 60)  # points of the arc that a ball swept since the frame before
 MEMORY = 8  # frames for which the path of the rotor center stays visible
@@ -46,6 +47,7 @@ class RotorView:
         magnification: float,
         colors: Sequence[str],
         length: float,
+        forces: ForcesOfRaces,
     ) -> None:
         self.moments, self.turned, self.per_frame = moments, turned, per_frame
         self.radii, self.places = races.orbit_radius / length, races.center / length
@@ -68,6 +70,9 @@ class RotorView:
             spot = side * (room - (0.0 if anchor != "center" else 0.06 * outside))
             axes.text(spot.real, spot.imag, degrees, ha=anchor, va="center", fontsize=7.5, color="#606060")
         self._races(axes, np.where(races.body == "pendulum", 0.0, diameter), outside)
+        self.races, self.length, self.forces = races, length, forces
+        self.symbols = axes.plot([], [], color=FORCE, lw=1.0, transform=self.turning)[0]
+        self.artists.append(self.symbols)
         self._balls(axes, diameter, races.body, colors)
         reach = 0.72 * float(self.radii.min(initial=outside))
         self.heavy_line = axes.plot([0.0, reach], [0.0, 0.0], color=UNBALANCE, lw=2.0, transform=self.turning)[0]
@@ -105,8 +110,22 @@ class RotorView:
                 for rod in self.rods[i]:
                     rod.set_data([self.places[i].real, arc[0].real], [self.places[i].imag, arc[0].imag])
             trail.set_data(arc.real, arc.imag)
+        if self.forces:
+            points = self._lines(now)
+            self.symbols.set_data(points.real, points.imag)
         seen = self.path[max(k - MEMORY, 0) * self.per_frame : k * self.per_frame + 1]
         self.trace.set_data(seen.real, seen.imag)
+
+    def _lines(self, angle: Floats) -> Complexes:
+        """Symbols of the forces with balls at these angles, one after the other with a gap between."""
+        found: list[complex] = []
+        for (balancer, race), forces in self.forces.items():
+            here = np.flatnonzero((self.races.balancer == balancer) & (self.races.race == race))
+            if here.size:
+                orbits = self.races.orbit_radius[here]
+                for line in lines_of(forces, float(orbits.mean()), list(orbits * np.exp(1j * angle[here]))):
+                    found += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
+        return np.array(found, np.complex128)
 
     def _races(self, axes: Axes, diameter: Floats, outside: float) -> None:
         """The disc with its zero mark and the walls of its races."""

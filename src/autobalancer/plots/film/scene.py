@@ -18,6 +18,7 @@ from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.plots.run.places import places_in_rotor
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
+from autobalancer.results.drawn_forces import forces_of
 
 LEFT, RIGHT = 0.52, 0.575  # how far the rotor reaches, and where the panels begin
 BOTTOM, TOP = 0.125, 0.885
@@ -66,7 +67,7 @@ class Scene(FilmCanvas):
             path = path * np.exp(1j * fine.rotor_angle) if in_space else path
             view = RotorView(
                 above, _of_plane(moments, plane, mine), races.of(mine), self.turned, path, per_frame, magnification,
-                [colors[i] for i in mine], unit_length(moments, races),
+                [colors[i] for i in mine], unit_length(moments, races), forces_of(run),
             )  # fmt: skip
             self.views.append(view)
             if several:

@@ -14,6 +14,7 @@ from autobalancer.plots.run.race_panel import WIDTH, RacePanel, deflected
 from autobalancer.plots.run.race_vectors import couple_note, vectors_of
 from autobalancer.plots.run.static import static_part
 from autobalancer.results.display_units import AxisUnit, length_text, significant, speed_axis, times_larger
+from autobalancer.results.drawn_forces import forces_of
 from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 
@@ -25,8 +26,9 @@ def plot_race(
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
-    Balls and races are to scale (mm); a point ball is a small ring, a roller has a chamfer, a pendulum its rod. Arrows from the
-    rotor center, to one scale but for a plane where they would be too short to read, which says how much longer they are there,
+    Balls and races are to scale (mm); a point ball is a small ring, a roller has a chamfer, a pendulum its rod; springs, magnets,
+    pins and the like are thin lines. Arrows from the rotor center, to one scale but for a plane where they would be too short to
+    read, which says how much longer they are there,
     are the unbalance that the balls of this plane have to balance, what they contribute, and the resultant of both; a
     resultant too small to be drawn is a dot. On a rotor that tilts or bends the unbalance of each plane is its share of
     unbalance and couple together; dashed is what the couple puts there, opposite in the other plane. The triangle outside
@@ -65,7 +67,7 @@ def plot_race(
     moments = motion.at(np.array([motion.time[-1] if time is None else float(time)]))
     chosen = present if balancer is None else [balancer]
     colors = [ball.color for ball in ball_looks(run)]
-    planes = planes_of(run)
+    planes, forces = planes_of(run), forces_of(run)
     vectors = {number: vectors_of(races, moments, planes, _plane(races, number)) for number in chosen}
     longest = {number: max(abs(vector.value) for vector in each) for number, each in vectors.items()}
     loudest = max(chosen, key=lambda number: longest[number])
@@ -80,7 +82,7 @@ def plot_race(
         for panel, number in zip(panels, chosen, strict=False):
             mine = np.flatnonzero(races.balancer == number)
             plane = _plane(races, number)
-            drawn.append(RacePanel(panel, races, moments, mine, colors))
+            drawn.append(RacePanel(panel, races, moments, mine, colors, forces))
             longer = times_larger(longest[number], longest[loudest])
             drawn[-1].arrows(vectors[number], longest[loudest] / longer)
             still = _static(run, motion, moments, plane)

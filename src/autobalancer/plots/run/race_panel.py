@@ -10,11 +10,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.style import INK, RACE, legend_width
+from autobalancer.plots.drawing.style import FORCE, INK, RACE, legend_width
 from autobalancer.plots.run.body_shapes import draw_body
 from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.race_vectors import Vector
 from autobalancer.results.display_units import length_text, round_down
+from autobalancer.results.drawn_forces import ForcesOfRaces, lines_of
 
 RIM = "#8A949C"
 NOTHING = 1e-11  # m; a deflection below it is none
@@ -27,7 +28,15 @@ LINE = 14.0  # points of a line of text
 class RacePanel:
     """Draws into ``axes``, lengths in mm, the balls ``mine`` of one balancer at the first of the ``moments``."""
 
-    def __init__(self, axes: Axes, races: Races, moments: Moments, mine: NDArray[np.intp], colors: list[str]) -> None:
+    def __init__(
+        self,
+        axes: Axes,
+        races: Races,
+        moments: Moments,
+        mine: NDArray[np.intp],
+        colors: list[str],
+        forces: ForcesOfRaces,
+    ) -> None:
         self.axes, self.mine = axes, mine
         self.radius, self.diameter = races.orbit_radius[mine] * 1e3, races.ball_diameter[mine] * 1e3
         self.body = races.body[mine]
@@ -46,6 +55,7 @@ class RacePanel:
         axes.set_xlim(-SIDE * self.reach, SIDE * self.reach)
         self._protractor()
         self._races()
+        self._forces(races, forces)
         least = 0.03 * self.outside
         for i, place in enumerate(self.centers + self.radius * np.exp(1j * self.angle)):
             draw_body(axes, self.body[i], self.centers[i], place, self.diameter[i], colors[mine[i]], least)
@@ -124,6 +134,17 @@ class RacePanel:
         below = BOTTOM * self.reach + (8.0 + LINE * lines) / self.size
         self.axes.set_ylim(-below, self.top)
         return (below + self.top) * self.size / 72.0
+
+    def _forces(self, races: Races, forces: ForcesOfRaces) -> None:
+        """Symbols of the forces on the balls, race by race."""
+        for place in sorted(forces):
+            here = np.flatnonzero((races.balancer[self.mine] == place[0]) & (races.race[self.mine] == place[1]))
+            if here.size:
+                orbit = float(self.radius[here].mean()) * 1e-3
+                balls = list(1e-3 * self.radius[here] * np.exp(1j * self.angle[here]))
+                for line in lines_of(forces[place], orbit, balls):
+                    points = np.array(line) * 1e3 + self.centers[here[0]]
+                    self.axes.plot(points.real, points.imag, color=FORCE, lw=1.1, zorder=1.6)
 
     def _protractor(self) -> None:
         """Angles from the zero mark of the rotor."""
