@@ -225,3 +225,18 @@ def test_what_is_not_known_in_the_full_motion_says_so() -> None:
         ab.stability.borders(uneven)
     notes = {border.name: border.note for border in ab.stability.borders(TWO_PLANES, only=("release speed",))}
     assert "ignores tilt of the races" in notes["release speed"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("machine", "flat", "full"),
+    [
+        (ab.catalog.rig("cfrp_rig"), 294.07, 292.69),
+        (ab.catalog.rig("discoidal_rig"), 2331.50, 2331.83),
+    ],
+    ids=["cfrp", "discoidal"],
+)
+def test_borders_of_published_rigs_in_both_forms(machine: Machine, flat: float, full: float) -> None:
+    for form, border in (("deflection", flat), ("full", full)):
+        (found,) = ab.stability.borders(ab.with_parameter(machine, "tilting_races", form), only=("exact border",))
+        assert found.speed * 30.0 / np.pi == pytest.approx(border, rel=1e-4), form

@@ -73,6 +73,7 @@ RACES: dict[str, Changes] = {
     "restitution of balls that touch": {"contact": {"restitution": 0.5}},
     "partitions": {"partitions": {"count": 2, "angle": "33 deg"}},
     "race out of round": {"harmonics": [{"order": 2, "amplitude": "50 um", "angle": "30 deg"}]},
+    "springs along the race": {"forces": [{"kind": "race_springs", "stiffness": 0.05}]},
     "eccentric race": {"eccentricity": "0.1 mm"},
     "fluid that lags": {"fluid": RACE["fluid"] | {"lag": "modes"}},
     "resolved balls": {
@@ -126,7 +127,7 @@ def _machine(changes: Changes, race: Changes) -> Machine:
 
 
 def _border(machine: Machine, name: str) -> np.ndarray:
-    found = [border.speed for border in ab.stability.borders(machine, only=(name,)) if border.name == name]
+    found = [one.speed for one in ab.stability.borders(machine, only=(name,)) if one.name == name and one.known]
     if not found:
         raise AutobalancerError("no such border")
     return np.array(found)

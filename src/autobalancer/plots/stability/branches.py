@@ -191,17 +191,22 @@ def _apart(data: xr.Dataset, part: tuple[float, float] | None) -> list[int]:
 
 
 def _pieces(data: xr.Dataset) -> Iterator[tuple[slice, bool, str]]:
-    """Stretches of one branch with one stability: slice of points, stable, name."""
+    """Stretches of one branch with one stability and one name: slice of points, stable, name.
+
+    A branch has one name, that of most of its points; only balls that forces hold may balance on one side and not on the other.
+    """
     branch, name = data["branch"].values, data["name"].values
     bad = data["verdict"].values == "unstable"
     for number in np.unique(branch):
         points = np.flatnonzero(branch == number)
-        names, counts = np.unique(name[points], return_counts=True)
+        spread = name[points] == "spread"
+        names, counts = np.unique(name[points][~spread] if not spread.all() else name[points], return_counts=True)
+        own = np.where(spread, "spread", names[np.argmax(counts)])
         dashed = bad[points[:-1]] | bad[points[1:]]
         first = 0
         for i in range(1, dashed.size + 1):
-            if i == dashed.size or dashed[i] != dashed[first]:
-                yield slice(points[first], points[i] + 1), not dashed[first], str(names[np.argmax(counts)])
+            if i == dashed.size or dashed[i] != dashed[first] or own[i] != own[first]:
+                yield slice(points[first], points[i] + 1), not dashed[first], str(own[first])
                 first = i
 
 
