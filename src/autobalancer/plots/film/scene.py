@@ -18,7 +18,7 @@ from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.plots.run.places import places_in_rotor
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
-from autobalancer.results.drawn_forces import forces_of
+from autobalancer.results.drawn.forces import forces_of
 
 LEFT, RIGHT = 0.52, 0.575  # how far the rotor reaches, and where the panels begin
 BOTTOM, TOP = 0.125, 0.885

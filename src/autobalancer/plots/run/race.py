@@ -14,7 +14,7 @@ from autobalancer.plots.run.race_panel import WIDTH, RacePanel, deflected
 from autobalancer.plots.run.race_vectors import couple_note, vectors_of
 from autobalancer.plots.run.static import static_part
 from autobalancer.results.display_units import AxisUnit, length_text, significant, speed_axis, times_larger
-from autobalancer.results.drawn_forces import forces_of
+from autobalancer.results.drawn.forces import forces_of
 from autobalancer.results.given import Given, race_run
 from autobalancer.units import optional_argument
 

@@ -1,0 +1,1 @@
+"""What pictures draw of a machine, beside the arrays of a run."""
