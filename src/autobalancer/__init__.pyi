@@ -42,6 +42,7 @@ from autobalancer.simulation.sampling import LastRevolutions as LastRevolutions
 from autobalancer.simulation.sampling import SampleTimes as SampleTimes
 from autobalancer.simulation.sampling import Samples as Samples
 from autobalancer.studies.basin import basin as basin
+from autobalancer.studies.compare import compare as compare
 from autobalancer.studies.frequency_response import frequency_response as stepped_response
 from autobalancer.studies.sweep import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
@@ -60,6 +61,7 @@ __all__ = [
     "catalog",
     "chamber",
     "check",
+    "compare",
     "deflection_envelope",
     "errors",
     "example",

@@ -28,6 +28,7 @@ from autobalancer.plots.rotor.unbalance_response import plot_polar_response as p
 from autobalancer.plots.rotor.unbalance_response import plot_unbalance_response as response
 from autobalancer.plots.rotor.whirl import plot_whirl_along_axis as whirl_along_axis
 from autobalancer.plots.rotor.whirl import plot_whirl_orbits as whirl_orbits
+from autobalancer.plots.run.comparison import plot_comparison as comparison
 from autobalancer.plots.run.frequency_response import plot_frequency_response as stepped_response
 from autobalancer.plots.run.orbit import plot_orbit as orbit
 from autobalancer.plots.run.race import plot_race as race
@@ -55,6 +56,7 @@ __all__ = [
     "chamber_optimal_means",
     "chamber_reactions",
     "chamber_run",
+    "comparison",
     "drag_laws",
     "eigenvalues",
     "equilibrium_angle",

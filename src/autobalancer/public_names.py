@@ -15,6 +15,7 @@ NAMES: dict[str, dict[str, str]] = {
         "check": "either_kind",
         "simulate": "either_kind",
         "sweep": "studies.sweep",
+        "compare": "studies.compare",
         "basin": "studies.basin",
         "worst_start": "studies.worst_start",
         "stepped_response": "studies.frequency_response:frequency_response",
@@ -42,6 +43,7 @@ NAMES: dict[str, dict[str, str]] = {
     "plot": {
         "run_up": "plots.run.run_up:plot_run_up",
         "race": "plots.run.race:plot_race",
+        "comparison": "plots.run.comparison:plot_comparison",
         "orbit": "plots.run.orbit:plot_orbit",
         "basin": "plots.stability.basins:plot_basin",
         "eigenvalues": "plots.stability.growth:plot_stability",

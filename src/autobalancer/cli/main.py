@@ -54,7 +54,7 @@ def _options(
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
 from autobalancer.cli.rotors import angle, ball_drag, equivalent, flow, identify, modes, receptance, response  # noqa: E402
-from autobalancer.cli.runs import animate, archive, basin, measures, plot, run, stepped, study  # noqa: E402
+from autobalancer.cli.runs import animate, archive, basin, compare, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
 app.command()(check.check)
@@ -69,6 +69,7 @@ app.command()(borders.borders)
 app.command("map")(stability_map.map_)
 app.command()(branches.branches)
 app.command()(basin.basin)
+app.command()(compare.compare)
 app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)
 app.command()(modes.modes)

@@ -1,0 +1,63 @@
+"""``autobalancer compare``: several machines side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed, SpeedUnit, Unit
+
+
+def compare(
+    machines: Annotated[list[Path], typer.Argument(help="Machine files, in the order of the table.")],
+    at: Annotated[
+        list[str] | None,
+        typer.Option(help='Speed at which the deflection is wanted too, such as "40 rad/s". May be repeated.'),
+    ] = None,
+    duration: Annotated[str, typer.Option(help='Such as "60 s"; by default that of each machine.')] = "",
+    tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
+    seed: Seed = 0,
+    out: Outs = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Run several machines and put side by side what each run left, and from which speed on it balances.
+
+    Example: autobalancer compare variant_plain.toml variant_pins.toml \\
+      --at "40 rad/s" --plot variants.png
+    """
+    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
+    from autobalancer.cli.terminal.quantities import optional
+    from autobalancer.cli.terminal.sheet import print_sheet
+    from autobalancer.cli.terminal.words import note
+    from autobalancer.plots.run.comparison import plot_comparison
+    from autobalancer.studies.compare import compare as compared
+
+    one_form(as_json, as_csv)
+    files = Files(out, plot)
+    with progress_bar("machines") as update:
+        found = compared(
+            machines,
+            at=at or (),
+            duration=optional("--duration", duration, "s"),
+            tolerance=tolerance,
+            seed=seed,
+            progress=update,
+        )
+    files.save(found, lambda: plot_comparison(found))
+    columns = found.columns(speed_unit)
+    if as_json:
+        print_json({column.head: list(column.values) for column in columns})
+        return
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, found.heading())
+    for remark in found.remarks():
+        note(remark)
+    files.say()

@@ -1,0 +1,46 @@
+"""Several machines side by side."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from autobalancer.results.answer import Answer
+from autobalancer.results.display_units import length_axis, speed_axis
+from autobalancer.shown import Column
+
+
+class Comparison(Answer):
+    """One row for each machine: what its run left, and from which speed on its balanced state is stable."""
+
+    __slots__ = ()
+    row_of: ClassVar[str] = "machine"
+    needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Deflections in micrometers; what is left in percent of the vibration without balls."""
+        shown, length = speed_axis(unit or self.shown_in), length_axis("um", 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
+        at = [
+            Column(f"at {speed * shown.factor:.4g} {shown.sign}", values * length.factor, length.sign, ".4g")
+            for speed, values in zip(self["speed"].values, self["deflection_at"].values.T, strict=True)
+        ]
+        return [
+            self.texts("machine", "machine"),
+            *at,
+            Column("peak", self["peak_deflection"].values * length.factor, length.sign, ".4g"),
+            self.scaled("peak_speed", "peak at", unit, ".4g"),
+            Column("left", left, "%", ".2f"),
+            Column("settled after", self["settling_time"].values, "s", ".3g"),
+            self.texts("verdict", "verdict"),
+            self.scaled("exact_border", "stable from", unit, ".4g"),
+        ]
+
+    def remarks(self) -> list[str]:
+        """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
+        concerned: dict[str, list[str]] = {}
+        for name, note in zip(self["machine"].values, self["border_note"].values, strict=True):
+            concerned.setdefault(str(note), []).append(str(name))
+        return [f"{', '.join(names)}: {note}" for note, names in concerned.items() if note]

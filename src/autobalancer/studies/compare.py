@@ -1,0 +1,177 @@
+"""Several machines, one run each: what counts of each in one table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.machine_file import machine_text
+from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
+from autobalancer.results.comparison import Comparison
+from autobalancer.results.measure_table import SWEPT, numbers
+from autobalancer.results.provenance import provenance
+from autobalancer.results.recorded_of import recorded_of
+from autobalancer.results.verdict.judged import verdict
+from autobalancer.simulation.run import simulate_races
+from autobalancer.simulation.sampling import Envelope, LastRevolutions
+from autobalancer.stability.maps.speeds import border_speeds
+from autobalancer.studies.in_threads import in_threads
+from autobalancer.units import optional_argument, to_si
+
+NEAR = 0.01  # of a speed: the rotor counts as running at it
+LATE = 0.5  # of the time at a speed: the balls have had the rest of it to settle
+BORDER = "exact border"
+MEASURES = ("peak_deflection", "peak_speed", "vibration", "vibration_without_balls", "settling_time", "release_speed")
+
+Given = Machine | str | Path
+
+
+@shows_progress
+def compare(
+    machines: Mapping[str, Given] | Sequence[Given],
+    *,
+    at: Sequence[float | str] | float | str = (),
+    duration: float | str | None = None,
+    tolerance: float = 1e-7,
+    bins: int = 500,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Comparison:
+    """Run several machines, each with its own drive, and put side by side what each run left.
+
+    Parameters
+    ----------
+    machines
+        Machines with balls in races or the paths of their files, in the order of the table; a mapping gives them names of its
+        own, else each has the name in its file.
+    at
+        Rotor speeds, rad/s or texts with units, at which the deflection is wanted too, such as one below the critical speed.
+    duration, tolerance, seed
+        As for :func:`autobalancer.simulate`.
+    bins
+        Resolution in time of the deflection.
+    workers
+        Threads; by default one for each core.
+    progress
+        Called with (machines done, machines in all).
+
+    Returns
+    -------
+    Comparison
+        A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``vibration`` (m) at the end and
+        ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``; ``deflection_at`` (m) over ``speed``,
+        the greatest in the second half of the time at this speed (within 1 %); ``exact_border`` (rad/s), above which the balanced
+        state is stable, with ``border_note``; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
+
+    Raises
+    ------
+    QuestionError
+        For no machine, or two of one name.
+    """
+    named = _named(machines)
+    duration = optional_argument("duration", duration, "s")
+    speeds = [float(to_si(speed, "rad/s")) for speed in ([at] if isinstance(at, str | float | int) else at)]
+
+    def one(machine: Machine) -> dict[str, Any]:
+        run = simulate_races(
+            machine,
+            duration=duration,
+            tolerance=tolerance,
+            seed=seed,
+            save=[Envelope(bins), LastRevolutions()],
+            progress=False,  # type: ignore[arg-type]
+        )
+        return _row(machine, run, speeds)
+
+    rows = in_threads(one, list(named.values()), workers, progress)
+    return _dataset(named, rows, speeds)
+
+
+def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, Machine]:
+    if isinstance(machines, Mapping):
+        named = {str(name): balls_in_races(machine) for name, machine in machines.items()}
+    else:
+        given = [machines] if isinstance(machines, str | Path | Machine) else list(machines)
+        read = [balls_in_races(machine) for machine in given]
+        names = [machine.name for machine in read]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise QuestionError(
+                f"machines: {len(read)} machines, of which several are called {twice[0]!r}; give them names of their own"
+            )
+        named = dict(zip(names, read, strict=True))
+    if not named:
+        raise QuestionError("machines: given none; give at least one machine to be compared")
+    return named
+
+
+def _row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict[str, Any]:
+    recorded = recorded_of(run)
+    row: dict[str, Any] = dict.fromkeys(MEASURES, math.nan)
+    row |= {name: value for name, value in numbers(recorded).items() if name in MEASURES}
+    bins = recorded.bins
+    row["course"] = (bins.time, bins.high, bins.speed)
+    row["deflection_at"] = [_at(bins.speed, bins.high, speed) for speed in speeds]
+    try:
+        row["verdict"] = verdict(run).word
+    except QuestionError:
+        row["verdict"] = "no verdict"
+    row["exact_border"], row["border_note"] = _border(machine)
+    return row
+
+
+def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
+    """Greatest deflection in the later part of the first stay at this speed; nan if the rotor never has it."""
+    near = np.flatnonzero(np.abs(speed - wanted) <= NEAR * wanted)
+    if not near.size:
+        return math.nan
+    stay = near[: np.argmax(np.diff(near, append=speed.size + 1) > 1) + 1]
+    return float(high[stay[int(LATE * stay.size) :]].max())
+
+
+def _border(machine: Machine) -> tuple[float, str]:
+    """Speed and note of the exact border."""
+    try:
+        borders = border_speeds(machine, only=(BORDER,))
+    except QuestionError as refused:
+        return math.nan, f"border not known, {refused}"
+    return (borders[0].speed, borders[0].note) if borders else (math.nan, "")
+
+
+def _dataset(named: Mapping[str, Machine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
+    about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
+    found = xr.Dataset(
+        {name: ("machine", [float(row[name]) for row in rows], about[name]) for name in MEASURES},
+        {"machine": list(named), "speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})},
+        {"title": "Comparison of machines", **provenance(), "machines": [machine_text(m) for m in named.values()]},
+    )
+    deflection = {"long_name": "greatest deflection", "units": "m"}
+    late = {"long_name": "greatest deflection in the second half of the time at this speed", "units": "m"}
+    found["deflection_at"] = (
+        ("machine", "speed"),
+        np.reshape([row["deflection_at"] for row in rows], (len(rows), -1)),
+        late,
+    )
+    border = {"long_name": "exact border", "units": "rad/s"}
+    found["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
+    for name in ("verdict", "border_note"):
+        found[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
+    longest = max(row["course"][0].size for row in rows)
+    courses = ("time_in_run", "deflection", "speed_in_run")
+    labels = ({"long_name": "time", "units": "s"}, deflection, {"long_name": "rotor speed", "units": "rad/s"})
+    for number, (name, label) in enumerate(zip(courses, labels, strict=True)):
+        padded = [
+            np.pad(row["course"][number], (0, longest - row["course"][number].size), constant_values=np.nan)
+            for row in rows
+        ]
+        found[name] = (("machine", "bin"), np.array(padded), label)
+    return Comparison.of(found)

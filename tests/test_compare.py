@@ -1,0 +1,86 @@
+"""Several machines side by side, and the variants of the race in figure 2.5 of Spannan (2021)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.studies.compare import compare
+
+pytestmark = pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")  # the rig's law of drag is linear
+
+PLAIN, PINS, SPRINGS = (ab.catalog.example_path(f"variant_{name}") for name in ("plain", "pins", "springs"))
+
+
+@pytest.fixture(scope="module")
+def three():
+    return compare([PLAIN, PINS, SPRINGS], at=["40 rad/s", "500 rad/s"])
+
+
+def test_a_row_has_the_measures_of_the_machine_by_itself(three):
+    run = ab.simulate(PLAIN, tolerance=1e-7, save=[ab.Envelope(500), ab.LastRevolutions()])
+    alone = ab.measures(run)
+    row = three.sel(machine="Plain race")
+    assert float(row["peak_deflection"]) == float(alone["peak_deflection"])
+    assert float(row["settling_time"]) == float(alone["settling_time"].max())
+    assert str(row["verdict"].values) == ab.verdict(run).word == "balanced"
+
+
+def test_below_the_critical_speed_free_balls_add_to_the_unbalance_and_pins_keep_them_from_it(three):
+    mass, stiffness, damping, speed, unbalance = 12.27 + 2 * 6.669e-3, 44654.0, 68.37, 40.0, 5.5e-3 * 0.108
+    rotor = speed**2 / abs(stiffness - mass * speed**2 + 1j * damping * speed)
+    deflection = three["deflection_at"].sel(speed=40.0)
+    assert float(deflection.sel(machine="Pins")) == pytest.approx(
+        unbalance * rotor, rel=1e-2
+    )  # pockets give way a little
+    both = (
+        unbalance + 2 * 6.669e-3 * 0.07695
+    )  # the balls lie beside the heavy place, since they touch, and move to it yet
+    assert 0.97 < float(deflection.sel(machine="Plain race")) / (both * rotor) < 1.0
+
+
+def test_springs_between_the_balls_do_not_let_them_balance(three):
+    assert str(three["verdict"].sel(machine="Springs along the race").values) == "partly balanced"
+    assert float(three["vibration"].sel(machine="Springs along the race")) > 1e-5
+    assert float(three["vibration"].sel(machine="Pins")) < 1e-9
+
+
+def test_a_speed_that_the_rotor_never_has_is_not_known(three):
+    assert np.isnan(three["deflection_at"].sel(speed=500.0)).all()
+
+
+def test_the_border_is_that_of_the_machine(three):
+    (border,) = ab.stability.borders(PLAIN, only=["exact border"])
+    assert float(three["exact_border"].sel(machine="Plain race")) == border.speed
+    assert math.isfinite(border.speed)
+
+
+def test_machines_of_one_name_and_no_machine_are_refused():
+    with pytest.raises(QuestionError, match="several are called 'Plain race'"):
+        compare([PLAIN, PLAIN])
+    with pytest.raises(QuestionError, match="at least one machine"):
+        compare([])
+    assert list(compare({"one": PLAIN, "other": PLAIN}, duration="1 s")["machine"].values) == ["one", "other"]
+
+
+def test_the_command_prints_the_table_and_draws_it(tmp_path):
+    picture = tmp_path / "variants.png"
+    asked = ["compare", str(PLAIN), str(PINS), "--at", "40 rad/s", "--plot", str(picture), "--csv"]
+    result = CliRunner().invoke(app, asked)
+    assert result.exit_code == 0, result.output
+    head, plain, pins = result.stdout.strip().splitlines()[:3]
+    assert head.startswith("machine,at 382 rpm [µm],peak [µm]")
+    assert plain.startswith("Plain race,")
+    assert pins.startswith("Pins,")
+    assert picture.exists()
+
+
+def test_a_comparison_shows_itself_as_a_table(three):
+    assert "Springs along the race" in repr(three)
+    assert "<table>" in three._repr_html_()
