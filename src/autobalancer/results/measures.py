@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.measured import Measured
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.measure_table import HERE, measured
-from autobalancer.results.measured import Measured
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import vibration
 from autobalancer.results.recorded import LAST, SETTLED, in_space, settling

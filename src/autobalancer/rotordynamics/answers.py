@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalancer.results.answer import Answer, at_speed
+from autobalancer.results.answers.answer import Answer, at_speed
 from autobalancer.results.display_units import length_axis
 from autobalancer.shown import Column, rpm_and_si
 

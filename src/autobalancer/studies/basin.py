@@ -12,7 +12,7 @@ from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
-from autobalancer.results.ends import Ends
+from autobalancer.results.answers.ends import Ends
 from autobalancer.stability.basins.basin import named_basin, why_unnamed
 from autobalancer.stability.basins.starts import unit_of_axis
 from autobalancer.studies.random_starts import random_starts

@@ -15,7 +15,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
-from autobalancer.results.comparison import Comparison
+from autobalancer.results.answers.comparison import Comparison
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.provenance import provenance
 from autobalancer.results.recorded_of import recorded_of

@@ -139,7 +139,7 @@ def _measured(result: Any) -> Any:
     """The measures; none of a run that kept nothing, or ended at once."""
     from autobalancer.either_kind import measures
     from autobalancer.errors import QuestionError
-    from autobalancer.results.measured import Measured
+    from autobalancer.results.answers.measured import Measured
 
     try:
         return measures(result)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import CRITICAL, INK, heading, legend, look, picture
-from autobalancer.results.comparison import Comparison
+from autobalancer.results.answers.comparison import Comparison
 from autobalancer.results.display_units import length_tick
 
 COLUMNS = 2

@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber.balls import window
 from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, STAGES, STEADY, UNITS
 from autobalancer.results.chamber.recorded import DIRECTIONS, ChamberRecorded
 from autobalancer.results.chamber.shape import unbalance_of
-from autobalancer.results.measured import Measured
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.verdict.rule import speed_changes
 from autobalancer.units import optional_argument

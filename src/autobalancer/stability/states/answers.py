@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.results.answer import Answer, at_speed
+from autobalancer.results.answers.answer import Answer, at_speed
 from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.shown import Column
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from autobalancer.results.answer import Answer
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import measure_unit, speed_axis
 from autobalancer.shown import Column
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from autobalancer.results.answer import Answer
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import length_axis, speed_axis
 from autobalancer.shown import Column
 

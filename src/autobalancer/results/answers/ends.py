@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.results.answer import Answer
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.shown import Column, rpm_and_si
 

@@ -1,0 +1,1 @@
+"""Answers that show themselves as tables."""
