@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -137,6 +138,28 @@ def test_a_law_that_does_not_brake_is_named(law: FrictionLaw, message: str) -> N
         MachineError, match=rf"balancers\[1\]\.races\[1\]\.resolved\.friction_law: the friction {message}|{message}"
     ):
         assemble(chamber(sliding_friction=0.1, friction_law=law))
+
+
+class FailsFast(Viscous):
+    kind: Literal["fails_fast"] = "fails_fast"  # type: ignore[assignment]
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return 0.1 * math.tanh(at.slip / at.slip_speed) if abs(at.slip) < 20.0 else math.nan
+
+
+def test_a_run_that_a_friction_law_ends_names_the_law_and_the_slip() -> None:
+    machine = chamber(
+        sliding_friction=0.1, restitution=0.0, friction_law=FailsFast(constant=0.0), start_gap=1e-6,
+        balls={"start_speeds": [250.0]},
+    )  # fmt: skip
+    run = ab.simulate(machine, duration=0.1)
+    assert run.attrs["outcome"] == "not finite"
+    told = re.search(
+        r"the friction law 'fails_fast' was not a number on ball 1 at a slip of (\S+) m/s", run.attrs["outcome_text"]
+    )
+    assert told is not None
+    assert float(told[1]) == pytest.approx(25.0, rel=1e-3)
 
 
 def test_a_law_for_another_version_is_refused_with_both_versions() -> None:

@@ -73,7 +73,7 @@ def register(leaf: Some) -> Some:
     Parameters
     ----------
     leaf
-        A class that inherits from the base class of a family, such as ``ab.laws.Force``.
+        A class that inherits from the base class of a family, such as ``autobalancer.machine.Force``.
 
     Returns
     -------
@@ -183,7 +183,7 @@ def _installed(base: type[Leaf], word: str, point: Any) -> type[Leaf]:
 def _refuse_strange(leaf: Any, said: str) -> None:
     if not (isinstance(leaf, type) and issubclass(leaf, Leaf)) or not hasattr(leaf, "family"):
         raise MachineError(
-            f"{said}: given {shortened(leaf)}; must be a class that inherits from a base class such as ab.laws.Force"
+            f"{said}: given {shortened(leaf)}; must be a class that inherits from a base class such as autobalancer.machine.Force"
         )
     if not leaf.word():
         raise MachineError(

@@ -18,7 +18,7 @@ class Outcome:
 def outcome(
     status: int, time: float, duration: float, *, interrupted: bool, steps: int, event: str = "", fault: str = ""
 ) -> Outcome:
-    """The outcome of a run that stopped at ``time``; ``fault`` names a force that was not a number."""
+    """The outcome of a run that stopped at ``time``; ``fault`` names a force or friction law that was not a number."""
     if interrupted:
         return Outcome("interrupted", f"interrupted at {time:.6g} s of {duration:.6g} s; what was computed is kept")
     if status == FINISHED:

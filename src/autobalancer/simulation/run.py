@@ -15,6 +15,7 @@ from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import unbalance_jumps
+from autobalancer.assembly.resolved.friction import friction_at_fault
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
@@ -175,7 +176,8 @@ def simulate_races(
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
     last = names[int(record.event_states[seen - 1, 0])] if seen else ""
-    fault = force_at_fault(machine, assembly.balls, assembly.system)
+    asked = machine, assembly.balls, assembly.system
+    fault = force_at_fault(*asked) or friction_at_fault(*asked)
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last, fault=fault)
     run = run_dataset(
         assembly,

@@ -12,8 +12,8 @@ from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
 from autobalancer.kernels.called import FRICTION, Called, compiled, in_words, numbers_row
 from autobalancer.kernels.records.friction import SLIP
-from autobalancer.kernels.system import Rows
-from autobalancer.machine import FrictionLaw, Machine
+from autobalancer.kernels.system import Rows, System
+from autobalancer.machine import FrictionLaw, Machine, ResolvedContact
 from autobalancer.machine.leaves import find
 
 SLIPS = np.geomspace(1e-6, 10.0, 29)  # m/s, at which a law is tried in both directions
@@ -32,9 +32,7 @@ def friction_rows(machine: Machine, balls: tuple[Ball, ...], rows: Rows) -> dict
     slips = SLIP.rows(len(balls))
     numbers: list[float] = []
     for row, slip, ball in zip(rows, slips, balls, strict=True):
-        contact = machine.balancers[ball.balancer].races[ball.race].resolved
-        assert contact is not None
-        law = contact.friction_law or find(FrictionLaw, "coulomb")()
+        contact, law = _law(machine, ball)
         slip.sliding, slip.slip_speed, slip.radius = contact.sliding_friction, contact.slip_speed, ball.radius
         try:
             row.friction = _tried(law, float(slip.sliding), float(slip.slip_speed), ball.radius).address
@@ -44,6 +42,27 @@ def friction_rows(machine: Machine, balls: tuple[Ball, ...], rows: Rows) -> dict
         row.first_number = len(numbers)
         numbers += law.numbers().values() or (0.0,)
     return {"slips": slips, "friction_numbers": np.array(numbers, np.float64)}
+
+
+def friction_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
+    """Which friction law was not a number during a run, and where; empty if none was."""
+    wrong = np.flatnonzero(system.slips.wrong)
+    if not wrong.size:
+        return ""
+    number = int(wrong[0])
+    at, ball = system.slips[number], balls[number]
+    return (
+        f"the friction law {_law(machine, ball)[1].word()!r} was not a number on ball {number + 1} at a slip of {at.wrong_slip:.6g} m/s on a wall "
+        f"that pressed with {at.wrong_pressed:.4g} N"
+    )
+
+
+def _law(machine: Machine, ball: Ball) -> tuple[ResolvedContact, FrictionLaw]:
+    contact = machine.balancers[ball.balancer].races[ball.race].resolved
+    assert contact is not None
+    law = contact.friction_law or find(FrictionLaw, "coulomb")()
+    assert isinstance(law, FrictionLaw)
+    return contact, law
 
 
 @lru_cache(maxsize=256)

@@ -51,7 +51,10 @@ TINY = 1e-30  # m^2, keeps the direction of a ball at the center of its race a n
 def _slide(p: System, ball: Any, at: Any, slip: float, pressed: float) -> float:
     """Friction of a wall against this slip, N."""
     at.slip, at.pressed = slip, pressed
-    return pressed * call_friction(ball.friction, at, p.friction_numbers, ball.first_number)
+    coefficient = call_friction(ball.friction, at, p.friction_numbers, ball.first_number)
+    if not math.isfinite(coefficient) and math.isfinite(slip + pressed):
+        at.wrong, at.wrong_slip, at.wrong_pressed = 1, slip, pressed
+    return pressed * coefficient
 
 
 @njit(**INLINE)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from autobalancer.kernels.fields import Field, Record
 
 SLIP = Record(
@@ -10,5 +12,8 @@ SLIP = Record(
     Field("sliding", "1", "coefficient of friction, the key `sliding_friction`"),
     Field("slip_speed", "m/s", "the key `slip_speed`"),
     Field("radius", "m", "of the ball"),
+    Field("wrong", "", "whether the law ever was not a number where the slip was one", kind=np.int64),
+    Field("wrong_slip", "m/s", "the last slip where that was so"),
+    Field("wrong_pressed", "N", "the force of the wall there"),
 )
-"""What a friction law knows of a contact. No time and no place, so that it can only brake."""
+"""What a friction law knows of a contact: no time and no place; ``wrong`` and what follows are written by the equations."""
