@@ -50,10 +50,10 @@ def friction_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System)
     if not wrong.size:
         return ""
     number = int(wrong[0])
-    at, ball = system.slips[number], balls[number]
+    at, word = system.slips[number], _law(machine, balls[number])[1].word()
     return (
-        f"the friction law {_law(machine, ball)[1].word()!r} was not a number on ball {number + 1} at a slip of {at.wrong_slip:.6g} m/s on a wall "
-        f"that pressed with {at.wrong_pressed:.4g} N"
+        f"the friction law {word!r} was not a number on ball {number + 1} at a slip of {at.wrong_slip:.6g} m/s on a wall that "
+        f"pressed with {at.wrong_pressed:.4g} N"
     )
 
 
