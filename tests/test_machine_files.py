@@ -438,6 +438,7 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
         assert list(schema.iter_errors(data)) == []
         assert not schema.is_valid(data | {"color": "red"})
         assert not schema.is_valid(data | {"rotor": data["rotor"] | {"mass": -1.0}})
+    assert "Parameters\\n" not in json.dumps(schema.schema)
 
 
 def test_the_schema_takes_one_entry_for_a_list_where_the_reader_does() -> None:

@@ -31,10 +31,19 @@ def machine_schema(kind: Kind = "races") -> dict[str, Any]:
     dict
         Ready for :func:`json.dumps`.
     """
-    schema = _root(kind).model_json_schema()
-    for part in (schema, *schema["$defs"].values()):
-        part["description"] = part.get("description", "").split("\n\nParameters\n")[0]
-    return {"$schema": DIALECT, **schema}
+    found: dict[str, Any] = _without_keys(_root(kind).model_json_schema())
+    return {"$schema": DIALECT, **found}
+
+
+def _without_keys(schema: Any) -> Any:
+    """A schema whose descriptions do not repeat the keys, which have their own."""
+    if isinstance(schema, list):
+        return [_without_keys(entry) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    told = schema.get("description")
+    short = {"description": told.split("\n\nParameters\n")[0]} if isinstance(told, str) else {}
+    return {key: _without_keys(entry) for key, entry in schema.items()} | short
 
 
 class KeyTables(dict[str, list[Key]]):
