@@ -19,7 +19,7 @@ from autobalancer.assembly.rotors import balancer_rows, lateral_model, station_r
 from autobalancer.catalog.resolve import resolve
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 from benchmarks import measured
 
 RPM = np.pi / 30.0
@@ -36,17 +36,17 @@ def bench() -> list[dict[str, Any]]:
     """Seconds for the whole study, carried upwards, with one damping after the other, and for the peer."""
     machine = rig("rodrigues_rig_point_balls")
     question: dict[str, Any] = {"dwell": DWELL, "window": WINDOW, "stations": ["B1", "B2"]}
-    frequency_response(machine, SPEEDS[:2], **question)
+    stepped_response(machine, SPEEDS[:2], **question)
     times = {}
     for start in ("carried", "fixed"):
         begin = perf_counter()
         for drag in DAMPINGS:
             dragged = with_parameter(machine, "balancers[1].races[1].drag.beta", drag)
-            frequency_response(dragged, SPEEDS, start=start, **question)
+            stepped_response(dragged, SPEEDS, start=start, **question)
         times[start] = perf_counter() - begin
     theirs, error = scipy_seconds(machine)
     short: dict[str, Any] = {"dwell": SHARE * DWELL, "window": SHARE * WINDOW, "start": "fixed"}
-    loose, tight = (frequency_response(machine, TRIED, **short, tolerance=t)["amplitude"] for t in (1e-7, 1e-12))
+    loose, tight = (stepped_response(machine, TRIED, **short, tolerance=t)["amplitude"] for t in (1e-7, 1e-12))
     own = float(np.abs(loose / tight - 1.0).max())
     assert own <= GOAL, "our default tolerance misses the accuracy asked of the peer"
     whole = theirs / (TRIED.size * SHARE) * SPEEDS.size * len(DAMPINGS)

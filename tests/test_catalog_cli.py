@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from autobalancer.catalog.bearing_table import suitable_bearings
 from autobalancer.catalog.fluid_table import blend, fluid, fluids
-from autobalancer.catalog.friction_table import friction_coefficients
+from autobalancer.catalog.friction_table import friction
 from autobalancer.catalog.material_table import materials
 from autobalancer.cli.files.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
@@ -128,7 +128,7 @@ def test_the_catalog_loads_neither_scipy_nor_pint_before_it_needs_them() -> None
 
 
 def test_every_coefficient_of_friction_names_its_source_and_what_it_was_found_on() -> None:
-    found = friction_coefficients()
+    found = friction()
     listed = json.loads(run("friction", "--json"))
     assert [entry["name"] for entry in listed] == [entry.name for entry in found]
     text = run("friction")

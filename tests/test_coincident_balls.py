@@ -15,7 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Samples
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 
 RPM = math.pi / 30.0
 SPEED = 480.0  # above the critical speed of 250 rad/s, where balls in one place are driven apart
@@ -69,13 +69,13 @@ SWEEP: dict[str, Any] = {"dwell": 0.5, "window": 0.25, "stations": ["B1", "B2"]}
 
 def test_balls_that_met_below_the_critical_speed_part_above_it_and_balance() -> None:
     speeds = np.arange(600.0, 4501.0, 30.0) * RPM
-    alone = frequency_response(one_washer(), speeds[-1:], start="fixed", dwell=8.0, window=0.25, stations=["B1", "B2"])
+    alone = stepped_response(one_washer(), speeds[-1:], start="fixed", dwell=8.0, window=0.25, stations=["B1", "B2"])
     settled = float(alone["amplitude"][-1])
-    found = frequency_response(one_washer(), speeds, **SWEEP)
+    found = stepped_response(one_washer(), speeds, **SWEEP)
     assert float(found["amplitude"][-1]) == pytest.approx(settled, rel=0.05)
     assert found.attrs["mass_spread"] == 1e-6
     assert "coincidence_text" not in found.attrs
-    equal = frequency_response(one_washer(), speeds, **SWEEP, mass_spread=0.0)
+    equal = stepped_response(one_washer(), speeds, **SWEEP, mass_spread=0.0)
     assert float(equal["amplitude"][-1]) > 2.0 * settled
     assert np.ptp(equal["least_ball_angle_in_rotor"].values[-1]) == 0.0
     assert float(equal["parting_rate"][-1]) > 0.0
@@ -88,8 +88,8 @@ def test_the_balls_of_the_rig_touch_and_need_no_spread() -> None:
     assert float(balls.mass or 0.0) == pytest.approx(
         7800.0 * math.pi / 6.0 * float(balls.diameter or 0.0) ** 3, rel=0.01
     )
-    found = frequency_response(machine, np.arange(600.0, 4501.0, 30.0) * RPM, **SWEEP)
-    alone = frequency_response(machine, [4500.0 * RPM], start="fixed", dwell=8.0, window=0.25, stations=["B1", "B2"])
+    found = stepped_response(machine, np.arange(600.0, 4501.0, 30.0) * RPM, **SWEEP)
+    alone = stepped_response(machine, [4500.0 * RPM], start="fixed", dwell=8.0, window=0.25, stations=["B1", "B2"])
     assert float(found["amplitude"][-1]) == pytest.approx(float(alone["amplitude"][-1]), rel=0.05)
     assert found.attrs["mass_spread"] == 0.0
 
@@ -111,7 +111,7 @@ def test_equal_balls_in_one_place_never_part_and_the_run_says_that_they_should()
 
 
 def test_the_rate_at_which_balls_part_is_that_at_which_a_small_gap_grows() -> None:
-    found = frequency_response(in_line(), [SPEED], dwell=3.0, window=0.5, mass_spread=0.0, tolerance=1e-10)
+    found = stepped_response(in_line(), [SPEED], dwell=3.0, window=0.5, mass_spread=0.0, tolerance=1e-10)
     rate = float(found["parting_rate"][0])
     angle = float(found["least_ball_angle_in_rotor"][0, 0])
     # a small distance put between them grows by that rate

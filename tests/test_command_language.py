@@ -28,7 +28,7 @@ from autobalancer.cli.terminal.sheet import Column, print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
 from autobalancer.results.export import plain_json
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.ranges import stability_ranges
+from autobalancer.stability.states.ranges import ranges
 from autobalancer.units.ranges import listed, range_values
 
 ROOT = Path(__file__).parents[1]
@@ -292,10 +292,10 @@ def test_csv_prints_the_units_that_were_asked_for() -> None:
 def test_the_change_of_the_verdict_is_located_between_the_speeds() -> None:
     machine = ab.load_machine(DISCOIDAL)
     coarse = eigenvalues(machine, [50.0, 62.0, 71.0, 100.0])
-    ranges = stability_ranges(machine, coarse)
-    assert ranges["verdict"].values.tolist() == ["unstable", "stable"]
+    found = ranges(machine, coarse)
+    assert found["verdict"].values.tolist() == ["unstable", "stable"]
     border = {entry.name: entry.speed for entry in ab.stability.borders(machine)}["exact border"]
-    assert float(ranges["to_speed"][0]) == float(ranges["from_speed"][1]) == pytest.approx(border, rel=3e-7)
+    assert float(found["to_speed"][0]) == float(found["from_speed"][1]) == pytest.approx(border, rel=3e-7)
 
 
 def test_only_undamped_speeds_are_called_critical() -> None:

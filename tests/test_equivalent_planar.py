@@ -17,7 +17,7 @@ from autobalancer.machine import Machine
 from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.stability.maps.speeds import border_speeds
 
@@ -115,7 +115,7 @@ def test_its_speed_and_damping_are_those_of_the_mode() -> None:
     forward = table["critical_speed"].values[table["whirl"].values == "forward"]
     assert found.data["critical_speed"].values == pytest.approx(forward[0], rel=1e-10)
     rest = equivalent_planar(FAR, frequency="natural")
-    mode = eigenfrequencies(FAR, balls=False)
+    mode = modes(FAR, balls=False)
     assert rest.data["critical_speed"].values == pytest.approx(float(mode["undamped_frequency"][0]), rel=1e-10)
     assert rest.data["damping_ratio"].values == pytest.approx(float(mode["damping_ratio"][0]), rel=1e-9)
     assert found.data["critical_speed"].values[0] > 1.000005 * rest.data["critical_speed"].values[0]
@@ -146,7 +146,7 @@ def test_x_and_y_of_unlike_supports_have_their_own_modes() -> None:
     k = found.machine.rotor.stiffness_xy
     mass = found.machine.rotor.mass
     frequencies = np.sqrt(np.array(k) / mass)
-    mode = eigenfrequencies(machine, balls=False)
+    mode = modes(machine, balls=False)
     np.testing.assert_allclose(frequencies, found.data["critical_speed"], rtol=1e-12)
     assert frequencies[0] == pytest.approx(float(mode["undamped_frequency"][0]), rel=1e-10)
     assert k[1] > k[0]
@@ -189,7 +189,7 @@ def test_the_picture_shows_rotor_and_both_oscillators() -> None:
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["rotor", "oscillator, static", "oscillator, modal"]
     with pytest.raises(QuestionError, match=r"not a result of rotor\.equivalent_planar"):
-        plot_equivalent_planar(eigenfrequencies(FAR))
+        plot_equivalent_planar(modes(FAR))
 
 
 @pytest.mark.parametrize(

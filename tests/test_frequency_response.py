@@ -17,9 +17,9 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.style import BALLS
-from autobalancer.plots.run.frequency_response import COLORS, _jumps, plot_frequency_response
+from autobalancer.plots.run.stepped_response import COLORS, _jumps, plot_stepped_response
 from autobalancer.simulation.sampling import Envelope, SampleTimes
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 STALLING = MACHINES / "stall_and_release.toml"
@@ -51,7 +51,7 @@ def synchronous(machine: Machine, speed: float) -> tuple[dict[str, complex], dic
 
 def test_a_rotor_without_balls_answers_as_the_synchronous_closed_form_says() -> None:
     machine, speeds = plain_rig(), np.array([900.0, 1460.0, 1600.0, 2100.0, 3000.0, 5000.0]) * RPM
-    found = frequency_response(machine, speeds, dwell=8.0, window=0.5, stations=["B1", "B2"], tolerance=1e-10)
+    found = stepped_response(machine, speeds, dwell=8.0, window=0.5, stations=["B1", "B2"], tolerance=1e-10)
     for number, speed in enumerate(speeds):
         forward, backward = synchronous(machine, speed)
         at = found.isel(speed=number)
@@ -74,7 +74,7 @@ def test_a_rotor_without_balls_answers_as_the_synchronous_closed_form_says() -> 
 def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
     speeds, dwell, window, rate = [150.0, 180.0, 230.0], 0.7, 0.3, 400.0
     machine = rig("rodrigues_rig_point_balls")
-    found = frequency_response(
+    found = stepped_response(
         machine, speeds, dwell=dwell, window=window, acceleration=rate, stations=["disk"], tolerance=1e-10
     )
     profile = {"kind": "dwell", "speeds": speeds, "hold": dwell + window, "acceleration": rate}
@@ -97,10 +97,10 @@ def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
 @pytest.mark.parametrize("machine", [ab.load_machine(STALLING), rig("rodrigues_rig")], ids=["planar", "rigid"])
 def test_a_jump_of_the_speed_is_the_limit_of_an_ever_faster_ramp(machine: Machine) -> None:
     question: dict[str, Any] = {"dwell": 0.02, "window": 0.05, "tolerance": 1e-11}
-    jump = frequency_response(machine, [200.0, 230.0], **question)
+    jump = stepped_response(machine, [200.0, 230.0], **question)
     misses = []
     for rate in (3e5, 3e6):
-        ramp = frequency_response(machine, [200.0, 230.0], acceleration=rate, **question)
+        ramp = stepped_response(machine, [200.0, 230.0], acceleration=rate, **question)
         keys = ("least_ball_angle_in_rotor", "amplitude", "mean_ball_speed_in_rotor")
         misses.append([float(np.abs(ramp[k] - jump[k]).max() / np.abs(jump[k]).max()) for k in keys])
     assert max(misses[1]) < 1e-4
@@ -110,7 +110,7 @@ def test_a_jump_of_the_speed_is_the_limit_of_an_ever_faster_ramp(machine: Machin
 
 def test_balls_stall_upwards_until_they_break_away_and_stay_with_the_rotor_downwards() -> None:
     speeds = np.arange(220.0, 440.0, 10.0)
-    found = frequency_response(STALLING, speeds, dwell=6.0, window=1.0, acceleration=20.0, direction="both")
+    found = stepped_response(STALLING, speeds, dwell=6.0, window=1.0, acceleration=20.0, direction="both")
     up, down = found.sel(direction="up"), found.sel(direction="down")
     names = found.attrs["averaged_stations"]
     assert names == ["rotor"]
@@ -136,7 +136,7 @@ def test_balls_stall_upwards_until_they_break_away_and_stay_with_the_rotor_downw
 def test_stalled_balls_of_a_known_case_have_the_deflection_of_the_torque_balance() -> None:
     """Two balls that turn with the critical speed: drag (W - w_c) beta = half the power of the dampers over w_c."""
     machine = with_parameter(ab.load_machine(STALLING), "unbalances[1].mass", 1e-6)
-    found = frequency_response(machine, np.arange(240.0, 341.0, 10.0), dwell=6.0, window=2.0, acceleration=20.0)
+    found = stepped_response(machine, np.arange(240.0, 341.0, 10.0), dwell=6.0, window=2.0, acceleration=20.0)
     at = found.sel(speed=340.0)
     assert at["ball_motion"].values.tolist() == [2, 2]
     beta, damping = 1.4685e-4, 100.0
@@ -148,20 +148,20 @@ def test_stalled_balls_of_a_known_case_have_the_deflection_of_the_torque_balance
 def test_fixed_starts_do_not_depend_on_threads_and_equal_the_first_carried_speed() -> None:
     speeds = np.linspace(100.0, 300.0, 9)
     one, two = (
-        frequency_response(rig("rodrigues_rig"), speeds, dwell=0.5, window=0.2, start="fixed", workers=count)
+        stepped_response(rig("rodrigues_rig"), speeds, dwell=0.5, window=0.2, start="fixed", workers=count)
         for count in (1, 2)
     )
     assert one.drop_attrs().equals(two.drop_attrs())
-    first = frequency_response(rig("rodrigues_rig"), speeds[4:5], dwell=0.5, window=0.2)
+    first = stepped_response(rig("rodrigues_rig"), speeds[4:5], dwell=0.5, window=0.2)
     assert first["amplitude"].values[0] == one["amplitude"].values[4]
 
 
 def test_a_motion_that_settles_is_left_early_and_one_that_never_does_at_the_longest_time() -> None:
     machine = plain_rig()
-    quick = frequency_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-3, longest=20.0)
+    quick = stepped_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-3, longest=20.0)
     assert 0.3 < float(quick["time_at_speed"][0]) < 10.0
     assert abs(float(quick["amplitude_change"][0])) <= 1e-3
-    never = frequency_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-15, longest=0.8)
+    never = stepped_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-15, longest=0.8)
     assert float(never["time_at_speed"][0]) == pytest.approx(0.7)
 
 
@@ -169,7 +169,7 @@ def test_the_amplitude_is_found_between_the_steps_of_a_loose_integration() -> No
     """An ellipse is cut by few steps a turn at a loose tolerance; its greatest radius is found all the same."""
     machine = plain_rig()
     loose, tight = (
-        frequency_response(machine, [1560.0 * RPM], dwell=4.0, window=0.5, tolerance=tolerance)
+        stepped_response(machine, [1560.0 * RPM], dwell=4.0, window=0.5, tolerance=tolerance)
         for tolerance in (1e-6, 1e-11)
     )
     assert float(loose["amplitude"][0]) == pytest.approx(float(tight["amplitude"][0]), rel=1e-5)
@@ -179,16 +179,14 @@ def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:
     base = plain_rig()
     late = with_parameter(base, "unbalances[1].schedule", {"time": [0.0, 3.0], "factor": [0.0, 2.0]})
     twice = with_parameter(base, "unbalances[1].moment", 2.0 * base.unbalances[0].size)
-    one, two = (
-        frequency_response(machine, [200.0], dwell=1.0, window=0.2, tolerance=1e-12) for machine in (late, twice)
-    )
+    one, two = (stepped_response(machine, [200.0], dwell=1.0, window=0.2, tolerance=1e-12) for machine in (late, twice))
     assert float(one["amplitude"][0]) == pytest.approx(float(two["amplitude"][0]), rel=1e-12)
 
 
 def test_the_picture_shows_both_ways_and_every_motion() -> None:
     speeds = np.arange(230.0, 330.0, 10.0)
-    found = frequency_response(STALLING, speeds, dwell=2.0, window=0.5, acceleration=50.0, direction="both")
-    figure = plot_frequency_response(found)
+    found = stepped_response(STALLING, speeds, dwell=2.0, window=0.5, acceleration=50.0, direction="both")
+    figure = plot_stepped_response(found)
     legend = figure.axes[0].get_legend()
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
@@ -199,14 +197,14 @@ def test_the_picture_shows_both_ways_and_every_motion() -> None:
     assert legend.get_window_extent().x0 > 0.0
     assert figure.axes[0].get_window_extent().width > 0.85 * figure.bbox.width  # keys that are too wide make it narrow
     with pytest.raises(QuestionError, match="not a result"):
-        plot_frequency_response(found.drop_vars("amplitude_change"))
+        plot_stepped_response(found.drop_vars("amplitude_change"))
 
 
 @pytest.mark.parametrize("log", [True, False])
 def test_one_tiny_amplitude_does_not_stretch_the_axis(log: bool) -> None:
-    found = frequency_response(plain_rig(), [90.0, 100.0, 110.0, 120.0], dwell=0.5, window=0.1)
+    found = stepped_response(plain_rig(), [90.0, 100.0, 110.0, 120.0], dwell=0.5, window=0.1)
     found["amplitude"][2] = 1e-16
-    axes = plot_frequency_response(found, log=log, deflection_unit="um").axes[0]
+    axes = plot_stepped_response(found, log=log, deflection_unit="um").axes[0]
     low, high = axes.get_ylim()
     greatest = 1e6 * float(found["amplitude"].max())
     assert high > greatest
@@ -243,7 +241,7 @@ def test_one_tiny_amplitude_does_not_stretch_the_axis(log: bool) -> None:
 def test_questions_without_sense_are_refused(change: dict[str, Any], message: str) -> None:
     question = {"speeds": [100.0, 110.0], "dwell": 0.1, "window": 0.1} | change
     with pytest.raises(QuestionError, match=message):
-        frequency_response(rig("rodrigues_rig"), **question)
+        stepped_response(rig("rodrigues_rig"), **question)
 
 
 def test_a_table_that_does_not_cover_the_speeds_is_refused() -> None:
@@ -253,11 +251,11 @@ def test_a_table_that_does_not_cover_the_speeds_is_refused() -> None:
     }
     machine = with_parameter(plain_rig(), "rotor.supports[1]", support)
     with pytest.raises(MachineError, match="300 rad/s"):
-        frequency_response(machine, [100.0, 400.0], dwell=0.1, window=0.1)
+        stepped_response(machine, [100.0, 400.0], dwell=0.1, window=0.1)
 
 
 def test_a_speed_whose_budget_is_spent_ends_the_way_and_says_so() -> None:
-    found = frequency_response(rig("rodrigues_rig"), [200.0, 300.0], dwell=5.0, window=1.0, max_steps=100)
+    found = stepped_response(rig("rodrigues_rig"), [200.0, 300.0], dwell=5.0, window=1.0, max_steps=100)
     assert found["outcome"].values.tolist() == ["budget spent", "not reached"]
     assert found.attrs["outcome"] == "ended early"
     assert np.isnan(found["amplitude"].values).all()
@@ -268,7 +266,7 @@ def test_the_envelope_of_a_run_at_constant_speed_is_the_amplitude() -> None:
     machine = with_parameter(plain_rig(), "stations", ({"name": "B1", "position": "110 mm"},))
     machine = with_parameter(machine, "drive.profile.speed", 1000.0 * RPM)
     run = ab.simulate(machine, duration=5.0, save=Envelope(10), tolerance=1e-10)
-    found = frequency_response(machine, [1000.0 * RPM], dwell=4.5, window=0.5, tolerance=1e-10)
+    found = stepped_response(machine, [1000.0 * RPM], dwell=4.5, window=0.5, tolerance=1e-10)
     assert float(found["amplitude"][0]) == pytest.approx(float(run["envelope_high"][-1]), rel=1e-9)
 
 

@@ -19,7 +19,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.rigs import rig, rig_text
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 
 RIG = rig("rodrigues_rig")
 SPEEDS = np.linspace(130.0, 260.0, 7)
@@ -42,63 +42,59 @@ def same(one: xr.Dataset, two: xr.Dataset) -> bool:
     "way", [{"direction": "both"}, {"direction": "down", "acceleration": 50.0}, {"start": "fixed"}]
 )
 def test_an_interrupted_study_ends_with_the_same_bits(way: dict[str, Any], tmp_path: Path) -> None:
-    whole = frequency_response(RIG, SPEEDS, **QUESTION, **way)
+    whole = stepped_response(RIG, SPEEDS, **QUESTION, **way)
     store = tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
-        frequency_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(3))
+        stepped_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(3))
     assert not store.exists()
     seen: list[int] = []
-    resumed = frequency_response(
-        RIG, SPEEDS, **QUESTION, **way, store=store, progress=lambda done, _: seen.append(done)
-    )
+    resumed = stepped_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=lambda done, _: seen.append(done))
     assert seen[0] >= 3  # what was finished is not done again
     assert same(resumed, whole)
     assert [path.name for path in tmp_path.iterdir()] == ["steps.nc"]
-    again = frequency_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(0))
+    again = stepped_response(RIG, SPEEDS, **QUESTION, **way, store=store, progress=interrupted_after(0))
     np.testing.assert_array_equal(again["amplitude"], whole["amplitude"])
     np.testing.assert_array_equal(again["greatest_ball_angle_in_rotor"], whole["greatest_ball_angle_in_rotor"])
 
 
 def test_a_line_that_a_crash_cut_short_is_measured_again(tmp_path: Path) -> None:
-    whole, store = frequency_response(RIG, SPEEDS, **QUESTION), tmp_path / "steps.nc"
+    whole, store = stepped_response(RIG, SPEEDS, **QUESTION), tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
-        frequency_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(4))
+        stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(4))
     journal = tmp_path / "steps.nc.journal"
     journal.write_bytes(journal.read_bytes()[:-40])
-    part = frequency_response(
-        RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(5), keep_on_interrupt=True
-    )
+    part = stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(5), keep_on_interrupt=True)
     assert part.attrs["outcome"] == "interrupted"
     assert np.isfinite(part["amplitude"]).values.tolist() == [True] * 5 + [False] * 2
-    assert same(frequency_response(RIG, SPEEDS, **QUESTION, store=store), whole)
+    assert same(stepped_response(RIG, SPEEDS, **QUESTION, store=store), whole)
 
 
 def test_a_store_of_another_machine_or_question_is_refused(tmp_path: Path) -> None:
     store = tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
-        frequency_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(2))
+        stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(2))
     heavier = with_parameter(RIG, "rotor.mass", 1.3)
 
     def refused() -> None:
         with pytest.raises(QuestionError, match="different: machine"):
-            frequency_response(heavier, SPEEDS, **QUESTION, store=store)
+            stepped_response(heavier, SPEEDS, **QUESTION, store=store)
         with pytest.raises(QuestionError, match=r"window \(0.2 there, 0.3 now\)"):
-            frequency_response(RIG, SPEEDS, dwell=0.5, window=0.3, store=store)
+            stepped_response(RIG, SPEEDS, dwell=0.5, window=0.3, store=store)
         with pytest.raises(QuestionError, match="different: speeds"):
-            frequency_response(RIG, SPEEDS[:-1], **QUESTION, store=store)
+            stepped_response(RIG, SPEEDS[:-1], **QUESTION, store=store)
 
     refused()
-    frequency_response(RIG, SPEEDS, **QUESTION, store=store)
+    stepped_response(RIG, SPEEDS, **QUESTION, store=store)
     refused()
 
 
 def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.nc.journal").write_text("not a journal\n")
     with pytest.raises(ResultError, match="is damaged"):
-        frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "a.nc")
+        stepped_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "a.nc")
     ab.save_run(ab.simulate(RIG, duration=0.1), tmp_path / "b.nc")
     with pytest.raises(QuestionError, match="not a stepped response"):
-        frequency_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "b.nc")
+        stepped_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "b.nc")
 
 
 @pytest.mark.slow
@@ -123,7 +119,7 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
     assert 2 <= left < 12
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     numbers = json.loads(ended.stdout)
-    whole = frequency_response(RIG, np.linspace(1000.0, 3000.0, 12) * np.pi / 30.0, dwell=200.0, window=10.0)
+    whole = stepped_response(RIG, np.linspace(1000.0, 3000.0, 12) * np.pi / 30.0, dwell=200.0, window=10.0)
     assert numbers["outcome"] == "finished"
     assert not journal.exists()
     np.testing.assert_allclose(numbers["amplitude"], whole["amplitude"], rtol=1e-6)

@@ -19,7 +19,7 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredResponse,
     MeasuredStiffness,
 )
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.response import unbalance_response
 
 RIGID = Machine(
@@ -63,7 +63,7 @@ def changed(machine: Machine, **values: float) -> Machine:
 
 def measured_on(machine: Machine) -> list:
     """One of everything."""
-    rest, turning = eigenfrequencies(machine), eigenfrequencies(machine, 80.0)
+    rest, turning = modes(machine), modes(machine, 80.0)
     speeds = np.linspace(50.0, 500.0, 60)
     response = unbalance_response(machine, speeds, ["top", "foot"])
     found: list = [MeasuredMode(float(rest["frequency"][i]), 0.1, order=i + 1) for i in range(3)]
@@ -179,7 +179,7 @@ def test_a_fit_stays_within_its_bounds_and_says_so() -> None:
 
 def test_tied_parameters_move_together() -> None:
     start = with_parameter(RIGID, "rotor.supports[2].stiffness[1]", 8e5)
-    seen = eigenfrequencies(start)
+    seen = modes(start)
     number = seen["name"].values.tolist().index("cylindrical x")
     rows = [MeasuredMode(float(seen["frequency"][number]), 0.1, mode="cylindrical x")]
     by_factor = identify(start, [FreeParameter(stiffness_along(1), 0.2, 5.0, "factor", "f", 0.6)], rows)
@@ -195,7 +195,7 @@ def test_tied_parameters_move_together() -> None:
 def test_modes_are_found_by_direction_and_name() -> None:
     """The conical mode along y alone decides on J, whatever its number."""
     true = changed(RIGID, **TRUE)
-    seen = eigenfrequencies(true)
+    seen = modes(true)
     number = seen["name"].values.tolist().index("conical y")
     start = changed(RIGID, **{**TRUE, "J": 0.22})
     rows = [MeasuredMode(float(seen["frequency"][number]), 0.1, mode="conical y")]

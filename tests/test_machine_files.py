@@ -24,7 +24,7 @@ from autobalancer.errors import MachineError, MachineFileError, QuestionError, U
 from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, read_machine, save_machine
 from autobalancer.machine import Balls, Friction, Machine, PlanarRotor, Unbalance
 from autobalancer.machine.chamber import ChamberUnbalance
-from autobalancer.machine.schema import Kind, file_tables, machine_schema
+from autobalancer.machine.schema import Kind, keys, machine_schema
 from autobalancer.units import Given, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -466,4 +466,4 @@ def test_the_command_keys_shows_one_table_and_names_the_tables_there_are() -> No
         "table": "[run]", "name": "duration", "value": "s, > 0", "default": "required", "meaning": "of a run", "symbol": ""
     }  # fmt: skip
     with pytest.raises(QuestionError, match=r"'race': no such table .* balancers.races,"):
-        file_tables("race")
+        keys("race")

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.machine.schema import file_tables
+from autobalancer.machine.schema import keys
 from autobalancer.plots.drawing.style import OWN_FORMULA, as_written, heading, look, picture
 from autobalancer.results.archive.folder import Archive
 
@@ -98,7 +98,7 @@ def test_formulas_in_pictures_of_the_gallery_are_drawn_as_formulas() -> None:
 
 
 def test_every_symbol_of_a_key_is_drawn_as_a_formula_on_an_axis() -> None:
-    symbols = {key.symbol for _, keys in file_tables().items() for key in keys if key.symbol}
+    symbols = {key.symbol for listed in keys().values() for key in listed if key.symbol}
     assert {"U", r"\nu", "w_c"} < symbols
     for symbol in symbols:
         assert OWN_FORMULA.fullmatch(f"what it is, ${symbol}$ (mm)"), symbol

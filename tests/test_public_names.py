@@ -10,7 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
-from inspect import signature
+from inspect import isfunction, signature, unwrap
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -158,6 +158,8 @@ def test_a_function_is_known_by_its_public_name_in_help_and_in_tracebacks() -> N
         for name in names:
             value = getattr(home, name)
             assert getattr(value, "__name__", name) == name, f"{space}.{name}"
+            if isfunction(inner := unwrap(value)):
+                assert inner.__code__.co_qualname == name, f"{space}.{name} in a traceback"
             assert pickle.loads(pickle.dumps(value)) is value, f"{space}.{name}"
     with pytest.raises(TypeError, match=r"^stepped_response\(\) missing 2 required keyword-only arguments"):
         ab.stepped_response(ab.example("discoidal"), speeds=[100.0])

@@ -19,7 +19,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.kernels.balls.rough_races import guided_rough
 from autobalancer.laws.rebound import damping_ratio, rebound
 from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 
 TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
 
@@ -307,7 +307,7 @@ def test_two_balls_that_touch_are_measured_at_every_speed_where_they_begin_to_st
         machine = with_parameter(machine, f"{race}contact", {"restitution": restitution})
     # the ball that waits is pushed loose and stopped within a step; the last speed sets the stiffness of the contact
     speeds = np.array([*range(600, 1101, 10), 5400]) * math.pi / 30.0
-    found = frequency_response(machine, speeds, dwell=0.25, window=0.25, stations=["B1", "B2"], max_steps=20_000)
+    found = stepped_response(machine, speeds, dwell=0.25, window=0.25, stations=["B1", "B2"], max_steps=20_000)
     assert set(found["outcome"].values.tolist()) == {"finished"}
     assert np.isfinite(found["amplitude"].values).all()
     apart = np.diff(found["least_ball_angle_in_rotor"].values[:-1], axis=1)

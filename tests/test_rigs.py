@@ -17,7 +17,7 @@ from autobalancer.errors import CatalogError
 from autobalancer.files.rigs import rig, rig_text, rigs
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 
 HERTZ = 2.0 * math.pi
 # Spannan 2021, table 6.5, simulated: speed, backward and forward 1, backward and forward 2
@@ -32,7 +32,7 @@ RUNNER = CliRunner()
 
 @pytest.mark.parametrize("row", CFRP, ids=lambda row: f"{row[0]:g} rad/s")
 def test_the_cfrp_rig_has_the_natural_frequencies_of_its_table(row: tuple[float, ...]) -> None:
-    found = eigenfrequencies(rig("cfrp_rig"), row[0], balls=False, modes=4)
+    found = modes(rig("cfrp_rig"), row[0], balls=False, modes=4)
     assert found["whirl"].values.tolist() == ["backward", "forward"] * 2
     # three printed digits leave up to 2.7e-3; the place of the mass center and the modulus of the shaft are not printed and
     # are fitted to all of these rows, which then miss by up to 9.0e-3 without and 7.8e-3 with the damping

@@ -17,7 +17,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.eigenproblem import correlation, free_motions
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 RIG = rig("rodrigues_rig")
@@ -67,7 +67,7 @@ def first_order(machine: Machine, speed: float) -> np.ndarray:
 
 
 def test_the_planar_rotor_has_the_frequencies_of_an_oscillator() -> None:
-    found = eigenfrequencies(planar(), 50.0)
+    found = modes(planar(), 50.0)
     ratio = 20.0 / (2.0 * math.sqrt(12e3 * 3.0))
     assert found["undamped_frequency"].values == pytest.approx([math.sqrt(4e3)] * 2, rel=1e-13)
     assert found["frequency"].values == pytest.approx([math.sqrt(4e3 * (1.0 - ratio**2))] * 2, rel=1e-12)
@@ -78,7 +78,7 @@ def test_the_planar_rotor_has_the_frequencies_of_an_oscillator() -> None:
 
 
 def test_an_orthotropic_planar_rotor_swings_on_lines() -> None:
-    found = eigenfrequencies(planar(stiffness=[12e3, 27e3], damping=0.0), 50.0)
+    found = modes(planar(stiffness=[12e3, 27e3], damping=0.0), 50.0)
     assert found["frequency"].values == pytest.approx([math.sqrt(4e3), math.sqrt(9e3)], rel=1e-12)
     assert list(found["name"].values) == ["cylindrical x", "cylindrical y"]
     assert list(found["whirl"].values) == ["straight"] * 2
@@ -87,7 +87,7 @@ def test_an_orthotropic_planar_rotor_swings_on_lines() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, 40.0, 300.0, 2000.0])
 def test_gyroscopics_split_the_conical_mode_by_the_quadratic_formula(speed: float) -> None:
-    found = eigenfrequencies(rigid(), speed)
+    found = modes(rigid(), speed)
     tilt = 2.0 * SPRING * ARM**2
     half = POLAR * speed / (2.0 * TRANSVERSE)
     root = math.sqrt(half**2 + tilt / TRANSVERSE)
@@ -101,10 +101,10 @@ def test_gyroscopics_split_the_conical_mode_by_the_quadratic_formula(speed: floa
 
 
 def test_the_split_is_symmetric_about_standstill_in_the_geometric_mean() -> None:
-    rest = eigenfrequencies(rigid(), 0.0)
+    rest = modes(rigid(), 0.0)
     conical = float(rest["frequency"][2])
     for speed in (50.0, 500.0):
-        found = eigenfrequencies(rigid(), speed)
+        found = modes(rigid(), speed)
         split = [f for f, name in zip(found["frequency"].values, found["name"].values, strict=True) if "con" in name]
         assert math.prod(split) == pytest.approx(conical**2, rel=1e-12)
         assert split[1] - split[0] == pytest.approx(POLAR / TRANSVERSE * speed, rel=1e-10)
@@ -116,7 +116,7 @@ def test_damped_eigenvalues_are_those_of_the_companion_matrix(speed: float, stif
     machine = rigid(
         stiffness=stiffness, damping=(30.0, 30.0) if stiffness == SPRING else (30.0, 70.0), arms=(-0.2, 0.1)
     )
-    found, expected = eigenfrequencies(machine, speed), first_order(machine, speed)
+    found, expected = modes(machine, speed), first_order(machine, speed)
     assert found["frequency"].values == pytest.approx(expected.imag, rel=1e-10)
     if np.diff(expected.imag).min() > 1e-3:
         assert found["decay_rate"].values == pytest.approx(-expected.real, rel=1e-8)
@@ -139,7 +139,7 @@ def test_modes_solve_the_equation_of_motion() -> None:
 
 
 def test_modes_of_an_isotropic_rotor_are_circles() -> None:
-    found = eigenfrequencies(rigid(damping=30.0), 200.0)
+    found = modes(rigid(damping=30.0), 200.0)
     x, y = (found[f"{letter}_real"] + 1j * found[f"{letter}_imag"] for letter in "xy")
     sign = np.where(found["whirl"].values == "forward", 1.0, -1.0)[:, None]
     assert np.abs(y.values + 1j * sign * x.values).max() < 1e-12  # forward: y follows x a quarter turn later
@@ -147,13 +147,13 @@ def test_modes_of_an_isotropic_rotor_are_circles() -> None:
 
 
 def test_an_undamped_rotor_keeps_its_motion_whatever_the_gyroscopics() -> None:
-    found = eigenfrequencies(rigid(stiffness=(SPRING, 0.5 * SPRING)), 400.0)
+    found = modes(rigid(stiffness=(SPRING, 0.5 * SPRING)), 400.0)
     assert np.abs(found["decay_rate"].values).max() < 1e-9
     assert found["frequency"].values == pytest.approx(found["undamped_frequency"].values, rel=1e-12)
 
 
 def test_conical_modes_have_a_node_and_cylindrical_ones_none() -> None:
-    found = eigenfrequencies(RIG, 100.0)
+    found = modes(RIG, 100.0)
     assert list(found["name"].values) == ["cylindrical y", "cylindrical x", "conical y", "conical x"]
     for number, letter, nodes in ((0, "y", 0), (1, "x", 0), (2, "y", 1), (3, "x", 1)):
         line = found[f"{letter}_real"].values[number]
@@ -163,7 +163,7 @@ def test_conical_modes_have_a_node_and_cylindrical_ones_none() -> None:
 
 def test_the_whirl_turns_round_where_the_part_along_x_or_y_has_a_node() -> None:
     stations = [float(z) for z in np.linspace(-0.15, 0.11, 501)]
-    found = eigenfrequencies(with_parameter(RIG, "rotor.stiffness_proportional_damping", 0.0), 200.0,
+    found = modes(with_parameter(RIG, "rotor.stiffness_proportional_damping", 0.0), 200.0,
                              stations=stations)  # fmt: skip
     assert list(found["whirl"].values) == ["mixed"] * 4
     for number, turns in enumerate((1, 1, 2, 2)):
@@ -177,13 +177,13 @@ def test_the_whirl_turns_round_where_the_part_along_x_or_y_has_a_node() -> None:
 
 
 def test_a_fast_orthotropic_rotor_whirls_in_one_direction_each() -> None:
-    found = eigenfrequencies(rigid(polar=0.03, stiffness=(SPRING, 0.9 * SPRING)), 3000.0)
+    found = modes(rigid(polar=0.03, stiffness=(SPRING, 0.9 * SPRING)), 3000.0)
     conical = [str(w) for w, n in zip(found["whirl"].values, found["name"].values, strict=True) if "conical" in n]
     assert conical == ["backward", "forward"]
 
 
 def test_the_mass_of_the_balls_lowers_the_frequencies_as_a_rayleigh_quotient_says() -> None:
-    bare, loaded = eigenfrequencies(RIG, 0.0, balls=False), eigenfrequencies(RIG, 0.0)
+    bare, loaded = modes(RIG, 0.0, balls=False), modes(RIG, 0.0)
     model = lateral_model(RIG)
     vector = free_motions(model, 0.0).vector[0]
     disk = np.array([1.0, -0.02])
@@ -193,7 +193,7 @@ def test_the_mass_of_the_balls_lowers_the_frequencies_as_a_rayleigh_quotient_say
 
 
 def test_overdamped_motions_are_listed_apart() -> None:
-    found = eigenfrequencies(planar(damping=[1e4, 20.0]), 0.0)
+    found = modes(planar(damping=[1e4, 20.0]), 0.0)
     assert list(found["name"].values) == ["cylindrical y"]
     rates = sorted(found.attrs["decay_rates_without_frequency"])
     root = math.sqrt((1e4 / 6.0) ** 2 - 4e3)
@@ -203,7 +203,7 @@ def test_overdamped_motions_are_listed_apart() -> None:
 def test_a_fluid_film_drives_the_forward_whirl() -> None:
     support = {"position": 0.0, "stiffness": SPRING, "cross_stiffness": [800.0, -800.0], "tilt_stiffness": 2e3}
     machine = with_parameter(rigid(polar=0.001), "rotor.supports", [support])
-    found = eigenfrequencies(machine, 100.0)
+    found = modes(machine, 100.0)
     rates = dict(zip(found["name"].values, found["decay_rate"].values, strict=True))
     lateral = math.sqrt(SPRING / MASS)
     assert rates["cylindrical forward"] == pytest.approx(-800.0 / (2.0 * MASS * lateral), rel=1e-3)
@@ -213,14 +213,14 @@ def test_a_fluid_film_drives_the_forward_whirl() -> None:
 def test_tables_are_read_at_the_speed() -> None:
     table = {"speed": [0.0, 400.0], "stiffness": [SPRING, 3.0 * SPRING], "damping": [0.0, 0.0]}
     machine = with_parameter(rigid(), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)])
-    found = eigenfrequencies(machine, 200.0)
+    found = modes(machine, 200.0)
     assert float(found["frequency"][0]) == pytest.approx(math.sqrt(2.0 * 2.0 * SPRING / MASS), rel=1e-12)
     with pytest.raises(QuestionError, match="tables of the rotor end at 400 rad/s"):
-        eigenfrequencies(machine, 500.0)
+        modes(machine, 500.0)
 
 
 def test_the_result_can_be_saved_and_names_its_units(tmp_path: Path) -> None:
-    found = eigenfrequencies(RIG, 150.0)
+    found = modes(RIG, 150.0)
     for name in found.data_vars:
         assert found[name].attrs["long_name"]
         assert "units" in found[name].attrs
@@ -281,11 +281,11 @@ def test_a_branch_that_stops_to_oscillate_ends() -> None:
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda: eigenfrequencies(RIG, -1.0), "given -1 rad/s"),
-        (lambda: eigenfrequencies(RIG, math.nan), "must be finite"),
-        (lambda: eigenfrequencies(RIG, modes=0), "given 0"),
-        (lambda: eigenfrequencies(RIG, stations=[]), "stations: given none"),
-        (lambda: eigenfrequencies(RIG, stations=["B3"]), "no station is named 'B3'; there is 'B1', 'B2', 'disk'"),
+        (lambda: modes(RIG, -1.0), "given -1 rad/s"),
+        (lambda: modes(RIG, math.nan), "must be finite"),
+        (lambda: modes(RIG, modes=0), "given 0"),
+        (lambda: modes(RIG, stations=[]), "stations: given none"),
+        (lambda: modes(RIG, stations=["B3"]), "no station is named 'B3'; there is 'B1', 'B2', 'disk'"),
         (lambda: campbell(RIG, []), "speeds: given none"),
         (lambda: campbell(RIG, [100.0]), "at least two"),
         (lambda: campbell(RIG, [100.0, 50.0]), "ascending"),
@@ -299,4 +299,4 @@ def test_a_question_that_makes_no_sense_is_refused(ask: Any, message: str) -> No
 
 def test_a_missing_file_is_named() -> None:
     with pytest.raises(MachineError, match="no such file"):
-        eigenfrequencies("none.toml")
+        modes("none.toml")

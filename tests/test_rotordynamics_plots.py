@@ -22,7 +22,7 @@ from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.plots.rotor.unbalance_response import plot_polar_response, plot_unbalance_response
 from autobalancer.plots.rotor.whirl import plot_whirl_along_axis, plot_whirl_orbits
 from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.orbits import whirl_orbits
 from autobalancer.rotordynamics.response import unbalance_response
 
@@ -76,7 +76,7 @@ def test_units_of_the_campbell_diagram_are_chosen() -> None:
 
 
 def test_titles_of_modes_stay_within_their_panels() -> None:
-    figure = plot_modes(eigenfrequencies(RIG, 150.0), modes=4)
+    figure = plot_modes(modes(RIG, 150.0), modes=4)
     figure.draw_without_rendering()
     boxes = [axes._left_title.get_window_extent() for axes in figure.axes]
     for i, box in enumerate(boxes):
@@ -89,7 +89,7 @@ def test_titles_of_modes_stay_within_their_panels() -> None:
 
 
 def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
-    found = eigenfrequencies(RIG, 200.0)
+    found = modes(RIG, 200.0)
     figure = plot_modes(found, modes=4)
     assert len(figure.axes) == 4
     first = lines(figure.axes[0])["along y"]
@@ -97,7 +97,7 @@ def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
     assert np.abs(first[1]).max() == pytest.approx(1.0, rel=1e-3)
     assert figure.axes[0].get_title("left").startswith("cylindrical y, ")
     assert f"{found['frequency'].values[0] / (2.0 * math.pi):.4g} Hz" in figure.axes[0].get_title("left")
-    assert len(plot_modes(eigenfrequencies(planar(), 0.0)).axes) == 2
+    assert len(plot_modes(modes(planar(), 0.0)).axes) == 2
 
 
 def test_the_bode_diagram_has_amplitude_and_phase_of_every_station(response: xr.Dataset) -> None:

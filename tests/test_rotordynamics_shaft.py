@@ -13,7 +13,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.orbits import whirl_orbits
 from autobalancer.rotordynamics.response import unbalance_response
 
@@ -40,7 +40,7 @@ def shaft(stiffness: Any, **rotor: Any) -> Machine:
 
 
 def test_a_slender_shaft_on_stiff_supports_bends_in_half_waves() -> None:
-    found = eigenfrequencies(shaft(1e10), 0.0, modes=8)
+    found = modes(shaft(1e10), 0.0, modes=8)
     expected = BEAM * (np.repeat([1, 2, 3, 4], 2) * math.pi) ** 2
     assert found["frequency"].values == pytest.approx(expected, rel=2e-3)
     assert list(found["name"].values[:4]) == [
@@ -51,7 +51,7 @@ def test_a_slender_shaft_on_stiff_supports_bends_in_half_waves() -> None:
 
 
 def test_a_shaft_on_soft_supports_moves_as_a_rigid_body_before_it_bends() -> None:
-    found = eigenfrequencies(shaft(10.0), 0.0, modes=8)
+    found = modes(shaft(10.0), 0.0, modes=8)
     assert [str(name).rsplit(" ", 1)[0] for name in found["name"].values[::2]] == [
         "cylindrical", "conical", "bending 1", "bending 2",
     ]  # fmt: skip
@@ -61,7 +61,7 @@ def test_a_shaft_on_soft_supports_moves_as_a_rigid_body_before_it_bends() -> Non
 
 
 def test_anisotropic_supports_name_the_direction_of_bending() -> None:
-    found = eigenfrequencies(shaft([1e10, 1e5]), 0.0, modes=4)
+    found = modes(shaft([1e10, 1e5]), 0.0, modes=4)
     assert sorted(str(name) for name in found["name"].values[:2]) == ["bending 1 x", "bending 1 y"]
     assert str(found["name"].values[0]) == "bending 1 y"
 
@@ -96,8 +96,7 @@ def test_the_response_of_a_shaft_passes_its_critical_speed_and_bends_into_the_sh
 def test_motions_of_a_damped_shaft_that_creep_are_no_modes() -> None:
     disks = [{"position": 0.4, "mass": 5.0, "transverse_inertia": 0.05, "polar_inertia": 0.09}]
     plain, damped = (
-        eigenfrequencies(shaft(1e7, disks=disks, stiffness_proportional_damping=factor), 100.0, modes=4)
-        for factor in (0.0, 2e-4)
+        modes(shaft(1e7, disks=disks, stiffness_proportional_damping=factor), 100.0, modes=4) for factor in (0.0, 2e-4)
     )
     assert list(damped["name"].values) == list(plain["name"].values)
     assert damped["frequency"].values == pytest.approx(plain["frequency"].values, rel=1e-2)
@@ -111,7 +110,7 @@ def test_a_place_outside_the_shaft_is_refused() -> None:
 
 
 def test_axial_and_torsional_modes_of_a_rig_are_named_and_do_not_whirl() -> None:
-    found = eigenfrequencies(rig("discoidal_rig"), 40.0)
+    found = modes(rig("discoidal_rig"), 40.0)
     for kind in ("axial", "torsional"):
         number = next(i for i, name in enumerate(found["name"].values) if str(name).startswith(f"{kind}, "))
         assert found["whirl"].values[number] == "straight"

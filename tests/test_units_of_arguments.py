@@ -75,8 +75,8 @@ CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
     "response_peaks": lambda q: str(
         ab.rotor.response_peaks(RIG, lowest=q("1000 rpm"), highest=q("3000 rpm"), unbalance=q(UNBALANCE)).data_vars
     ),
-    "eigenfrequencies": lambda q: ab.rotor.modes(RIG, q(SPEED))["frequency"].values.tolist(),
-    "frequency_response": lambda q: ab.stepped_response(RIG, [q(SPEED)], dwell=q("0.2 s"), window=q("0.1 s"))[
+    "modes": lambda q: ab.rotor.modes(RIG, q(SPEED))["frequency"].values.tolist(),
+    "stepped_response": lambda q: ab.stepped_response(RIG, [q(SPEED)], dwell=q("0.2 s"), window=q("0.1 s"))[
         "amplitude"
     ].values.tolist(),
     "suitable_bearings": lambda q: len(ab.catalog.suitable_bearings(q(UNBALANCE))),

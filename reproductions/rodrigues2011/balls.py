@@ -15,7 +15,7 @@ import xarray as xr
 
 from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, fitted
 
 OFF = 0.01  # rad
@@ -75,14 +75,14 @@ def without_balls(machine: Machine) -> Machine:
 
 def from_heavy_spot(machine: Machine, speeds: np.ndarray, *, dwell: float, window: float) -> xr.Dataset:
     """Every speed (rpm) begun anew."""
-    return frequency_response(
+    return stepped_response(
         machine, speeds * RPM, dwell=dwell, window=window, start="fixed", stations=BEARINGS, tolerance=1e-8
     )
 
 
 def stepped(machine: Machine) -> xr.Dataset:
     """As in the experiment: 0.25 s at a speed, 0.25 s of measurement, 10 rpm on, state carried over, then down again."""
-    return frequency_response(machine, STEPS * RPM, dwell=0.25, window=0.25, direction="both", stations=BEARINGS)
+    return stepped_response(machine, STEPS * RPM, dwell=0.25, window=0.25, direction="both", stations=BEARINGS)
 
 
 def level(leg: xr.Dataset, low: float, high: float) -> float:

@@ -23,7 +23,7 @@ import xarray as xr
 
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, look, picture
-from autobalancer.plots.run.frequency_response import COLORS
+from autobalancer.plots.run.stepped_response import COLORS
 from reproductions import Found, Kind, compared_all
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
 from reproductions.rodrigues2011.rig import columns

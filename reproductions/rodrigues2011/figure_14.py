@@ -19,10 +19,10 @@ from autobalancer.assembly.parameters import with_parameter
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look, picture
-from autobalancer.plots.run.frequency_response import plot_frequency_response
+from autobalancer.plots.run.stepped_response import plot_stepped_response
 from autobalancer.results.series import wrapped
 from autobalancer.rotordynamics.response import unbalance_response
-from autobalancer.studies.frequency_response import frequency_response
+from autobalancer.studies.stepped_response import stepped_response
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import (
     BALL,
@@ -95,7 +95,7 @@ def with_other_numbers(out: Path) -> list[Found]:
     plain = unbalance_response(without_balls(machine), speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
     deviation = 100.0 * (plain / amplitude - 1.0)
     speed, phase = columns("fig14b_phase_plain_disk")
-    disk = frequency_response(
+    disk = stepped_response(
         without_balls(machine), speed * RPM, dwell=5.0, window=0.5, start="fixed", stations=["disk"]
     ).sel(station="disk")
     lag = np.angle(disk["synchronous_x"].values + 1j * disk["synchronous_y"].values) - light_spot(machine)
@@ -184,7 +184,7 @@ def draw_angles(speeds: np.ndarray, ours: np.ndarray, printed: np.ndarray, out: 
 
 def drawn_motion(found: xr.Dataset, machine: Machine) -> Any:
     """Amplitudes and ball angles with their motions, table 2."""
-    figure = plot_frequency_response(found, deflection_unit="mm", zero=light_spot(machine))
+    figure = plot_stepped_response(found, deflection_unit="mm", zero=light_spot(machine))
     figure.axes[0].set_title("Rodrigues 2011, figure 14: two washers, c_b = 0.1", loc="left")
     figure.axes[1].set_ylabel("ball angle from the light spot (°)")
     return figure

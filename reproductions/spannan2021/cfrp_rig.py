@@ -22,7 +22,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, look, picture
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from reproductions import Found, compared_all
 
 MODES = ("backward 1", "forward 1", "backward 2", "forward 2")
@@ -69,7 +69,7 @@ def misses(machine: Machine, table: Mapping[float, tuple[float, ...]]) -> np.nda
 
 def frequencies(machine: Machine, speed: float) -> np.ndarray:
     """Backward and forward whirl of the first two pairs of modes, Hz."""
-    found = eigenfrequencies(machine, speed, balls=False, modes=4)
+    found = modes(machine, speed, balls=False, modes=4)
     assert found["whirl"].values.tolist() == ["backward", "forward"] * 2
     return np.asarray(found["frequency"].values / (2.0 * math.pi))
 

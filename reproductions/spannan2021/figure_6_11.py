@@ -25,7 +25,7 @@ from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.eigenproblem import free_motions
-from autobalancer.rotordynamics.modes import eigenfrequencies
+from autobalancer.rotordynamics.modes import modes
 from reproductions import Found, compared_all, said
 
 HERTZ = 2.0 * math.pi
@@ -37,7 +37,7 @@ RUBBER = "rubber is probably stiffer in so small a motion; ours has one stiffnes
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Frequencies, order and shapes at rest, whirl at 1200 rpm, critical speed."""
     machine = rig("discoidal_rig")
-    rest, fast = (eigenfrequencies(machine, speed, balls=False, modes=7) for speed in (0.0, TOP))
+    rest, fast = (modes(machine, speed, balls=False, modes=7) for speed in (0.0, TOP))
     f = rest["frequency"].values / HERTZ
     critical = float(critical_speeds(machine, balls=False)["critical_speed"][1]) / HERTZ
     shear = shear_shares(machine)

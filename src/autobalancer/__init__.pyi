@@ -22,7 +22,7 @@ from autobalancer.files.machine_file import machine_text as machine_text
 from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import read_machine as load_machine
 from autobalancer.files.machine_file import save_machine as save_machine
-from autobalancer.machine.schema import file_tables as keys
+from autobalancer.machine.schema import keys as keys
 from autobalancer.machine.schema import machine_schema as machine_schema
 from autobalancer.results.measures import ball_angle_to_unbalance as ball_angle_to_unbalance
 from autobalancer.results.measures import deflection_envelope as deflection_envelope
@@ -43,7 +43,7 @@ from autobalancer.simulation.sampling import SampleTimes as SampleTimes
 from autobalancer.simulation.sampling import Samples as Samples
 from autobalancer.studies.basin import basin as basin
 from autobalancer.studies.compare import compare as compare
-from autobalancer.studies.frequency_response import frequency_response as stepped_response
+from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.sweep import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
 

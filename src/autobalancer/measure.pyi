@@ -1,6 +1,6 @@
 # written by tools/write_stubs.py from public_names.py
 
-from autobalancer.measurement.angle.curve import angle_against_speed as equilibrium_angle
+from autobalancer.measurement.angle.curve import equilibrium_angle as equilibrium_angle
 from autobalancer.measurement.angle.evaluation import evaluate_angles as evaluate_angles
 from autobalancer.measurement.angle.file import load_angle_series as load_angle_series
 from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance as fit_rolling_resistance

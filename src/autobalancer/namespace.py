@@ -42,5 +42,7 @@ def _rename(function: Any, name: str, module: str) -> None:
     """Give a function the name under which users know it, for ``help()``, tracebacks, progress bars and pickles."""
     while function is not None:
         function.__name__ = function.__qualname__ = name
+        if hasattr(function, "__code__"):  # from which a traceback takes it
+            function.__code__ = function.__code__.replace(co_name=name, co_qualname=name)
         function.__module__ = module
         function = getattr(function, "__wrapped__", None)

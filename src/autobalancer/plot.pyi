@@ -29,10 +29,10 @@ from autobalancer.plots.rotor.unbalance_response import plot_unbalance_response 
 from autobalancer.plots.rotor.whirl import plot_whirl_along_axis as whirl_along_axis
 from autobalancer.plots.rotor.whirl import plot_whirl_orbits as whirl_orbits
 from autobalancer.plots.run.comparison import plot_comparison as comparison
-from autobalancer.plots.run.frequency_response import plot_frequency_response as stepped_response
 from autobalancer.plots.run.orbit import plot_orbit as orbit
 from autobalancer.plots.run.race import plot_race as race
 from autobalancer.plots.run.run_up import plot_run_up as run_up
+from autobalancer.plots.run.stepped_response import plot_stepped_response as stepped_response
 from autobalancer.plots.stability.basins import plot_basin as basin
 from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import plot_border_curve as border_curve

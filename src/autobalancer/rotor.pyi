@@ -13,7 +13,7 @@ from autobalancer.rotordynamics.identification.measurements import MeasuredCriti
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode as MeasuredMode
 from autobalancer.rotordynamics.identification.measurements import MeasuredResponse as MeasuredResponse
 from autobalancer.rotordynamics.identification.measurements import MeasuredStiffness as MeasuredStiffness
-from autobalancer.rotordynamics.modes import eigenfrequencies as modes
+from autobalancer.rotordynamics.modes import modes as modes
 from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
 from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
 from autobalancer.rotordynamics.response import unbalance_response as response

@@ -6,7 +6,7 @@ from autobalancer.catalog.bearing_table import suitable_bearings as suitable_bea
 from autobalancer.catalog.fluid_table import blend as blend
 from autobalancer.catalog.fluid_table import fluid as fluid
 from autobalancer.catalog.fluid_table import fluids as fluids
-from autobalancer.catalog.friction_table import friction_coefficients as friction
+from autobalancer.catalog.friction_table import friction as friction
 from autobalancer.catalog.material_table import materials as materials
 from autobalancer.files.examples import example_text as example_text
 from autobalancer.files.examples import examples as examples

@@ -31,7 +31,7 @@ class FrictionCoefficients:
 
 
 @cache
-def friction_coefficients() -> tuple[FrictionCoefficients, ...]:
+def friction() -> tuple[FrictionCoefficients, ...]:
     """All coefficients of the catalog, from the smoothest pair to the roughest. They span more than three orders of magnitude."""
     return tuple(
         FrictionCoefficients(

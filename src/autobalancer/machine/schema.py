@@ -56,7 +56,7 @@ class KeyTables(dict[str, list[Key]]):
         return "".join(html_table(("", ""), _facts(keys), head or "at the top") for head, keys in self.items())
 
 
-def file_tables(path: str = "", kind: Kind = "races") -> KeyTables:
+def keys(path: str = "", kind: Kind = "races") -> KeyTables:
     """The keys of a machine file, table by table.
 
     Parameters

@@ -23,7 +23,7 @@ from autobalancer.rotordynamics.whirl import Whirl, whole_direction
 from autobalancer.units import argument
 
 
-def eigenfrequencies(
+def modes(
     machine: Machine | str | Path,
     speed: float | str = 0.0,
     *,

@@ -14,7 +14,7 @@ from autobalancer.stability.maps.stability_map import stability_map as map
 from autobalancer.stability.maps.windows import stable_windows as stable_windows
 from autobalancer.stability.states.questions import eigenvalues as eigenvalues
 from autobalancer.stability.states.questions import equilibria as equilibria
-from autobalancer.stability.states.ranges import stability_ranges as ranges
+from autobalancer.stability.states.ranges import ranges as ranges
 
 __all__ = [
     "averaged_border",

@@ -196,11 +196,11 @@ def friction(as_json: Json = False, as_csv: Csv = False) -> None:
 
     Example: autobalancer catalog friction
     """
-    from autobalancer.catalog.friction_table import friction_coefficients
+    from autobalancer.catalog.friction_table import friction
     from autobalancer.cli.terminal.sheet import Column
 
     one_form(as_json, as_csv)
-    found = friction_coefficients()
+    found = friction()
     if as_json:
         print_json([asdict(entry) for entry in found])
         return

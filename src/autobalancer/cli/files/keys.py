@@ -28,7 +28,7 @@ def keys(
     from dataclasses import asdict
 
     from autobalancer.cli.terminal.sheet import Column, Facts, sheet_csv
-    from autobalancer.machine.schema import Kind, file_tables, machine_schema
+    from autobalancer.machine.schema import Kind, keys, machine_schema
     from autobalancer.safe_file import write_text_safely
     from autobalancer.shown import in_plain_letters
 
@@ -37,7 +37,7 @@ def keys(
         check_suffix("--out", out, (".json",))
         typer.echo(f"written: {write_text_safely(out, json.dumps(machine_schema(kind), indent=1) + chr(10))}")
         return
-    found = file_tables(table, kind)
+    found = keys(table, kind)
     rows = [(head, key) for head, listed in found.items() for key in listed]
     if as_json:
         print_json([{"table": head, **asdict(key)} for head, key in rows])

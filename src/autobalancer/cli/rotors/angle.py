@@ -83,11 +83,11 @@ def angle(
 
 def _curve(machine: Path, speeds: str, simulate: bool, duration: str) -> xr.Dataset:
     from autobalancer.cli.terminal.quantities import quantity, speed_range
-    from autobalancer.measurement.angle.curve import angle_against_speed
+    from autobalancer.measurement.angle.curve import equilibrium_angle
 
     chosen = speed_range("--speeds", speeds) if speeds else None
     length = quantity("--duration", duration, "s")
-    return angle_against_speed(machine, chosen, simulation=simulate, duration=length)
+    return equilibrium_angle(machine, chosen, simulation=simulate, duration=length)
 
 
 def _evaluated(machine: Path, table: Path, rolling: float | None, resamples: int, curve: bool) -> xr.Dataset:

@@ -46,7 +46,7 @@ def modes(
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
     from autobalancer.rotordynamics.campbell import campbell as diagram
-    from autobalancer.rotordynamics.modes import eigenfrequencies
+    from autobalancer.rotordynamics.modes import modes
     from autobalancer.units.ranges import range_values
 
     if speed and speeds:
@@ -66,7 +66,7 @@ def modes(
         }
         answer |= {name: found[name].values for name in ("speed", "frequency", "damping_ratio", "whirl")}
     else:
-        found = eigenfrequencies(described, omega, balls=balls, modes=count)
+        found = modes(described, omega, balls=balls, modes=count)
         answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE)}
     critical = _critical(described, balls)
     answer["critical_speeds"] = None if critical is None else _records(critical, "critical", _CRITICAL)[:count]

@@ -69,11 +69,11 @@ def stepped(
     held, measured = quantity("--dwell", dwell, "s"), quantity("--window", window, "s")
     rate, most = optional("--acceleration", acceleration, "rad/s^2"), optional("--longest", longest, "s")
     from autobalancer.plots.drawing.save import save_picture
-    from autobalancer.plots.run.frequency_response import plot_frequency_response
-    from autobalancer.studies.frequency_response import frequency_response
+    from autobalancer.plots.run.stepped_response import plot_stepped_response
+    from autobalancer.studies.stepped_response import stepped_response
 
     with progress_bar("speeds") as update:
-        found = frequency_response(
+        found = stepped_response(
             machine,
             chosen,
             dwell=held,
@@ -92,7 +92,7 @@ def stepped(
             progress=update,
         )
     if plot is not None:
-        save_picture(plot_frequency_response(found, speed_unit=speed_unit), plot)
+        save_picture(plot_stepped_response(found, speed_unit=speed_unit), plot)
     if as_json:
         keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
         numbers = {key: found[key].values for key in keys if key in found.variables}

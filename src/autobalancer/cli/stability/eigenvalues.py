@@ -50,7 +50,7 @@ def stability(
     from autobalancer.files.machine_file import load_machine
     from autobalancer.plots.stability.growth import plot_stability
     from autobalancer.stability.states.questions import Kind, eigenvalues
-    from autobalancer.stability.states.ranges import stability_ranges
+    from autobalancer.stability.states.ranges import ranges
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -67,7 +67,7 @@ def stability(
             unbalance=size,
             progress=update,
         )
-    located = cache(lambda: stability_ranges(described, found, size))
+    located = cache(lambda: ranges(described, found, size))
     files.save(found, lambda: plot_stability(found, speed_unit=speed_unit, ranges=located()))
     missing = [float(w) for w in found.attrs["speeds_without_state"]]
     if as_json:

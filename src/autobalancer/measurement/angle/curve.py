@@ -101,7 +101,7 @@ def _law(ball: Ball) -> DragLaw:
     return linear(ball.drag / (viscous * ball.orbit_radius**2), "linear range of the drag law of the machine")
 
 
-def angle_against_speed(
+def equilibrium_angle(
     machine: Machine | str | Path,
     speeds: ArrayLike | None = None,
     *,

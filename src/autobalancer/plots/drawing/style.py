@@ -64,7 +64,8 @@ LOOK: Any = {
 # the formulas of this package, the powers of ten of an axis and the symbol at the end of its label; any other dollar sign
 # belongs to a name
 FORMULA = r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|c_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*"
-SYMBOL = r"[A-Za-z](?:_[a-z0-9])?|\\(?:alpha|beta|chi|lambda|mu|nu|rho|varepsilon)|c_d \\mathrm\{Re\}"
+GREEK = "alpha|beta|gamma|delta|varepsilon|zeta|eta|theta|kappa|lambda|mu|nu|xi|rho|sigma|tau|varphi|chi|psi|omega"
+SYMBOL = rf"(?:[A-Za-z]|\\(?:{GREEK}))(?:_(?:[a-z0-9]|\\mathrm\{{[a-z]+\}}))?|c_d \\mathrm\{{Re\}}"
 OWN_FORMULA = re.compile(rf"{FORMULA}|[^$]*, \$(?:{SYMBOL})\$(?: \([^$]*\))?")
 
 

@@ -18,9 +18,7 @@ from autobalancer.units import unbalance_argument
 CLOSE = 1e-7  # of a speed: how closely a change of the verdict is located
 
 
-def stability_ranges(
-    machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None
-) -> Ranges:
+def ranges(machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None) -> Ranges:
     """Ranges of speed in which a state keeps its verdict.
 
     Parameters

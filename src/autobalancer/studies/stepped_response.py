@@ -34,7 +34,7 @@ Place = tuple[int, int]  # leg, number of the speed
 
 
 @shows_progress
-def frequency_response(
+def stepped_response(
     machine: Machine | str | Path,
     speeds: Sequence[float | str] | np.ndarray,
     *,
