@@ -7,6 +7,8 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.rotors.reduction import AIM, receptance_error
+from autobalancer.assembly.system import assemble
 from autobalancer.machine import (
     Balancer,
     Balls,
@@ -23,7 +25,7 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.host.reduction import reduced
+from autobalancer.stability.host.reduction import basis_for, reduced
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.linear import matrices as station_matrices
@@ -117,6 +119,24 @@ def test_a_reduced_shaft_has_the_eigenvalues_of_the_whole_one_with_fewer_coordin
         assert np.allclose(leading(small, speed)[0], leading(whole, speed)[0], rtol=3e-7)
         one, other = balanced_of(small, speed)[0], balanced_of(whole, speed)[0]
         assert np.abs(np.exp(1j * one.angles) - np.exp(1j * other.angles)).max() < 1e-9
+
+
+def test_runs_and_stability_reduce_a_shaft_by_one_criterion() -> None:
+    m = machine(shaft(2.1e11))
+    st = stations(m)
+    basis = basis_for(st, 300.0)
+    assert basis is not None
+    both = np.zeros((st.model.size, 2 * basis.shape[1]))
+    both[: st.model.pairs, : basis.shape[1]] = both[st.model.pairs : 2 * st.model.pairs, basis.shape[1] :] = basis
+    error = receptance_error(st.model, basis, st.rows, st.load, 600.0)
+    assert 0.0 < error <= AIM
+    # forward and backward whirl are the ellipses of x and y in other axes
+    assert receptance_error(st.model, both, st.rows, st.load, 600.0) == pytest.approx(error, rel=1e-6)
+    small = assemble(m).reduction
+    assert small is not None
+    assert small.error <= AIM
+    bad = basis[:, :1]
+    assert receptance_error(st.model, bad, st.rows, st.load, 600.0) > AIM
 
 
 def test_two_planes_balance_a_shaft_above_its_rigid_speeds_but_not_just_above_its_bending_speed() -> None:

@@ -1,11 +1,13 @@
-"""Fewer coordinates for integration in time: modes of the rotor at rest, with the deflection at one place in front.
+"""Fewer coordinates: one criterion for runs and for stability, :func:`fewest`, and those for integration in time.
 
-The new coordinates r are the deflection (X, Y) at the reference place and combinations of modes orthogonal to it, in
-the same unit. On an isotropic rotor they come in pairs (x, y), so that turning the machine turns each pair.
+These are modes of the rotor at rest, with the deflection at one place in front. The new coordinates r are the deflection (X, Y)
+at the reference place and combinations of modes orthogonal to it, in the same unit. On an isotropic rotor they come in pairs
+(x, y), so that turning the machine turns each pair.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +17,7 @@ from autobalancer.assembly.rotors.model import Complexes, LateralModel, Matrix, 
 from autobalancer.errors import MachineError
 
 FREQUENCIES = 48  # at which the receptances of both models are compared
-AIM = 1e-3  # error of the receptance at which no further mode is added
+AIM = 1e-3  # error of the receptance at which no further mode is added, for runs and for stability
 FEW = 6  # so many pairs are kept without asking
 
 
@@ -65,28 +67,21 @@ def reduction(
         few = min(total, FEW if isotropic else 2 * FEW)
         counts = [total] if total <= few else [*range(few // 2, total, 1 if isotropic else 2), total]
     top = float(min(top, model.top_speed))
-    found = None
-    for count in counts:
-        if count < least:
-            continue
-        chosen = modes[:, :count]
-        seen = ahead @ chosen
-        if np.linalg.matrix_rank(seen, tol=1e-9 * np.abs(seen).max(initial=1e-300)) < seen.shape[0]:
-            continue
-        basis = _in_front(chosen, seen)
-        if isotropic:
-            basis = _paired(basis, model)
-        error = (
-            0.0
-            if count == total and (isotropic or basis.shape[1] == model.size)
-            else _error(model, basis, places, loads, top)
-        )
-        found = Reduction(basis, error, top, count, total)
-        if error <= AIM:
-            break
+
+    def bases() -> Iterator[Matrix]:
+        for count in counts:
+            chosen = modes[:, :count]
+            seen = ahead @ chosen
+            movable = np.linalg.matrix_rank(seen, tol=1e-9 * np.abs(seen).max(initial=1e-300)) == seen.shape[0]
+            if count >= least and movable:
+                yield _in_front(chosen, seen)
+
+    found = fewest(model, bases(), places, loads, top)
     if found is None:
         raise MachineError(f"rotor.modes: given {wanted}; too few modes to move the plane of the balancer in x and y")
-    return found
+    basis, error = found
+    kept = basis.shape[1]
+    return Reduction(_paired(basis, model) if isotropic else basis, error if kept < total else 0.0, top, kept, total)
 
 
 def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
@@ -113,19 +108,61 @@ def _paired(basis: Matrix, model: LateralModel) -> Matrix:
     return both
 
 
-def _error(model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, top: float) -> float:
-    """At speeds up to ``top``, synchronous: what forces at the places and the unbalance move there."""
-    seen = model.both(places)
-    pushed = np.column_stack([seen.T.astype(np.complex128), circular(model, loads)])
+def fewest(
+    model: LateralModel, candidates: Iterable[Matrix], places: Matrix, loads: Complexes, top: float
+) -> tuple[Matrix, float] | None:
+    """The first of several bases whose :func:`receptance_error` is below 1e-3, else the last, and its error."""
+    found = None
+    for basis in candidates:
+        found = basis, receptance_error(model, basis, places, loads, top)
+        if found[1] <= AIM:
+            break
+    return found
+
+
+def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, top: float) -> float:
+    """Greatest relative error of what forces at the places, and the unbalance, move there at speeds up to ``top``.
+
+    ``basis`` is over all coordinates, (N, R), or, on isotropic rotors, over those along x, (pairs, r). An unbalance that
+    hardly moves the places is compared with what a force of its size does.
+    """
+    answers = _whirls if model.isotropic and basis.shape[0] == model.pairs else _ellipses
+    share = float(np.abs(loads).max(initial=0.0)) / max(float(np.abs(places).max(initial=0.0)), 1e-300)
     worst = 0.0
     for speed in np.linspace(0.0, top, FREQUENCIES + 1)[1:]:
-        damping = model.damping_at(speed) + speed * model.gyroscopic
-        dynamic = model.stiffness_at(speed) + 1j * speed * damping - speed**2 * model.mass
-        full = seen @ np.linalg.solve(dynamic, pushed)
-        small = seen @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed)
-        size = np.linalg.norm(full)
-        worst = max(worst, float(np.linalg.norm(full - small) / size)) if size > 0.0 else worst
+        whole, small = answers(model, basis, places, loads, float(speed))
+        apart, size = np.linalg.norm((whole - small)[:, :-1]), np.linalg.norm(whole[:, :-1])
+        of_load, load_size = np.linalg.norm((whole - small)[:, -1]), np.linalg.norm(whole[:, -1])
+        for error, norm in ((apart, size), (of_load, max(load_size, share * size))):
+            worst = max(worst, float(error / norm)) if norm > 0.0 else worst
     return worst
+
+
+def _ellipses(
+    model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, speed: float
+) -> tuple[Complexes, Complexes]:
+    """Answers of the places along x and y to forces there and, last, to the loads: of the whole rotor and the reduced one."""
+    seen = model.both(places)
+    pushed = np.column_stack([seen.T.astype(np.complex128), circular(model, loads)])
+    damping = model.damping_at(speed) + speed * model.gyroscopic
+    dynamic = model.stiffness_at(speed) + 1j * speed * damping - speed**2 * model.mass
+    whole = seen @ np.linalg.solve(dynamic, pushed)
+    return whole, seen @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed)
+
+
+def _whirls(
+    model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, speed: float
+) -> tuple[Complexes, Complexes]:
+    """The same of an isotropic rotor, as forward and backward whirl: of the same size."""
+    mass, turning, stiffness = model.complex_matrices(speed)
+    found: list[tuple[Complexes, Complexes]] = []
+    for way in (1.0, -1.0):
+        dynamic = stiffness + 1j * way * speed * turning - speed**2 * mass
+        unbalance = np.sqrt(2.0) * loads if way > 0.0 else 0.0 * loads
+        pushed = np.column_stack([places.T.astype(np.complex128), unbalance])
+        small = places @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed)
+        found.append((places @ np.linalg.solve(dynamic, pushed), small))
+    return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
 
 
 def circular(model: LateralModel, loads: Complexes) -> Complexes:

@@ -1,23 +1,25 @@
 """Fewer coordinates where the growth rate is asked at hundreds of speeds.
 
 Modes of the rotor at rest, with the static deflections under a force at each station and under the unbalances added to
-them, which take over what the higher modes would do. Modes are added until receptances at the stations agree with those
-of the whole rotor; where this does not save anything, the whole rotor is kept.
+them, which take over what the higher modes would do. Modes are added by the criterion of all reductions,
+:func:`autobalancer.assembly.rotors.reduction.fewest`; where this does not save anything, the whole rotor is kept.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
 
-from autobalancer.stability.host.planar import Complexes, Matrix
+from autobalancer.assembly.rotors import LateralModel
+from autobalancer.assembly.rotors.reduction import AIM, fewest
+from autobalancer.stability.host.planar import Matrix
 from autobalancer.stability.host.stations import Stations
 
 FEW = 12  # pairs of coordinates that are not reduced
-AIM = 1e-4  # relative error of the receptances up to twice the highest speed
-FREQUENCIES = 8
+BEYOND = 2.0  # times the highest speed: what is slow in the rotor may whirl so fast in space
 
 
 def reduced(st: Stations, highest: float) -> Stations:
@@ -42,13 +44,18 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
         stiffness = 0.5 * (stiffness + stiffness.T)
         modes.append(scipy.linalg.eigh(stiffness, mass)[1])
         static.append(np.linalg.lstsq(stiffness, pushed, rcond=1e-13)[0])
-    count = 4
-    while count * len(directions) + sum(part.shape[1] for part in static) < 0.7 * n:
-        basis = _orthonormal(st, [m[:, :count] for m in modes] + static)
-        if _error(st, projected(st, basis), min(highest, model.top_speed)) < AIM:
-            return basis
-        count += max(4, count // 2)
-    return None
+
+    def bases() -> Iterator[Matrix]:
+        count = 4
+        while count * len(directions) + sum(part.shape[1] for part in static) < 0.7 * n:
+            basis = _orthonormal(st, [m[:, :count] for m in modes] + static)
+            yield basis if st.isotropic else _both(model, basis)
+            count += max(4, count // 2)
+
+    found = fewest(model, bases(), st.rows, st.load, min(BEYOND * highest, model.top_speed))
+    if found is None or found[1] > AIM:
+        return None
+    return found[0] if st.isotropic else found[0][:n, : found[0].shape[1] // 2]
 
 
 def _orthonormal(st: Stations, parts: list[Matrix]) -> Matrix:
@@ -63,9 +70,8 @@ def _orthonormal(st: Stations, parts: list[Matrix]) -> Matrix:
 
 def projected(st: Stations, basis: Matrix) -> Stations:
     """The machine in coordinates r, q = ``basis`` r."""
-    model, n, r = st.model, st.model.pairs, basis.shape[1]
-    both = np.zeros((model.size, 2 * r))
-    both[:n, :r], both[n : 2 * n, r:] = basis, basis
+    model, r = st.model, basis.shape[1]
+    both = _both(model, basis)
     small = replace(
         model,
         mass=both.T @ model.mass @ both,
@@ -79,25 +85,9 @@ def projected(st: Stations, basis: Matrix) -> Stations:
     return replace(st, model=small, rows=st.rows @ basis, slopes=slopes, load=basis.T @ st.load)
 
 
-def _error(st: Stations, small: Stations, highest: float) -> float:
-    """Greatest relative difference of the receptances at the stations, forces there and unbalances."""
-    worst, scale = 0.0, float(np.abs(st.rows).max() / max(np.abs(st.load).max(), 1e-300)) if np.any(st.load) else 0.0
-    for speed in (0.05 * highest, 0.5 * highest, highest):
-        for frequency in np.linspace(0.02, 2.0, FREQUENCIES) * highest:
-            whole, part = (_answer(one, 1j * frequency, speed, scale) for one in (st, small))
-            worst = max(worst, float(np.linalg.norm(whole - part) / np.linalg.norm(whole)))
-    return worst
-
-
-def _answer(st: Stations, sigma: complex, speed: float, scale: float) -> Complexes:
-    model, n = st.model, st.model.pairs
-    if st.isotropic:
-        mass, turning, stiffness = model.complex_matrices(speed)
-        pushed = np.column_stack([st.rows.T, scale * st.load])
-        return np.asarray(st.rows @ np.linalg.solve(sigma**2 * mass + sigma * turning + stiffness, pushed))
-    dynamic = sigma**2 * model.mass + sigma * (model.damping_at(speed) + speed * model.gyroscopic)
-    dynamic = dynamic + model.stiffness_at(speed)
-    seen = model.both(st.rows)
-    force = np.zeros((model.size, 1), np.complex128)
-    force[:n, 0], force[n : 2 * n, 0] = st.load, -1j * st.load
-    return np.asarray(seen @ np.linalg.solve(dynamic, np.column_stack([seen.T, scale * force])))
+def _both(model: LateralModel, basis: Matrix) -> Matrix:
+    """Shapes along x, (pairs, r), as shapes over all coordinates, all x before all y, (N, 2 r)."""
+    n, r = basis.shape
+    both = np.zeros((model.size, 2 * r))
+    both[:n, :r], both[n : 2 * n, r:] = basis, basis
+    return both
