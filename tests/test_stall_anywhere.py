@@ -381,14 +381,6 @@ def test_release_without_capture_is_the_same() -> None:
         (lambda m: with_quantity(with_quantity(m, "drag", 1e-4), "plateau", 0.5), "'beta', has none"),
         (lambda m: with_quantity(m, "rolling_resistance", -0.1), "must not be negative"),
         (lambda m: ab.stability.speed_windows(m), "autobalancer equivalent-planar FILE --out planar.toml"),
-        (
-            lambda m: ab.basin(m, 300.0, {"ball_angle[1]": [0.0]}),
-            "autobalancer equivalent-planar FILE --out planar.toml",
-        ),
-        (
-            lambda m: ab.stability.minimum_drag(m, 300.0, "averaged border"),
-            "autobalancer equivalent-planar FILE --out planar.toml",
-        ),
     ],
 )
 def test_what_cannot_be_answered_says_what_to_do(ask: Any, message: str) -> None:
