@@ -18,6 +18,7 @@ from autobalancer.files.rigs import rig
 from autobalancer.machine import (
     Body,
     Bushing,
+    Lock,
     Machine,
     MultibodyRotor,
     PointJoint,
@@ -176,6 +177,33 @@ def test_a_joint_that_couples_displacement_and_tilt_is_a_spring_elsewhere(up: st
 
     plain = Spring(between=("a", "ground"), position=0.25, stiffness=2e4, damping=20.0)
     same(rotor(HighSpring(between=("a", "ground"), position=0.05, stiffness=2e4, height=0.2)), rotor(plain))
+
+
+class Inclined(PointJoint):
+    """A bushing whose axis is inclined, in the axes of the rig."""
+
+    kind: Literal["inclined"] = "inclined"
+    interface: ClassVar[int] = 1
+
+    def matrices(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        along = np.array([0.6, 0.0, 0.8])
+        across = np.eye(3) - np.outer(along, along)
+        k = np.kron(np.diag([1.0, 0.0]), 9e4 * np.outer(along, along) + 2e4 * across)
+        return k + np.kron(np.diag([0.0, 1.0]), 800.0 * np.eye(3)), 1e-3 * k
+
+
+@pytest.mark.parametrize("up", [None, "+z"])
+def test_an_inclined_bushing_as_coupled_matrices_carries_the_weight_as_a_bushing_does(up: str | None) -> None:
+    def rotor(foot: Any) -> LateralModel:
+        sizes = {"transverse_inertia": 0.02, "polar_inertia": 0.03, "position": 0.1}
+        bodies = [Body(name="r", mass=3.0, rotating=True, **sizes), Body(name="h", mass=2.0, rotating=False, **sizes)]
+        lock = Lock(between=("r", "h"))
+        return multibody(MultibodyRotor(bodies=bodies, joints=[lock, foot], up=up), 9.81 if up else 0.0)
+
+    stiff = {"axial_stiffness": 9e4, "shear_stiffness": 2e4, "bending_stiffness": 800.0, "torsional_stiffness": 800.0}
+    damped = {"axial_damping": 90.0, "shear_damping": 20.0, "direction": (0.6, 0.0, 0.8)}
+    plain = Bushing(between=("h", "ground"), position=0.02, **stiff, **damped)
+    same(rotor(Inclined(between=("h", "ground"), position=0.02)), rotor(plain))
 
 
 def test_a_joint_over_the_frequency_is_its_table() -> None:
