@@ -16,6 +16,7 @@ from autobalancer.stability.states.settled import searched
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import balanced_of
 
+NONE = 1e-9  # share of a deflection that is not worth a word
 ABOVE = 1.0 + 1e-6  # a border
 NEAR = 1.15  # ratio of two speeds between which states are followed
 
@@ -41,7 +42,7 @@ class ForcedBalls:
         return min((self.growth(self.stations, speed, state) for state in states), default=math.nan)
 
     def left_at(self, speed: float) -> str:
-        """What the most stable state leaves of the deflection there, in words; empty at no finite speed."""
+        """What the most stable state leaves of the deflection there, in words; empty at no finite speed, or for nothing."""
         states = self.states(speed * ABOVE) if math.isfinite(speed) else []
         if not states:
             return ""
@@ -49,7 +50,11 @@ class ForcedBalls:
         state = min(states, key=lambda one: self.growth(st, speed * ABOVE, one))
         left = float(np.abs(state.whirl).max())
         alone = float((speed**2 * np.abs(bare.rows @ st.compliance(speed) @ bare.fixed_load)).max())
-        return f"there the balls leave {left / alone:.3g} of the deflection {length_text(alone)}" if alone > 0.0 else ""
+        return (
+            f"there the balls leave {left / alone:.3g} of the deflection {length_text(alone)}"
+            if left > NONE * alone
+            else ""
+        )
 
     def states(self, speed: float) -> list[StationState]:
         """The balanced states at a speed."""
