@@ -60,8 +60,8 @@ def _flow(figure: Figure, axes: Axes, found: xr.Dataset) -> None:
     for center in _centers(found):
         axes.add_patch(Circle(center, radius, facecolor=FILL, edgecolor=INK, lw=0.9, zorder=5))
     for wall, beyond in zip(_walls(found, x), (y[0] - radius, y[-1] + radius), strict=True):
-        axes.fill_between(x, wall, beyond, color="white", lw=0.0, zorder=4)
-        axes.plot(x, wall, color=INK, lw=1.6, zorder=4.5)
+        axes.fill_between(x, wall, beyond, color="white", lw=0.0, zorder=2.2)
+        axes.plot(x, wall, color=INK, lw=1.6, zorder=2.3)
     axes.set_aspect("equal")
     axes.grid(False)
     axes.set_xlim(x[0], x[-1])

@@ -1,0 +1,1 @@
+"""Exact solutions of slow flow around spheres, against the finite elements of the drag of a ball."""
