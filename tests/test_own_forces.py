@@ -92,6 +92,18 @@ def test_a_force_from_a_file_that_is_named_on_the_command_line_acts_in_a_run(tmp
     assert "force over speed in the middle of the brush" in " ".join(shown.output.split())
 
 
+def test_the_example_of_the_documentation_is_complete(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "forces.md").read_text()
+    code = page.split("## A force of your own")[1].split("```python\n")[1].split("```")[0]
+    keys = page.split("## A force of your own")[1].split("```toml\n")[1].split("```")[0]
+    (tmp_path / "felt.py").write_text(code)
+    (felt,) = ab.laws.load(tmp_path / "felt.py")
+    text = MACHINE.split("[[balancers.races.forces]]")[0] + keys
+    run = ab.simulate(ab.parse_machine(text), duration=2.0)
+    assert felt.__name__ == "Felt"
+    assert 0.0 < float(run.ball_speed_in_rotor[-1, 0]) < 1.0 < float(run.ball_speed_in_rotor[0, 0])
+
+
 class Detent(Force):
     """A ball rests at the mark of the rotor."""
 

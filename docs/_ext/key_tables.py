@@ -16,7 +16,15 @@ ROOTS: dict[str, type[Part]] = {"machine_keys.md": Machine, "chamber_keys.md": C
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {name: machine_keys(root) for name, root in ROOTS.items()}
+    return {name: machine_keys(root) for name, root in ROOTS.items()} | {"force_place.md": place_of_a_ball()}
+
+
+def place_of_a_ball() -> str:
+    """What a force on a ball is given."""
+    from autobalancer.kernels.records.forces import PLACE
+
+    rows = "".join(f"| `{field.name}` | {field.unit} | {field.meaning} |\n" for field in PLACE.fields)
+    return f"| field | unit | meaning |\n|---|---|---|\n{rows}"
 
 
 def machine_keys(root: type[Part]) -> str:
