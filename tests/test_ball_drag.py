@@ -219,7 +219,7 @@ def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> Non
         ({"gap": "2 mm"}, "smaller than the play of the ball"),
         ({"gap": 1e-6, "mesh_gap": 1e-4}, "mesh_gap: given 0.0001 ball radii; must be at least the gap"),
         ({"gap": 1e-8, "mesh_gap": 1e-3}, "a mesh resolves gaps from 0.003 on"),
-        ({"gap": 1e-6, "mesh_gap": 0.0035, "fineness": 4.0}, "elements with this fineness, more than"),
+        ({"gap": 1e-6, "mesh_gap": 0.0035, "fineness": 4.0}, "elements with this fineness, more than 150000; give"),
         ({"gap": 1e-6, "fineness": 9.0}, "fineness: given 9; must be between 0.5 and 4"),
         ({"gap": 1e-6, "motion": "jumping"}, "motion: given 'jumping'; must be 'rolling', 'sliding'"),
         ({"gap": 1e-6, "reynolds": [10.0, 5.0]}, "reynolds: given 10, 5; must be ascending numbers from 0 to 300"),
@@ -233,6 +233,11 @@ def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> Non
 def test_a_question_without_an_answer_is_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(QuestionError, match=message):
         ab.flow.ball_drag(RIG, **({"reynolds": [0.0]} | options))  # type: ignore[arg-type]
+
+
+def test_lids_that_nearly_touch_the_ball_are_refused() -> None:
+    with pytest.raises(QuestionError, match=r"the play of the ball at the lids is 0\.00163 ball radii"):
+        ab.flow.ball_drag(ab.flow.Channel(0.0123, 0.0138, 0.01232), [0.0], gap=1e-6)
 
 
 def test_a_gap_without_a_length_and_a_ball_that_does_not_fit_are_refused() -> None:

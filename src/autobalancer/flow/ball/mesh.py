@@ -104,17 +104,24 @@ def tetrahedra(shape: Shape, fineness: Fineness) -> Any:
 
 
 def expect(shape: Shape, fineness: Fineness) -> None:
-    """Refuse a gap that this mesh cannot resolve."""
+    """Refuse a gap, or a play elsewhere, that this mesh cannot resolve."""
     if shape.gap < NARROWEST:
         raise QuestionError(
             f"mesh_gap: given {shape.gap:.3g} ball radii; a mesh resolves gaps from {NARROWEST:g} on; the drag at narrower ones "
             "follows by the theory of thin films, so give the narrow one as 'gap' and leave out 'mesh_gap'"
         )
-    film = math.pi / (shape.gap * fineness.across**2) * 6.0
+    plays = {"inner wall": shape.width - 2.0 - shape.gap, "lids": 0.5 * shape.height - 1.0}
+    place = min(plays, key=lambda name: plays[name])
+    if plays[place] < NARROWEST:
+        raise QuestionError(
+            f"ball_drag: the play of the ball at the {place} is {plays[place]:.3g} ball radii; a mesh resolves {NARROWEST:g} "
+            "and more"
+        )
+    film = math.pi / (min(shape.gap, *plays.values()) * fineness.across**2) * 6.0
     if film > MOST:
         raise QuestionError(
-            f"mesh_gap: given {shape.gap:.3g} ball radii, which takes about {film:.2g} elements with this fineness, more than "
-            f"{MOST}; give a wider one, or a lower fineness"
+            f"mesh_gap: given {shape.gap:.3g} ball radii, which with the play elsewhere takes about {film:.2g} elements with "
+            f"this fineness, more than {MOST}; give a wider one, or a lower fineness"
         )
 
 
