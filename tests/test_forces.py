@@ -22,6 +22,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
 from autobalancer.machine.leaves import find, known
 from autobalancer.plots.drawing.style import FORCE
+from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.results.drawn.forces import lines_of
 
 STIFF, LENGTH = 40.0, 0.12  # N/m and m of springs along a race
@@ -416,3 +417,13 @@ def test_every_force_of_the_package_has_a_symbol(word: str) -> None:
     lines = lines_of([find(Force, word)(**keys[word])], 0.1, [0.1, 0.1j])  # type: ignore[list-item]
     assert lines
     assert 0.0 < max(abs(point) for line in lines for point in line) < 0.13
+
+
+def test_pictures_draw_resolved_balls_where_magnets_hold_them() -> None:
+    """On the inner wall, where they also balance less."""
+    run = ab.simulate(still(chamber(MAGNETS, 0.02), 40.0, unbalances=[{"moment": 1e-4}]), duration=0.2)
+    (axes,) = ab.plot.race(run).axes
+    centers = [abs(complex(*patch.center)) for patch in axes.patches if getattr(patch, "radius", 0.0) == 5.0]
+    np.testing.assert_allclose(centers, 80.0, atol=0.1)
+    races, moments = races_of(run), Motion(run).at(run.time.values[-1:])
+    np.testing.assert_allclose(np.abs(races.resultant(moments)), run.residual_unbalance.values[-1:], rtol=1e-3)

@@ -42,7 +42,7 @@ class AxisView:
         colors: Sequence[str],
     ) -> None:
         self.moments, self.turned, self.discs = moments, turned, discs
-        self.radii = races.orbit_radius / length
+        self.radii, self.length = races.orbit_radius / length, length
         low, high = float(places.position.min()), float(places.position.max())
         self.along = LENGTH * ((places.position - low) / (high - low) - 0.5)
         self.center: Complexes = places.deflection * np.exp(1j * turned)[:, None] * magnification / length
@@ -88,7 +88,11 @@ class AxisView:
             self.heavy[i].set_data(
                 *_seen(self.along[place], center[place] + 0.72 * reach * heavy * np.array([0.0, 1.0]))
             )
-            balls = self.radii[mine] * np.exp(1j * self.moments.ball_angle_in_rotor[k, mine]) * turn
+            balls = (
+                (self.radii - self.moments.ball_inside[k] / self.length)[mine]
+                * np.exp(1j * self.moments.ball_angle_in_rotor[k, mine])
+                * turn
+            )
             for rod, ball in zip(self.rods[i], balls, strict=True):
                 if rod is not None:
                     rod.set_data(*_seen(self.along[place], center[place] + ball * np.array([0.0, 1.0])))

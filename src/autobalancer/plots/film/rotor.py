@@ -99,10 +99,11 @@ class RotorView:
         self.heavy_line.set_data([0.0, heavy.real], [0.0, heavy.imag])
         self.heavy_spot.set_data([heavy.real], [heavy.imag])
         before = max(k - 1, 0)
+        away = self.radii - self.moments.ball_inside[k] / self.length
         now, then = self.moments.ball_angle_in_rotor[k], self.moments.ball_angle_in_rotor[before]
         swept = np.clip(then - now + self.turned[before] - turned, -2.0 * np.pi, 2.0 * np.pi)
         for i, (ball, trail) in enumerate(zip(self.balls, self.trails, strict=True)):
-            arc = self.places[i] + self.radii[i] * np.exp(1j * (now[i] + swept[i] * SWEEP))
+            arc = self.places[i] + away[i] * np.exp(1j * (now[i] + swept[i] * SWEEP))
             ball.set_center((arc[0].real, arc[0].imag))
             if i in self.chamfers:
                 self.chamfers[i].set_center((arc[0].real, arc[0].imag))
@@ -111,19 +112,19 @@ class RotorView:
                     rod.set_data([self.places[i].real, arc[0].real], [self.places[i].imag, arc[0].imag])
             trail.set_data(arc.real, arc.imag)
         if self.forces:
-            points = self._lines(now)
+            points = self._lines(away * np.exp(1j * now))
             self.symbols.set_data(points.real, points.imag)
         seen = self.path[max(k - MEMORY, 0) * self.per_frame : k * self.per_frame + 1]
         self.trace.set_data(seen.real, seen.imag)
 
-    def _lines(self, angle: Floats) -> Complexes:
-        """Symbols of the forces with balls at these angles, one after the other with a gap between."""
+    def _lines(self, balls: Complexes) -> Complexes:
+        """Symbols of the forces with balls at these places, one after the other with a gap between."""
         found: list[complex] = []
         for (balancer, race), forces in self.forces.items():
             here = np.flatnonzero((self.races.balancer == balancer) & (self.races.race == race))
             if here.size:
                 orbits = self.races.orbit_radius[here]
-                for line in lines_of(forces, float(orbits.mean()), list(orbits * np.exp(1j * angle[here]))):
+                for line in lines_of(forces, float(orbits.mean()), list(balls[here] * self.length)):
                     found += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
         return np.array(found, np.complex128)
 

@@ -142,5 +142,6 @@ def _of_plane(moments: Moments, plane: int, balls: NDArray[np.intp]) -> Moments:
     return moments._replace(
         deflection_in_rotor=np.asarray(deflection, np.complex128),
         ball_angle_in_rotor=moments.ball_angle_in_rotor[:, balls],
+        ball_inside=moments.ball_inside[:, balls],
         unbalance_in_rotor=moments.plane_unbalance_in_rotor[:, plane],
     )

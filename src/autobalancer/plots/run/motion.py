@@ -26,6 +26,7 @@ class Moments(NamedTuple):
     rotor_angle: Floats  # rad, in space
     deflection_in_rotor: Complexes  # m
     ball_angle_in_rotor: Floats  # rad, not wrapped; balls are the second axis
+    ball_inside: Floats  # m, distance of a resolved ball from its wall; 0 of guided ones
     unbalance_in_rotor: Complexes  # kg m
     plane_deflection_in_rotor: Complexes  # m; planes are the second axis
     plane_unbalance_in_rotor: Complexes  # kg m
@@ -55,6 +56,7 @@ class Motion:
         self.ball_slip = _known(run, "ball_speed_in_rotor", rows)
         if "ball_speed_in_rotor" not in run and self.ball_angle.size:
             self.ball_slip = np.asarray(np.gradient(self.ball_angle, self.time, axis=0))
+        self.ball_inside = np.maximum(_known(run, "ball_gap", rows), 0.0)
         size, side = _known(run, "unbalance", rows[:1]), _known(run, "unbalance_angle_in_rotor", rows[:1])
         self.unbalance_in_rotor = size * np.exp(1j * side)
         turned = np.exp(-1j * self.rotor_angle)
@@ -88,11 +90,18 @@ class Motion:
             cubic(time, self.time, self.rotor_angle, self.speed),
             cubic(time, self.time, self.deflection_in_rotor, slope),
             cubic(time, self.time, self.ball_angle, self.ball_slip),
+            _each(time, self.time, self.ball_inside),
             np.interp(time, self.time, self.unbalance_in_rotor),
             cubic(time, self.time, planes, np.gradient(planes, self.time, axis=0)),
-            np.column_stack([np.interp(time, self.time, column) for column in self.plane_unbalance_in_rotor.T]),
+            _each(time, self.time, self.plane_unbalance_in_rotor),
             np.interp(time, self.time, self.couple_in_rotor),
         )
+
+
+def _each(at: Floats, time: Floats, values: NDArray[Any]) -> NDArray[Any]:
+    """Each column of the values, linear in between."""
+    columns = [np.interp(at, time, column) for column in values.T]
+    return np.column_stack(columns) if columns else np.zeros((at.size, 0))
 
 
 def cubic(at: Floats, time: Floats, value: NDArray[Any], slope: NDArray[Any]) -> NDArray[Any]:
@@ -123,7 +132,8 @@ class Races(NamedTuple):
         mass = np.divide(
             self.ball_moment, self.orbit_radius, out=np.zeros_like(self.orbit_radius), where=self.orbit_radius > 0.0
         )
-        return np.asarray(self.ball_moment * np.exp(1j * moments.ball_angle_in_rotor) + mass * self.center)
+        around = (self.ball_moment - mass * moments.ball_inside) * np.exp(1j * moments.ball_angle_in_rotor)
+        return np.asarray(around + mass * self.center)
 
     def resultant(self, moments: Moments) -> Complexes:
         """Unbalance with all balls, kg m, in the frame of the rotor."""

@@ -39,6 +39,7 @@ class RacePanel:
     ) -> None:
         self.axes, self.mine = axes, mine
         self.radius, self.diameter = races.orbit_radius[mine] * 1e3, races.ball_diameter[mine] * 1e3
+        self.away = self.radius - moments.ball_inside[0, mine] * 1e3  # of the ball centers
         self.body = races.body[mine]
         self.angle = moments.ball_angle_in_rotor[0, mine]
         self.outside = float((self.radius + 0.5 * self.diameter).max())
@@ -57,7 +58,7 @@ class RacePanel:
         self._races()
         self._forces(races, forces)
         least = 0.03 * self.outside
-        for i, place in enumerate(self.centers + self.radius * np.exp(1j * self.angle)):
+        for i, place in enumerate(self.centers + self.away * np.exp(1j * self.angle)):
             draw_body(axes, self.body[i], self.centers[i], place, self.diameter[i], colors[mine[i]], least)
         self._numbers(colors, least)
         axes.plot(0.0, 0.0, "+", ms=9, mew=1.3, color=INK)
@@ -141,7 +142,7 @@ class RacePanel:
             here = np.flatnonzero((races.balancer[self.mine] == place[0]) & (races.race[self.mine] == place[1]))
             if here.size:
                 orbit = float(self.radius[here].mean()) * 1e-3
-                balls = list(1e-3 * self.radius[here] * np.exp(1j * self.angle[here]))
+                balls = list(1e-3 * self.away[here] * np.exp(1j * self.angle[here]))
                 for line in lines_of(forces[place], orbit, balls):
                     points = np.array(line) * 1e3 + self.centers[here[0]]
                     self.axes.plot(points.real, points.imag, color=FORCE, lw=1.1, zorder=1.6)
@@ -179,7 +180,7 @@ class RacePanel:
         """On the balls where they are large enough; else beside them, outside the outermost race and inside the others."""
         for i, (number, angle) in enumerate(zip(self.mine + 1, self.angle, strict=True)):
             if self.diameter[i] * self.size >= ROOM:
-                place, color = self.radius[i] * np.exp(1j * angle), _readable(colors[self.mine[i]])
+                place, color = self.away[i] * np.exp(1j * angle), _readable(colors[self.mine[i]])
             else:
                 outer = self.radius[i] == self.radius.max() and len({*self.radius}) > 1
                 away = max(0.5 * self.diameter[i], least) + 1.7 * least
