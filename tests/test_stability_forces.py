@@ -235,6 +235,7 @@ def test_two_planes_with_springs_on_a_tilting_race_rest_in_the_compiled_equation
 def test_what_is_not_known_with_forces_says_so() -> None:
     machine = with_springs()
     notes = {border.name: border.note for border in ab.stability.borders(machine)}
+    assert "computed for balls without forces only" in notes["exact border, worst case"]
     assert "without forces on the balls only" in notes["averaged border"]
     assert "ignores forces on the balls" in notes["release speed"]
     assert "ignores" not in notes["exact border"]

@@ -139,7 +139,11 @@ def worst_case_at_one_station(st: Stations) -> Border:
     if not equal_at_one_station(st):
         which = "equal balls at one station only, races on the axis"
         if equal_at_one_station(replace(st, slopes=None, forces=None)):
-            which = "balls that feel the deflection of their race only"
+            which = (
+                "balls that feel the deflection of their race only"
+                if st.forces is None
+                else "balls without forces only"
+            )
         return Border(name, math.nan, f"computed for {which}; see the exact border", False)
     found = []
     for share in SPREADS:
