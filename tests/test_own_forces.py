@@ -199,7 +199,7 @@ def test_a_force_that_allocates_is_refused() -> None:
 def test_a_force_that_does_not_compile_is_refused_with_the_reason() -> None:
     said = fails(leaf("typo", force=lambda at, own: (at.z, at.y)))
     assert f"{PLACE} 'typo' does not compile: in 'force', " in said
-    assert "'z'" in said
+    assert "nothing has the name 'z'; at has x, y, vx, vy, " in said
 
 
 def test_a_force_that_is_not_a_number_is_refused_with_the_place() -> None:
@@ -241,11 +241,16 @@ def test_a_run_that_ends_because_a_force_is_no_number_says_which_and_where() -> 
     [
         ("import nothing_of_this_name", "line 1: ModuleNotFoundError"),
         ("x = 1\ny = = 2", "line 2: SyntaxError"),
-        ("x = 1", "defines no force, drag law or joint"),
+        ("x = 1", "defines no force, drag law, friction law or joint"),
+        (FILE.replace("interface = 1", "interface = 7"), "ours.py: Brush was written for version 7"),
     ],
 )
 def test_a_file_that_cannot_be_loaded_is_refused_with_its_line(text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "ours.py").write_text(text)
+    told = CliRunner().invoke(app, ["--load", str(tmp_path / "ours.py"), "check", "machine.toml"])
+    assert told.exit_code == 2
+    assert said in " ".join(told.output.split())
+    assert "machine.toml" not in told.output
     with pytest.raises(QuestionError, match=r"ours\.py") as refused:
         ab.laws.load(tmp_path / "ours.py")
     assert said in str(refused.value)

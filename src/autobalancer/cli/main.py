@@ -19,13 +19,6 @@ app = typer.Typer(
 )
 
 
-def _load(files: list[Path] | None) -> None:
-    from autobalancer.files.own_leaves import load
-
-    for file in files or []:
-        load(file)
-
-
 def _say_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
@@ -42,14 +35,17 @@ def _options(
     load: Annotated[
         list[Path] | None,
         typer.Option(
-            callback=_load,
             metavar="FILE",
-            help="Execute a Python file with forces, drag laws or joints of your own; machine files may then name them. "
-            "May be repeated.",
+            help="Execute a Python file with forces, drag laws, friction laws or joints of your own; machine files may then "
+            "name them. Stands before the command and may be repeated.",
         ),
     ] = None,
 ) -> None:
     """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
+    from autobalancer.files.own_leaves import load as load_file
+
+    for file in load or []:
+        load_file(file)
 
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402

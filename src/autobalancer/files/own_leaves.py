@@ -1,4 +1,4 @@
-"""Files in Python with forces, drag laws or joints of one's own, executed because the user names them."""
+"""Files in Python with forces, drag laws, friction laws or joints of one's own, executed because the user names them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import traceback
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine.leaves import Leaf, register
 
 
 def load(path: str | Path) -> list[type[Leaf]]:
-    """Execute a Python file and register all forces, drag laws and joints that it defines.
+    """Execute a Python file and register all forces, drag laws, friction laws and joints that it defines.
 
     A machine file never executes anything; this function does because it is asked to, as the option ``--load`` of the command
     line.
@@ -30,9 +30,8 @@ def load(path: str | Path) -> list[type[Leaf]]:
     Raises
     ------
     QuestionError
-        If the file cannot be read or executed, or defines none.
-    MachineError
-        If one was written for another version, or has the name of a built-in one.
+        If the file cannot be read or executed, defines none, or one that was written for another version or has the name of
+        a built-in one.
     """
     path = Path(path).resolve()
     if not path.is_file():
@@ -54,5 +53,10 @@ def load(path: str | Path) -> list[type[Leaf]]:
     own = [value for value in vars(module).values() if isinstance(value, type) and value.__module__ == name]
     leaves = [value for value in own if issubclass(value, Leaf) and value.word()]
     if not leaves:
-        raise QuestionError(f"{path}: defines no force, drag law or joint: no class with a word for machine files")
-    return [register(leaf) for leaf in leaves]
+        raise QuestionError(
+            f"{path}: defines no force, drag law, friction law or joint: no class with a word for machine files"
+        )
+    try:
+        return [register(leaf) for leaf in leaves]
+    except MachineError as reason:
+        raise QuestionError(f"{path}: {str(reason).removeprefix('register: ')}") from None

@@ -93,6 +93,9 @@ def in_words(reason: Exception, function: Callable[..., Any], names: tuple[str, 
         return (
             "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
         )
+    if isinstance(reason, KeyError):
+        places = ", ".join(call.records[0].dtype.names or ())
+        return f"nothing has the name {said}; at has {places}, own has {', '.join(names) or 'no numbers'}"
     if "return_value" in said:
         return "it returns something else than it must"
     lines = [line.strip() for line in said.splitlines() if line.strip()]
