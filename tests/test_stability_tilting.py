@@ -240,3 +240,16 @@ def test_borders_of_published_rigs_in_both_forms(machine: Machine, flat: float, 
     for form, border in (("deflection", flat), ("full", full)):
         (found,) = ab.stability.borders(ab.with_parameter(machine, "tilting_races", form), only=("exact border",))
         assert found.speed * 30.0 / np.pi == pytest.approx(border, rel=1e-4), form
+
+
+def test_a_continuum_of_three_balls_in_one_plane_stays_one_on_a_leaning_race() -> None:
+    balls = [{"count": 3, "diameter": "10 mm", "density": 7800.0, "motion": "rolling"}]
+    one = TWO_PLANES.model_copy(update={"balancers": TWO_PLANES.balancers[:1]})
+    machine = ab.with_parameter(one, "balancers[1].races[1].balls", balls)
+    full, flat = (
+        ab.stability.equilibria(ab.with_parameter(machine, "tilting_races", form), 300.0)
+        for form in ("full", "deflection")
+    )
+    assert full["name"].values.tolist() == flat["name"].values.tolist()
+    assert full["freedom"].values.tolist() == flat["freedom"].values.tolist()
+    np.testing.assert_allclose(full["growth_rate"], flat["growth_rate"], rtol=5e-3)

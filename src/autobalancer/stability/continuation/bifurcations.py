@@ -15,7 +15,7 @@ import numpy as np
 
 from autobalancer.stability.continuation.follow import CORRECTIONS, NoConvergence, Point, locate
 from autobalancer.stability.continuation.special import Special, crossing_at
-from autobalancer.stability.continuation.steady import CONTINUUM, Steady
+from autobalancer.stability.continuation.steady import Steady
 from autobalancer.stability.continuation.symmetric_points import symmetric_points
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 
@@ -71,7 +71,9 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     c = np.conj(q) / np.vdot(q, q)
     for _ in range(CORRECTIONS):
         matrix, miss = hopf_equations(problem, u, w, q, c)
-        step = np.linalg.lstsq(matrix, -miss, rcond=CONTINUUM)[0] if problem.loose else np.linalg.solve(matrix, -miss)
+        step = (
+            np.linalg.lstsq(matrix, -miss, rcond=problem.slack)[0] if problem.loose else np.linalg.solve(matrix, -miss)
+        )
         u, w = u + step[: d + 1], w + float(step[d + 1])
         q = q + step[d + 2 : 2 * d + 2] + 1j * step[2 * d + 2 :]
         if np.abs(step).max() < 1e-12 or not np.all(np.isfinite(step)):

@@ -20,7 +20,10 @@ from autobalancer.stability.host.vector_field import Field
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
 LARGEST_RESONANCE = 100.0
-CONTINUUM = 1e-9  # singular value, over the greatest, that counts as zero along a continuum of states
+CONTINUUM, NEARLY = (
+    1e-9,
+    1e-6,
+)  # what counts as zero there; on a race that tilts a continuum is one up to its slope squared
 TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
 
 
@@ -129,6 +132,11 @@ class Steady:
         self.first = span.rotor  # number of the first ball angle
 
     @property
+    def slack(self) -> float:
+        """Singular value, over the greatest, that counts as zero along a continuum of states."""
+        return CONTINUUM if self.span.whole(0.0).host.slopes is None else NEARLY
+
+    @property
     def angles(self) -> slice:
         """Where the angles of the merged balls are."""
         return slice(self.first, self.first + len(self.groups))
@@ -158,7 +166,7 @@ class Steady:
     def solve(self, u: Floats, row: Floats, right: Floats, last: float) -> Floats:
         matrix, sides = self.bordered(u, row), np.append(right, last)
         if self.loose:
-            return np.asarray(np.linalg.lstsq(matrix, sides, rcond=CONTINUUM)[0])
+            return np.asarray(np.linalg.lstsq(matrix, sides, rcond=self.slack)[0])
         return np.asarray(np.linalg.solve(matrix, sides))
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:

@@ -15,7 +15,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import Steps
-from autobalancer.stability.continuation.steady import Range
+from autobalancer.stability.continuation.steady import Range, size, true_races
 from autobalancer.stability.continuation.symmetry import coincident, in_two_bundles, kinds
 from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
@@ -146,7 +146,7 @@ def branches(
 def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
     """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
     host = field.host
-    true = state.whirl[host.station] + host.offset == 0.0
+    true = true_races(field, state_vector(host, field.speed, state.angles), size(host))
     bundled = in_two_bundles(state.angles, host, kind, true) if state.freedom else None
     return state_vector(host, field.speed, state.angles if bundled is None else bundled)
 

@@ -30,6 +30,7 @@ MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from leas
 POINTS = {
     "polynomial": 1500,
     "eigenvalues": 420,
+    "linearized field": 150,
     "multipliers": 60,
     "search": 150,
 }  # speeds at which a border is looked for
@@ -40,7 +41,7 @@ class Balanced(Protocol):
 
     @property
     def route(self) -> str:
-        """polynomial, eigenvalues, multipliers over a turn, or search."""
+        """polynomial, eigenvalues, linearized field, multipliers over a turn, or search."""
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""

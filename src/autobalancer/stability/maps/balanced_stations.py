@@ -26,7 +26,7 @@ from autobalancer.stability.states.spread import spread_of_two, spread_range
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import balanced_of, required
 
-SAMPLES = 24  # of a continuum
+SAMPLES, FEW = 24, 6  # of a continuum, and where each takes long
 PLACES = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of |S2| from least to greatest
 
 
@@ -174,10 +174,13 @@ def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | 
     if equal_at_one_station(st):
         places = PLACES if st.moment.size > 2 else (0.0,)
         return [EqualAtOneStation(st, place, growth=growth) for place in places]
-    counts = np.bincount(st.station, minlength=len(st.names))
+    counts, route = np.bincount(st.station, minlength=len(st.names)), "eigenvalues" if st.plain else "linearized field"
     if counts.max() <= 2 or _centers(st) is None:
-        return [StationBalls(st, growth=growth)]
-    return [StationBalls(st, growth=growth), *_sampled(st, [int(count) for count in counts], growth)]
+        return [StationBalls(st, growth=growth, route=route)]
+    return [
+        StationBalls(st, growth=growth, route=route),
+        *_sampled(st, [int(count) for count in counts], growth, route),
+    ]
 
 
 def _centers(st: Stations) -> Complexes | None:
@@ -191,16 +194,16 @@ def _centers(st: Stations) -> Complexes | None:
     return found
 
 
-def _sampled(st: Stations, counts: list[int], growth: Growth) -> list[StationBalls]:
+def _sampled(st: Stations, counts: list[int], growth: Growth, route: str) -> list[StationBalls]:
     """Places of all but two balls of each station, drawn evenly, for which these two can close the sum at high speed."""
     random = np.random.default_rng(0)
     high = 40.0 * st.scale_speed if math.isinf(st.model.top_speed) else st.model.top_speed
     found: list[StationBalls] = []
     for _ in range(200 * SAMPLES):
         drawn = tuple(tuple(random.uniform(-math.pi, math.pi, max(count - 2, 0)).tolist()) for count in counts)
-        member = StationBalls(st, drawn, growth)
+        member = StationBalls(st, drawn, growth, route)
         if member.states(high):
             found.append(member)
-        if len(found) == SAMPLES:
+        if len(found) == (SAMPLES if st.plain else FEW):
             break
     return found

@@ -4,7 +4,8 @@ The rotor follows the balls, Q = Q(phi), so that Newton's method has one unknown
 on the balls hardly change are a continuum of states, or so near to one that it makes no difference: along them the state
 stays where it is, and they count in ``freedom``.
 
-The tilt of a race changes a state by little, and it keeps its name. Forces on the balls may change everything: there Newton's
+The tilt of a race changes a state by little, and it keeps its name. A continuum of states without it stays one: what the tilt
+does along it is of the second order in the slope. Forces on the balls may change everything: there Newton's
 method starts from random angles, too, states may be missed, and they are named by what the balls do.
 """
 
@@ -39,7 +40,7 @@ def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[
         return searched(st, speed, [*(state.angles for state in states), *random])
     field, found = Field(st, speed), []
     for state in without_exchanges(st, states):
-        angles, freedom = _newton(field, state.angles)
+        angles, freedom = _newton(field, state.angles, state.freedom)
         if angles is not None and np.abs(angles - state.angles).max() < FAR:
             whirl = st.rows @ st.coordinates(speed, angles)
             found.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
@@ -56,13 +57,13 @@ def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[Stati
     return sorted(without_exchanges(st, found, DIGITS), key=lambda state: state.rank)
 
 
-def _newton(field: Field, start: Floats) -> tuple[Floats | None, int]:
-    """Ball angles at rest near a start, and the dimension of their continuum; ``None`` if none are reached."""
+def _newton(field: Field, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:
+    """Ball angles at rest near a start (``None`` if not found), and the dimension of their continuum, at least ``freedom``."""
     angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(field)
     for _ in range(CORRECTIONS):
         torque, slope = torques(field, angles)
         left, sizes, right = np.linalg.svd(slope)
-        firm = sizes > least
+        firm = (sizes > least) & (np.arange(sizes.size) < sizes.size - freedom)
         step = -right[firm].T @ ((left.T @ torque)[firm] / sizes[firm])
         length = float(np.abs(step).max(initial=0.0))
         angles = angles + step * min(1.0, LARGEST / max(length, 1e-300))
