@@ -160,6 +160,7 @@ WIDE = (
     'borders discoidal.toml --over "unbalance=0:600 g*mm:3" --windows --up-to "1200 rpm"',
     'eigenvalues discoidal.toml --speeds "500:1500 rpm:20"',
     'map discoidal.toml --x "speed=500:1500 rpm:5" --y "viscosity=1:100 mm^2/s:5:log"',
+    'compare discoidal.toml stall_and_release.toml --duration "0.2 s" --at "1 rpm"',
     'basin discoidal.toml --speed "1200 rpm" --random 2',
     'basin discoidal.toml --speed "1200 rpm" --x "ball_angle[1]=-180:180 deg:2"',
     'modes rigid_rotor.toml --speed "1200 rpm"',
