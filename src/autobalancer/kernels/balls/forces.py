@@ -14,10 +14,11 @@ from numba import njit
 
 from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.called import call_energy, call_force, call_pair, call_pair_energy
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.records.resolved import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y
-from autobalancer.kernels.system import BALLS, System
+from autobalancer.kernels.system import BALLS, System, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
@@ -37,6 +38,12 @@ def _push_guided(y: Any, p: System, speed: float) -> None:
         _add(p, force.ball, y, fx, fy)
         if force.other != NONE:
             _add(p, force.other, y, its_x, its_y)
+
+
+@njit(**APART)
+def push_planar(y: Any, system: Any, speed: float) -> None:
+    """The same for the fast path of planar rotors, apart from it: else what it reads would be read there in any case."""
+    push_guided(y, behind(system_at(system)), speed)
 
 
 @njit(**INLINE)

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.forces import push_guided
+from autobalancer.kernels.balls.forces import push_planar
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.flags import EQUATIONS
 from autobalancer.kernels.host.drive import drive_value, table_torque, unbalance_value
@@ -55,7 +55,8 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
     torque = ux * gy - uy * gx
 
     touch(y, p)
-    push_guided(y, p, speed)
+    if p.forces.shape[0] > 0:
+        push_planar(y, system, speed)
     for i in range(count):
         ball, moving = p.balls[i], p.guided[i]
         ball_speed = y[BALLS + count + i]
