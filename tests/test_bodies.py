@@ -370,7 +370,7 @@ def test_a_film_moves_the_rod_of_a_pendulum_with_its_head(sample: tuple[Machine,
     motion_, races = Motion(run), races_of(run)
     moments = motion_.at(np.array([0.0, 0.3, 0.6]))
     view = RotorView(
-        Figure().subplots(), moments, races, np.zeros(3), moments.deflection_in_rotor, 1, 1.0, ["k", "r"], 0.07695
+        Figure().subplots(), moments, races, np.zeros(3), moments.deflection_in_rotor, 1, 1.0, ["k", "r"], 0.07695, {}
     )
     assert (len(view.rods), len(view.chamfers)) == ((2, 0) if case.name.endswith("pendulums") else (0, 2))
     for k in (0, 2):
