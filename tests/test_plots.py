@@ -291,3 +291,13 @@ def test_a_measured_run_without_rotor_angle_has_an_orbit(run: xr.Dataset) -> Non
     )
     x, y = lines(ab.plot.orbit(measured, start=first, deflection_unit="um"), 0)["rotor center"]
     assert np.hypot(x, y) == pytest.approx(100.0, rel=1e-3)
+
+
+def test_the_race_of_resolved_balls_is_drawn_from_wall_to_wall() -> None:
+    """The inner wall of a race of 20 mm is 20 mm within the outer one, at the orbit radius and half a ball."""
+    run = ab.simulate(ab.example("resolved_balls"), duration=0.01)
+    width = 1e3 * ab.example("resolved_balls").balancers[0].races[0].width
+    radii = [patch.radius for patch in ab.plot.race(run).axes[0].patches if isinstance(patch, Circle)]
+    outer = 76.95 + 0.5 * 12.3
+    assert any(abs(radius - outer) < 1e-9 for radius in radii)
+    assert any(abs(radius - (outer - width)) < 1e-9 for radius in radii)

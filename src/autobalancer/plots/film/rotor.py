@@ -69,7 +69,7 @@ class RotorView:
         for side, degrees, anchor in sides:
             spot = side * (room - (0.0 if anchor != "center" else 0.06 * outside))
             axes.text(spot.real, spot.imag, degrees, ha=anchor, va="center", fontsize=7.5, color="#606060")
-        self._races(axes, np.where(races.body == "pendulum", 0.0, diameter), outside)
+        self._races(axes, np.where(races.body == "pendulum", 0.0, diameter), races.channel / length, outside)
         self.races, self.length, self.forces = races, length, forces
         self.symbols = axes.plot([], [], color=FORCE, lw=1.0, transform=self.turning)[0]
         self.artists.append(self.symbols)
@@ -128,14 +128,15 @@ class RotorView:
                     found += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
         return np.array(found, np.complex128)
 
-    def _races(self, axes: Axes, diameter: Floats, outside: float) -> None:
+    def _races(self, axes: Axes, diameter: Floats, channel: Floats, outside: float) -> None:
         """The disc with its zero mark and the walls of its races."""
         circles = [Circle((0.0, 0.0), 1.06 * outside, fc=PLATE, ec=RIM, lw=1.2)]
-        rings = {*zip(self.radii, diameter, self.places, strict=True)}
-        for radius, thick, place in sorted(rings, key=lambda ring: -ring[0]):
+        rings = {*zip(self.radii, diameter, channel, self.places, strict=True)}
+        for radius, thick, wide, place in sorted(rings, key=lambda ring: -ring[0]):
             spot = (place.real, place.imag)
             circles.append(Circle(spot, radius + 0.5 * thick, fc=RACE, ec=RIM, lw=0.9))
-            circles.append(Circle(spot, radius - 0.5 * thick, fc=PLATE, ec=RIM, lw=0.9))
+            within = radius + 0.5 * thick - (wide if thick > 0.0 else 0.0)
+            circles.append(Circle(spot, within, fc=PLATE, ec=RIM, lw=0.9))
         for circle in circles:
             circle.set_transform(self.turning)
             self.artists.append(axes.add_patch(circle))

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.drawn.channels import resolved_widths
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -126,6 +127,7 @@ class Races(NamedTuple):
     race: NDArray[np.int64]  # from 1, within its balancer
     plane: NDArray[np.int64]  # from 0
     body: NDArray[np.object_]  # "ball", "roller" or "pendulum"
+    channel: Floats  # m, from wall to wall: the ball diameter of guided balls
 
     def vectors(self, moments: Moments) -> Complexes:
         """What each ball contributes, kg m, in the frame of the rotor: (times, balls)."""
@@ -156,6 +158,7 @@ def races_of(run: xr.Dataset) -> Races:
         _known(run, "race", (count,), 1.0).astype(np.int64),
         _known(run, "ball_plane", (count,), 1.0).astype(np.int64) - 1,
         bodies_of(run),
+        np.maximum(_known(run, "ball_diameter", (count,)), resolved_widths(run)),
     )
 
 

@@ -40,7 +40,7 @@ class RacePanel:
         self.axes, self.mine = axes, mine
         self.radius, self.diameter = races.orbit_radius[mine] * 1e3, races.ball_diameter[mine] * 1e3
         self.away = self.radius - moments.ball_inside[0, mine] * 1e3  # of the ball centers
-        self.body = races.body[mine]
+        self.body, self.channel = races.body[mine], races.channel[mine] * 1e3
         self.angle = moments.ball_angle_in_rotor[0, mine]
         self.outside = float((self.radius + 0.5 * self.diameter).max())
         centers = races.center[mine]
@@ -65,7 +65,7 @@ class RacePanel:
 
     def arrows(self, vectors: Sequence[Vector], longest: float) -> None:
         """The ``longest`` (kg m) would end well within the races; their sizes in a legend below."""
-        length = 0.72 * float((self.radius - 0.5 * self.diameter).min())
+        length = 0.72 * float((self.radius + 0.5 * self.diameter - self.channel).min())
         scale = length / (longest or 1.0)
         for order, vector in enumerate(vectors):
             tip = vector.value * scale
@@ -164,12 +164,13 @@ class RacePanel:
     def _races(self) -> None:
         """The walls of each race, or the circle on which points and pendulums move; from the outermost inwards."""
         walls = np.where(self.body == "pendulum", 0.0, self.diameter)
-        rings = sorted({*zip(self.radius, walls, self.centers, strict=True)}, key=lambda ring: -ring[0])
-        for depth, (radius, diameter, center) in enumerate(rings):
+        rings = sorted({*zip(self.radius, walls, self.channel, self.centers, strict=True)}, key=lambda ring: -ring[0])
+        for depth, (radius, diameter, channel, center) in enumerate(rings):
             place, order = (center.real, center.imag), 1.0 + 0.1 * depth
             if diameter > 0.0:
                 self.axes.add_patch(Circle(place, radius + 0.5 * diameter, fc=RACE, ec=RIM, lw=1.0, zorder=order))
-                inner = Circle(place, radius - 0.5 * diameter, fc="white", ec=RIM, lw=1.0, zorder=order + 0.02)
+                within = radius + 0.5 * diameter - channel
+                inner = Circle(place, within, fc="white", ec=RIM, lw=1.0, zorder=order + 0.02)
                 self.axes.add_patch(inner)
             path = Circle(place, radius, fc="none", ec=RIM, lw=0.7, ls=(0, (6, 4)), zorder=order + 0.04)
             self.axes.add_patch(path)
