@@ -99,3 +99,16 @@ def test_python_and_the_command_line_show_the_same_table(tmp_path: Path) -> None
         part.strip() for part in head.split("  ") if part
     ]
     assert [row.split()[2] for row in rows] == [line[2] for line in lines[1:]] == ["unstable", "stable"]
+
+
+def test_a_sweep_shows_its_runs_and_branches_show_where_they_are_stable() -> None:
+    swept = ab.sweep(DISCOIDAL, {"viscosity": ["5 mm^2/s", "20 mm^2/s"], "unbalance": ["594 g*mm"]}, duration="0.5 s")
+    head, *rows = repr(swept).splitlines()[1:4]
+    assert head.split("  ")[0] == "kinematic viscosity of the fluid (mm²/s)"
+    assert [row.split()[:2] for row in rows] == [["5", "594"], ["20", "594"]]
+    assert repr(swept.isel(viscosity=0, unbalance=0)).startswith("<xarray.")
+    branches = ab.stability.branches(DISCOIDAL, "speed", 64.0, 70.0, switch=False, orbits=False)
+    assert "621.47 to 668.451" in repr(branches)
+    assert branches.isel(point=branches["branch"].values == 2).branch_rows() == []
+    for part in (branches.drop_attrs(), branches[["parameter"]]):
+        assert repr(part).startswith("<xarray.")

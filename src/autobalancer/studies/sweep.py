@@ -25,6 +25,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
+from autobalancer.results.answers.swept import Swept
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
@@ -55,7 +56,7 @@ def sweep(
     workers: int | None = None,
     max_steps: int = 10_000_000,
     progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
+) -> Swept:
     """Run a machine once for every combination of parameters.
 
     Parameters
@@ -129,7 +130,7 @@ def sweep(
 
     rows = in_threads(one, prepared, workers, progress)
     found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
-    return found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found
+    return Swept.of(found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found)
 
 
 def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -17,6 +16,7 @@ from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import Steps
 from autobalancer.stability.continuation.steady import Range, size, true_races
 from autobalancer.stability.continuation.symmetry import coincident, in_two_bundles, kinds
+from autobalancer.stability.diagrams.answers import Branches
 from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
 from autobalancer.stability.host.planar import Floats
@@ -50,7 +50,7 @@ def branches(
     intervals: int = 30,
     limit: int = 40,
     progress: Progress | None = None,
-) -> xr.Dataset:
+) -> Branches:
     """Follow steady states and periodic motions of an isotropic machine at constant speed along a parameter; any rotor.
 
     Parameters
@@ -140,7 +140,7 @@ def branches(
     }
     if "speed" not in parameter:
         attributes["speed"] = family(first).speed
-    return branch_dataset(explorer, family.attributes(0), attributes)
+    return Branches.of(branch_dataset(explorer, family.attributes(0), attributes))
 
 
 def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
