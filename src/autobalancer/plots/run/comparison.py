@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import CRITICAL, INK, heading, legend, look, picture
-from autobalancer.results.answers.comparison import Comparison
 from autobalancer.results.display_units import length_tick
+from autobalancer.results.given import Given, result
 
 COLUMNS = 2
 SHOWN = 1e-5  # of the greatest deflection; what is below it is balanced for every eye
 
 
-def plot_comparison(found: Comparison) -> Figure:
+def plot_comparison(found: Given) -> Figure:
     """Draw the deflection of each machine over time, with that of the first one behind it.
 
     Parameters
@@ -35,8 +35,7 @@ def plot_comparison(found: Comparison) -> Figure:
     QuestionError
         If there is nothing to draw.
     """
-    if not {"deflection", "time_in_run"} <= set(found):
-        raise QuestionError("plot.comparison: wanted is the result of ab.compare")
+    found = result(found, "plot.comparison", "compare", lambda it: {"deflection", "time_in_run"} <= set(it))
     names, time, high = found["machine"].values, found["time_in_run"].values, found["deflection"].values
     greatest = float(np.nanmax(high, initial=0.0))
     if greatest == 0.0:
