@@ -60,8 +60,8 @@ class Where(NamedTuple):
             else ""
         )
         return (
-            f"x = {place.real:.4g} m, y = {place.imag:.4g} m{other}, at a velocity of {velocity.real:.4g} and "
-            f"{velocity.imag:.4g} m/s and a rotor speed of {self.speed:g} rad/s"
+            f"x = {place.real:.4g} m, y = {place.imag:.4g} m{other}, at a velocity of {velocity.real + 0.0:.4g} and "
+            f"{velocity.imag + 0.0:.4g} m/s and a rotor speed of {self.speed:g} rad/s"
         )
 
 
