@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
@@ -102,6 +104,21 @@ def test_the_example_of_the_documentation_is_complete(tmp_path: Path) -> None:
     run = ab.simulate(ab.parse_machine(text), duration=2.0)
     assert felt.__name__ == "Felt"
     assert 0.0 < float(run.ball_speed_in_rotor[-1, 0]) < 1.0 < float(run.ball_speed_in_rotor[0, 0])
+
+
+def test_a_file_that_was_loaded_may_be_imported_later(tmp_path: Path) -> None:
+    """What was kept on disk under the name of the one module is of no use to the other, and no reason to refuse the force."""
+    (tmp_path / "ours.py").write_text(FILE)
+    (tmp_path / "machine.toml").write_text(MACHINE)
+    asked = "import autobalancer as ab; run = ab.simulate('machine.toml', duration=0.01); print(run.attrs['outcome'])"
+    for start in (
+        "import autobalancer as ab; ab.laws.load('ours.py')",
+        "import autobalancer as ab, ours; ab.laws.register(ours.SpeedDrag)",
+    ):
+        done = subprocess.run(
+            [sys.executable, "-c", f"{start}; {asked}"], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert done.stdout.strip() == "finished", done.stderr
 
 
 class Detent(Force):

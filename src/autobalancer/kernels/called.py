@@ -111,8 +111,9 @@ def _compiled(function: Callable[..., Any], own: np.dtype[Any], call: Call) -> C
     signature = _signature(own, call)
     try:
         made = njit(signature, cache=KEPT, **APART)(function)
-    except RuntimeError as reason:  # written on the spot, so there is no file beside which it could be kept
-        if "cannot cache" not in str(reason):
+    except (RuntimeError, ImportError) as reason:
+        # written on the spot, so there is no file beside which it could be kept; or kept when its file had another module's name
+        if isinstance(reason, RuntimeError) and "cannot cache" not in str(reason):
             raise
         made = njit(signature, **APART)(function)
     found = made.overloads[signature.args]
