@@ -35,7 +35,7 @@ class Comparison(Answer):
             Column("left", left, "%", ".2f"),
             Column("settled after", self["settling_time"].values, "s", ".3g"),
             self.texts("verdict", "verdict"),
-            self.scaled("exact_border", "stable from", unit, ".4g"),
+            self.scaled("exact_border", "exact border", unit, ".4g"),
         ]
 
     def remarks(self) -> list[str]:
