@@ -221,3 +221,8 @@ def test_the_command_prints_end_states_and_residual_of_each_plane() -> None:
     answer = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).output)
     assert set(answer["planes"]) == {"lower", "upper"}
     assert answer["planes"]["upper"]["share"] == {"balanced": 1.0}
+
+
+def test_a_start_that_a_whole_turn_has_twice_is_counted_once() -> None:
+    found = ab.basin(DISCOIDAL, 125.0, {"ball_angle[1]": "-180:180 deg:4"})
+    np.testing.assert_allclose(np.degrees(found["ball_angle_1"]), [-180.0, -60.0, 60.0], atol=1e-9)

@@ -49,8 +49,9 @@ def basin(
     axes
         Up to two of ``ball_angle[i]`` (rad, balls counted from 1), ``ball_speed[i]`` or ``ball_speed`` of all balls
         (rad/s, in the rotor; minus the rotor speed is at rest in space), ``acceleration`` (rad/s^2: the run begins at
-        rest with a ramp), each with its values or a range such as ``"-180:180 deg:60"``. What is not varied is as in
-        the machine; without an acceleration the rotor starts at ``speed``, undeflected.
+        rest with a ramp), each with its values or a range such as ``"-180:180 deg:60"``;
+        of ball angles that end a whole turn after they begin the last is left out, since it is the first again. What is
+        not varied is as in the machine; without an acceleration the rotor starts at ``speed``, undeflected.
     random
         Instead of axes: number of starts with random ball angles in the rotor.
     seed
@@ -101,7 +102,10 @@ def basin(
     ):
         if value is not None and not (math.isfinite(value) and value > 0.0):
             raise QuestionError(f"{name}: given {value!r}; must be greater than zero, in {unit}")
-    chosen = {name: list_argument(name, values, unit_of_axis(name)) for name, values in (axes or {}).items()}
+    chosen = {
+        name: _once_round(name, list_argument(name, values, unit_of_axis(name)))
+        for name, values in (axes or {}).items()
+    }
     if bool(chosen) == bool(random) or len(chosen) > 2 or random < 0:
         raise QuestionError("basin: give one or two axes, or a number of random starts")
     if acceleration is not None and "acceleration" in chosen:
@@ -118,6 +122,12 @@ def basin(
             "random=100, or '--random 100'"
         )
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
+
+
+def _once_round(name: str, values: list[float]) -> list[float]:
+    """Places around a race without the last one, if that is the first again, so that shares count it once."""
+    angles = name.startswith("ball_angle") and len(values) > 2
+    return values[:-1] if angles and abs(abs(values[-1] - values[0]) - 2.0 * math.pi) < 1e-9 else values
 
 
 def _plain(machine: Machine | ChamberMachine) -> Machine:
