@@ -124,13 +124,19 @@ def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: 
     """Greatest relative error of what forces at the places, and the unbalance, move there at speeds up to ``top``.
 
     ``basis`` is over all coordinates, (N, R), or, on isotropic rotors, over those along x, (pairs, r). An unbalance that
-    hardly moves the places is compared with what a force of its size does.
+    hardly moves the places is compared with what a force of its size does. All coordinates have no error; at the critical
+    speed of an undamped rotor, where nothing is determined, none is known.
     """
+    if basis.shape[0] == basis.shape[1]:
+        return 0.0
     answers = _whirls if model.isotropic and basis.shape[0] == model.pairs else _ellipses
     share = float(np.abs(loads).max(initial=0.0)) / max(float(np.abs(places).max(initial=0.0)), 1e-300)
     worst = 0.0
     for speed in np.linspace(0.0, top, FREQUENCIES + 1)[1:]:
-        whole, small = answers(model, basis, places, loads, float(speed))
+        try:
+            whole, small = answers(model, basis, places, loads, float(speed))
+        except np.linalg.LinAlgError:
+            continue
         apart, size = np.linalg.norm((whole - small)[:, :-1]), np.linalg.norm(whole[:, :-1])
         of_load, load_size = np.linalg.norm((whole - small)[:, -1]), np.linalg.norm(whole[:, -1])
         for error, norm in ((apart, size), (of_load, max(load_size, share * size))):
