@@ -24,5 +24,5 @@ def greatest(duration: float, keep: bool = False) -> int:
 def test_memory_of_a_streamed_run_does_not_grow_with_its_duration() -> None:
     simulate_chamber(MACHINE, duration=0.02, step=STEP, settle=False)  # whatever is compiled or imported
     short = greatest(0.06)
-    assert greatest(0.3) < 1.05 * short
-    assert greatest(0.3, keep=True) > 1.2 * short  # so it could be seen
+    assert greatest(0.3) < 1.2 * short  # five times as long; when garbage is collected makes a difference of up to 7 %
+    assert greatest(0.3, keep=True) > 3.0 * short  # so it could be seen
