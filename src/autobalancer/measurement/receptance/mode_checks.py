@@ -18,6 +18,7 @@ CLEAR = 3.0  # standard deviations of its strength that a mode must exceed
 SURE = 9.0  # a line this far from the fit, as a log probability beyond that of the worst of all lines, is no noise: e^-9 = 1e-4
 NEAR = math.log(1.5)  # how far from its frequency a mode must stand out
 ROUNDS = 6  # of leaving out lines and fitting anew; what is left after them stays in
+DIGITS = 1e-12  # of the greatest value: the arithmetic of a fit leaves this of exact values, which is no disturbance
 MOST = 0.05  # share of the lines that may be left out as disturbed
 
 
@@ -61,11 +62,12 @@ def lone_lines(found: Found, noise: NoiseShapes) -> NDArray[np.int64]:
     """Lines that stand for themselves: far from the fit, or reached by modes fitted to no more than ``FEW`` of them."""
     fitted, parts = found.modes.at(noise.frequency), found.modes.parts(noise.frequency)
     left = np.abs(noise.values - fitted) ** 2
-    far = left / found.variance > math.log(noise.frequency.size) + SURE
+    variance = np.maximum(found.variance, (DIGITS * np.abs(noise.values).max()) ** 2)
+    far = left / variance > math.log(noise.frequency.size) + SURE
     lone = _short_runs(far)
     for near in _groups(found, noise.frequency):
         part = parts[:, near].sum(axis=1)
-        gain = (np.abs(noise.values - fitted + part) ** 2 - left) / found.variance
+        gain = (np.abs(noise.values - fitted + part) ** 2 - left) / variance
         strongest = np.argsort(gain)[::-1][:FEW]
         if gain.sum() - gain[strongest].sum() < cost(gain.size):
             lone += [int(i) for i in strongest if gain[i] > math.log(gain.size)]
