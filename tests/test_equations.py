@@ -30,8 +30,11 @@ def rates(system: System, time: float, state: np.ndarray) -> np.ndarray:
     return out
 
 
-def assert_same_rates(obtained: np.ndarray, expected: np.ndarray, tolerance: float = 1e-12) -> None:
-    """Every group of rates (velocities, accelerations, of host, rotor and balls) agrees."""
+def assert_same_rates(obtained: np.ndarray, expected: np.ndarray, tolerance: float = 3e-12) -> None:
+    """Every group of rates (velocities, accelerations, of host, rotor and balls) agrees.
+
+    The reference solves its whole matrix; its rounding differs between linear algebra libraries, by up to 1.1e-12 here.
+    """
     n = (expected.size - 6) // 2
     for group in (slice(0, 2), slice(2, 4), slice(4, 5), slice(5, 6), slice(6, 6 + n), slice(6 + n, None)):
         scale = np.abs(expected[group]).max(initial=0.0)

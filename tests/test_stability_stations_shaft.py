@@ -71,10 +71,13 @@ def leading(st: Stations, speed: float) -> np.ndarray:
 
 
 def test_a_stiff_shaft_has_the_stability_of_the_rigid_rotor_with_its_mass_and_inertias() -> None:
-    """What is left falls with the modulus, down to the rounding of a matrix with high bending modes."""
-    soft, stiff = from_rigid(2.1e12), from_rigid(2.1e13)
-    assert 1e-5 < np.abs(soft).min() < np.abs(soft).max() < 2e-3
-    np.testing.assert_allclose(stiff, 0.1 * soft, rtol=0.0, atol=7e-6)
+    """What is left falls with the modulus, but for its square and the rounding of a matrix with high bending modes, of 1e-5.
+
+    That rounding differs between linear algebra libraries; with a still stiffer shaft it is all there is.
+    """
+    soft, stiff = from_rigid(6e11), from_rigid(2.1e12)
+    assert 1e-4 < np.abs(soft).min() < np.abs(soft).max() < 5e-3
+    np.testing.assert_allclose(stiff, soft * 6.0 / 21.0, rtol=0.0, atol=1.2e-5)
 
 
 def from_rigid(modulus: float) -> np.ndarray:
