@@ -177,6 +177,8 @@ def test_every_variable_that_is_explained_is_held_by_some_run(
 
 
 def test_every_entry_of_the_bibliography_is_closed() -> None:
-    entries = re.split(r"^(?=@)", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    entries = re.split(r"^(?=@)", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8"), flags=re.MULTILINE)[
+        1:
+    ]
     assert len(entries) > 50
     assert [entry.splitlines()[0] for entry in entries if entry.count("{") != entry.count("}")] == []
