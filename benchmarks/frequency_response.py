@@ -74,7 +74,7 @@ def scipy_seconds(machine: Machine) -> tuple[float, float]:
     def run(speed: float, tolerance: float) -> np.ndarray:
         scale = np.array([1e-5] * 4 + [1e-3] * 4 + [1.0] * 2 + [100.0] * 2)
         solved = solve_ivp(rates(speed), (0.0, duration), begin, "DOP853", at, rtol=tolerance, atol=tolerance * scale)
-        return np.hypot(solved.y[0], solved.y[2])
+        return np.asarray(np.hypot(solved.y[0], solved.y[2]))
 
     exact = {speed: run(speed, 1e-12) for speed in TRIED}
     for tolerance in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8):

@@ -117,7 +117,7 @@ def fastest(exact: np.ndarray) -> tuple[float, float, str]:
     for name, options in (("all coordinates", {}), ("24 modes", {"model_reduction": REDUCED})):
         theirs(rotor, STEPS[0], options)
         for step in STEPS:
-            time, found = timed(lambda step=step, options=options: theirs(rotor, step, options))  # type: ignore[misc]
+            time, found = timed(lambda step=step, options=options: theirs(rotor, step, options))
             if (error := miss(found, exact)) <= GOAL:
                 if time < best[0]:
                     best = (time, error, f"{name}, steps of {step:g} s")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 
 import numpy as np
 import pytest
 from reproductions import KINDS, Found, compared_all, said
 from reproductions.pakula2021._grid import deviation
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
-from tools.ledger import BENCHMARKS, REPRODUCTIONS, markdown, totals
+from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown, totals
 
 from autobalancer.studies.chamber_grid import Cell
 
@@ -51,6 +52,12 @@ def test_a_row_without_a_kind_is_not_kept() -> None:
     with pytest.raises(ValueError, match=r"missing \['kind'\]"):
         REPRODUCTIONS.checked(rows)
     assert totals(BENCHMARKS, [{"name": "speed", "value": 1.0}]) == []
+
+
+@pytest.mark.parametrize("ledger", [BENCHMARKS, REPRODUCTIONS], ids=lambda ledger: ledger.name)
+def test_every_module_finds_what_it_imports(ledger: Ledger) -> None:
+    modules = [import_module(f"{ledger.name}.{name}") for name in ledger.modules()]
+    assert sum(hasattr(module, ledger.function) for module in modules) > 10
 
 
 def test_every_kind_is_explained() -> None:

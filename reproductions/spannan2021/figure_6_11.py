@@ -81,8 +81,8 @@ def nodes(rest: xr.Dataset) -> bool:
 def shear_shares(machine: Machine) -> tuple[float, float]:
     """Share of shear of the bushings in the elastic energy of the first two modes at rest."""
     model = lateral_model(machine)
-    joint = machine.rotor.joints[5]  # type: ignore[union-attr]
-    half = with_parameter(machine, BUSHINGS + "shear_stiffness", 0.5 * float(joint.shear_stiffness))  # type: ignore[union-attr]
+    joint = machine.rotor.joints[5]
+    half = with_parameter(machine, BUSHINGS + "shear_stiffness", 0.5 * float(joint.shear_stiffness))
     sheared = 2.0 * (model.stiffness[0] - lateral_model(half).stiffness[0])
     vectors = free_motions(model, 0.0).lowest(4).vector[[0, 2]]
     first, second = (float((v.conj() @ sheared @ v).real / (v.conj() @ model.stiffness[0] @ v).real) for v in vectors)

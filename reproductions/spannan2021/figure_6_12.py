@@ -76,7 +76,7 @@ def run_up_and_down(machine: Machine) -> xr.Dataset:
 
 def tabled(machine: Machine) -> Machine:
     """The rig on rubber with tables of stiffness and a constant loss factor."""
-    bushing = machine.rotor.joints[5]  # type: ignore[union-attr]
+    bushing = machine.rotor.joints[5]
     changes: dict[str, object] = {}
     for name, factor in (("shear", np.array([STIFFER, STIFFER, 1.0, 1.0, STIFFER, STIFFER])), ("axial", np.ones(6))):
         k, c = (float(getattr(bushing, f"{name}_{what}")) for what in ("stiffness", "damping"))

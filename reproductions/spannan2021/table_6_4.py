@@ -49,7 +49,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     fitted = identify(machine, free, measured).machine
     found = equivalent_planar(fitted, "race", frequency="natural")
     static = found.data.sel(way="static", direction="x")
-    height = 1e3 * float(fitted.rotor.joints[5].position)  # type: ignore[union-attr]
+    height = 1e3 * float(fitted.rotor.joints[5].position)
     where = f"with the bushings at {height:.0f} mm, identified"
     rows += [row("fitted", name, where, float(static[name]), CLOSE[name]) for name in CLOSE]
     save_picture(plot_equivalent_planar(found.data), out / "table_6_4.png")
