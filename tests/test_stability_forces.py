@@ -183,6 +183,13 @@ def test_in_every_state_the_compiled_equations_rest_and_their_jacobian_has_its_e
             assert np.abs(numeric - value).min() < 1e-6 * SPEED
 
 
+def test_without_unbalance_a_border_with_forces_says_nothing_of_what_is_left() -> None:
+    machine = ab.with_parameter(with_springs(0.01), "unbalances", [])
+    (border,) = ab.stability.borders(machine, only=("exact border",))
+    assert math.isfinite(border.speed)
+    assert "leave" not in border.note
+
+
 def test_the_exact_border_is_the_first_hopf_point_and_follows_the_springs_from_the_plain_one() -> None:
     (plain,) = ab.stability.borders(PLAIN, only=("exact border",))
     (weak,) = ab.stability.borders(with_springs(1e-6), only=("exact border",))

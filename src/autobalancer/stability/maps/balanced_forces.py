@@ -52,7 +52,7 @@ class ForcedBalls:
         alone = float((speed**2 * np.abs(bare.rows @ st.compliance(speed) @ bare.fixed_load)).max())
         return (
             f"there the balls leave {left / alone:.3g} of the deflection {length_text(alone)}"
-            if left > NONE * alone
+            if alone > 0.0 and left > NONE * alone
             else ""
         )
 
