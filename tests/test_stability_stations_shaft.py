@@ -140,6 +140,8 @@ def test_runs_and_stability_reduce_a_shaft_by_one_criterion() -> None:
     assert small.error <= AIM
     bad = basis[:, :1]
     assert receptance_error(st.model, bad, st.rows, st.load, 600.0) > AIM
+    nothing = np.column_stack([basis, 0.0 * basis[:, 0]])  # the matrix of the reduced rotor is singular at every speed
+    assert receptance_error(st.model, nothing, st.rows, st.load, 600.0) == np.inf
 
 
 def test_two_planes_balance_a_shaft_above_its_rigid_speeds_but_not_just_above_its_bending_speed() -> None:

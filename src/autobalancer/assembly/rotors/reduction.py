@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh, null_space
@@ -57,7 +58,7 @@ def reduction(
     _, modes = eigh(stiffness, mass)
     ahead = _ahead(front, n if isotropic else model.size, isotropic, n)
     total = modes.shape[1]
-    least = max(1 if isotropic else 2, 1)
+    least = 1 if isotropic else 2
     if wanted is not None:
         if wanted < 1:
             raise MachineError(f"rotor.modes: given {wanted}; at least 1 is needed")
@@ -80,8 +81,7 @@ def reduction(
     if found is None:
         raise MachineError(f"rotor.modes: given {wanted}; too few modes to move the plane of the balancer in x and y")
     basis, error = found
-    kept = basis.shape[1]
-    return Reduction(_paired(basis, model) if isotropic else basis, error if kept < total else 0.0, top, kept, total)
+    return Reduction(_paired(basis, model) if isotropic else basis, error, top, basis.shape[1], total)
 
 
 def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
@@ -124,8 +124,9 @@ def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: 
     """Greatest relative error of what forces at the places, and the unbalance, move there at speeds up to ``top``.
 
     ``basis`` is over all coordinates, (N, R), or, on isotropic rotors, over those along x, (pairs, r). An unbalance that
-    hardly moves the places is compared with what a force of its size does. All coordinates have no error; at the critical
-    speed of an undamped rotor, where nothing is determined, none is known.
+    hardly moves the places is compared with what a force of its size does. All coordinates have no error. A speed at which the
+    matrix of the whole rotor is singular, a critical one without damping, does not count, since nothing is determined there;
+    where only that of the reduced rotor is, the error is infinite.
     """
     if basis.shape[0] == basis.shape[1]:
         return 0.0
@@ -153,7 +154,7 @@ def _ellipses(
     damping = model.damping_at(speed) + speed * model.gyroscopic
     dynamic = model.stiffness_at(speed) + 1j * speed * damping - speed**2 * model.mass
     whole = seen @ np.linalg.solve(dynamic, pushed)
-    return whole, seen @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed)
+    return whole, _reduced(dynamic, pushed, seen, basis)
 
 
 def _whirls(
@@ -166,9 +167,16 @@ def _whirls(
         dynamic = stiffness + 1j * way * speed * turning - speed**2 * mass
         unbalance = np.sqrt(2.0) * loads if way > 0.0 else 0.0 * loads
         pushed = np.column_stack([places.T.astype(np.complex128), unbalance])
-        small = places @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed)
-        found.append((places @ np.linalg.solve(dynamic, pushed), small))
+        found.append((places @ np.linalg.solve(dynamic, pushed), _reduced(dynamic, pushed, places, basis)))
     return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+
+
+def _reduced(dynamic: Any, pushed: Complexes, seen: Matrix, basis: Matrix) -> Complexes:
+    """The answers of the reduced rotor; infinite where its matrix is singular."""
+    try:
+        return np.asarray(seen @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed))
+    except np.linalg.LinAlgError:
+        return np.full((seen.shape[0], pushed.shape[1]), np.inf, np.complex128)
 
 
 def circular(model: LateralModel, loads: Complexes) -> Complexes:
