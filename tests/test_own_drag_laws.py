@@ -176,7 +176,8 @@ def test_a_function_that_is_no_drag_coefficient_is_named_with_the_place(function
 @pytest.mark.parametrize(
     ("function", "message"),
     [
-        (lambda ball: 387.0, "'broken' gives 387.0; its 'curve' must return"),
+        (lambda ball: 387.0, "'broken' gives 387.0; its 'curve' must return what ab.laws.sampled_drag_law or"),
+        (lambda ball: sampled(lambda re: math.nan), "drag law 'broken': gives c_d = nan at Re = 0.001"),
         (lambda ball: ball.diameter, "'broken' fails: AttributeError"),
         (lambda ball: ab.laws.linear_drag_law(-3.0), "given c_d Re = -3; must be positive"),
     ],
@@ -184,6 +185,12 @@ def test_a_function_that_is_no_drag_coefficient_is_named_with_the_place(function
 def test_a_class_that_is_no_drag_law_is_named(function: Any, message: str) -> None:
     with pytest.raises(MachineError, match=message):
         resolve(with_drag(broken(function)))
+
+
+def test_a_law_without_a_name_has_the_word_of_its_class() -> None:
+    curve = resolve(with_drag(broken(lambda ball: sampled(cheng))))[0].drag_curve
+    assert curve is not None
+    assert (curve.law.name, curve.law) == ("broken", sampled(cheng, name="broken"))
 
 
 def test_a_law_for_another_version_is_refused_with_both_versions() -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag import linear_drag
-from autobalancer.laws.drag_coefficient import DragLaw, LinearLaw
+from autobalancer.laws.drag_coefficient import UNNAMED, DragLaw, LinearLaw
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.machine.balancer.drag import BallInRace, Drag
 
@@ -53,14 +54,17 @@ def _curve(part: Drag, ball: BallInRace) -> DragLaw:
     """The law of a ball, tried over all Reynolds numbers."""
     try:
         law = part.curve(ball)
-    except QuestionError:
-        raise
+    except QuestionError as reason:
+        raise QuestionError(str(reason).replace(repr(UNNAMED), repr(part.word()))) from None
     except Exception as reason:  # whatever a law of somebody else may raise
         raise QuestionError(_failed(part, reason)) from None
     if not isinstance(law, DragLaw):
         raise QuestionError(
-            f"the drag law {part.word()!r} gives {law!r}; its 'curve' must return what ab.laws.drag_law makes"
+            f"the drag law {part.word()!r} gives {law!r}; its 'curve' must return what ab.laws.sampled_drag_law or "
+            "ab.laws.linear_drag_law makes"
         )
+    if law.name == UNNAMED:
+        law = replace(law, name=part.word())
     product = law.product(TRIED)
     wrong = np.flatnonzero(~(np.isfinite(product) & (product > 0.0)))
     if wrong.size:

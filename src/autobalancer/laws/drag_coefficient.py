@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from autobalancer.errors import QuestionError, RangeWarning, warn
 
 Floats = NDArray[np.float64]
+UNNAMED = "own law"
 CRISIS = 2e5
 """Reynolds number from which on the boundary layer of a sphere may turn turbulent (end of Cheng 2009)."""
 PER_DECADE = 50
@@ -203,7 +204,7 @@ def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -
 def sampled(
     coefficient: Callable[[float], float],
     *,
-    name: str = "own law",
+    name: str = UNNAMED,
     source: str = "own law",
     linear_to: float = 1e-3,
     holds_to: float = CRISIS,
@@ -215,7 +216,7 @@ def sampled(
     coefficient
         c_d of one Reynolds number. It is called at 50 Reynolds numbers for each factor of ten, not in the run.
     name, source
-        Of the law, kept with every result.
+        Of the law, kept with every result; without a name it gets the word of the class whose ``curve`` it is.
     linear_to
         Reynolds number below which c_d Re keeps the value it has there, so that the drag is linear.
     holds_to

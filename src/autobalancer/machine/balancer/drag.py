@@ -39,7 +39,7 @@ class Drag(Leaf):
     needs_fluid: ClassVar[bool] = True
 
     def curve(self, ball: BallInRace) -> DragLaw:
-        """Drag coefficient of this ball; your own is made by ``ab.laws.drag_law`` or ``ab.laws.linear_drag_law``."""
+        """Drag coefficient of this ball; your own is made by ``ab.laws.sampled_drag_law`` or ``linear_drag_law``."""
         raise NotImplementedError(f"{type(self).__name__} has no method 'curve'")
 
     def torque(self, ball: BallInRace) -> float:
