@@ -122,3 +122,10 @@ def test_without_its_file_a_law_is_refused_with_what_to_do(tmp_path: Path) -> No
     assert found.exit_code == 2
     assert "drag.law: given 'dimpled'" in " ".join(found.output.split())
     assert "--load FILE" in " ".join(found.output.split())
+
+
+def test_an_option_after_the_command_that_stands_before_it_is_refused_with_its_place(own: Path) -> None:
+    found = RUNNER.invoke(app, ["check", "--load", str(own), "m.toml"])
+    assert found.exit_code == 2
+    assert "--load stands before the command: autobalancer --load ... check" in " ".join(found.output.split())
+    assert "stands before" not in RUNNER.invoke(app, ["check", "--lod", str(own), "m.toml"]).output

@@ -48,6 +48,11 @@ class Group(TyperGroup):
             sys.exit(stop_code())
         except EOFError as reason:  # click takes it for the end of the input and says no more than "Aborted"
             raise RuntimeError(f"a file ended too early: {reason}") from reason
+        except Exception as error:
+            name = getattr(error, "option_name", None)  # of an option that the command does not have
+            if isinstance(name, str) and any(name in option.opts for option in ctx.command.params):
+                error.message = f"{name} stands before the command: autobalancer {name} ... {words[0]} ..."  # type: ignore[attr-defined]
+            raise
 
 
 def _file_of(error: AutobalancerError, words: list[str]) -> str:
