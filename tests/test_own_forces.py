@@ -205,6 +205,23 @@ def test_a_force_without_mathematics_or_with_too_few_numbers_is_refused() -> Non
     assert "it must return 4 numbers: force(at, next, own) -> (fx, fy, fx_next, fy_next)" in said
 
 
+def test_a_key_that_can_be_changed_is_refused_with_what_to_write() -> None:
+    class Spots(Detent):
+        kind: Literal["spots"] = "spots"  # type: ignore[assignment]
+        angles: list[float] = key("rad", [])
+
+    class Spotted(Detent):
+        kind: Literal["spotted"] = "spotted"  # type: ignore[assignment]
+        angles: tuple[float, ...] = key("rad", ())
+
+    said = r"forces\[1\]\.angles: its values are of the type list, .* as a tuple, such as tuple\[float, \.\.\.\]"
+    with pytest.raises(MachineError, match=said):
+        machine(Spots(depth=0.1))
+    with pytest.raises(MachineError, match=said):
+        machine({"kind": "spots", "depth": 0.1, "angles": [1.0]})
+    assert "angles" not in machine(Spotted(depth=0.1, angles=[1.0])).balancers[0].races[0].forces[0].numbers()
+
+
 def test_a_force_that_allocates_is_refused() -> None:
     def force(at: Any, own: Any) -> Any:
         both = np.array([at.x, at.y])

@@ -203,6 +203,26 @@ def _refuse_strange(leaf: Any, said: str) -> None:
         )
 
 
+def _unchangeable(leaf: Leaf) -> Leaf:
+    """The same leaf; one with a list, say, is refused: a machine never changes, and answers are found again by its numbers."""
+    for name in type(leaf).model_fields:
+        value = getattr(leaf, name)
+        try:
+            hash(value)
+        except TypeError:
+            raise ImpossiblePart(
+                type(leaf).__name__,
+                [
+                    (
+                        (name,),
+                        f"its values are of the type {type(value).__name__}, which can be changed; its class must describe "
+                        "them as a tuple, such as tuple[float, ...]",
+                    )
+                ],
+            ) from None
+    return leaf
+
+
 @dataclass(frozen=True)
 class OneOf:
     """Reads a leaf of a family from its table: stands in ``Annotated[Force, OneOf(Force)]``."""
@@ -214,7 +234,7 @@ class OneOf:
         if isinstance(value, self.base):
             if not _is_known(value):
                 register(type(value))
-            return value
+            return _unchangeable(value)
         tag = self.base.tag
         if not isinstance(value, dict):
             raise ValueError(f"given {shortened(value)}; must be a table with a {tag!r}")
@@ -222,7 +242,7 @@ class OneOf:
             raise ValueError(
                 f"given {shortened(value)}; it has no {tag!r}, which must be one of {', '.join(map(repr, known(self.base)))}"
             )
-        return find(self.base, value[tag])(**value)
+        return _unchangeable(find(self.base, value[tag])(**value))
 
     @property
     def parts(self) -> tuple[type[Leaf], ...]:
