@@ -224,6 +224,7 @@ def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> Non
         ({"gap": 1e-6, "motion": "jumping"}, "motion: given 'jumping'; must be 'rolling', 'sliding'"),
         ({"gap": 1e-6, "reynolds": [10.0, 5.0]}, "reynolds: given 10, 5; must be ascending numbers from 0 to 300"),
         ({"gap": 1e-6, "reynolds": [1000.0]}, "faster flow is not steady"),
+        ({"gap": 1e-6, "reynolds": "0:500:3"}, "reynolds: given 0, 250, 500; must be"),
         (
             {"gap": 1e-6, "ball_ahead": "12.4 mm"},
             "ball_ahead: given 12.4 mm from center to center; must be at least 1.03",

@@ -158,7 +158,7 @@ def test_fixed_starts_do_not_depend_on_threads_and_equal_the_first_carried_speed
 
 def test_a_motion_that_settles_is_left_early_and_one_that_never_does_at_the_longest_time() -> None:
     machine = plain_rig()
-    quick = stepped_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-3, longest=20.0)
+    quick = stepped_response(machine, [100.0], dwell=0.1, window=0.2, settle="0.1 %", longest=20.0)
     assert 0.3 < float(quick["time_at_speed"][0]) < 10.0
     assert abs(float(quick["amplitude_change"][0])) <= 1e-3
     never = stepped_response(machine, [100.0], dwell=0.1, window=0.2, settle=1e-15, longest=0.8)

@@ -13,6 +13,8 @@ import pytest
 import autobalancer as ab
 from autobalancer.errors import UnitError
 from autobalancer.files.rigs import rig
+from autobalancer.units import argument, ends_argument, to_si
+from autobalancer.units.ranges import example
 
 PLANAR = ab.load_machine(Path(__file__).parents[1] / "examples" / "machines" / "stall_and_release.toml")
 RIG = rig("rodrigues_rig")
@@ -134,3 +136,17 @@ def test_what_is_no_such_quantity_is_refused_by_the_name_of_the_argument(name: s
 
     with pytest.raises(UnitError, match=r"^[a-z_]+(\[\d\])?: given '3 kg', but a quantity in "):
         CALLS[name](wrong)
+
+
+@pytest.mark.parametrize(("given", "said"), [(None, 'give a number or a text such as "0.02"'), ("x", 'example "0.02"')])
+def test_a_message_about_a_number_without_a_unit_shows_one(given: Any, said: str) -> None:
+    with pytest.raises(UnitError, match=said):
+        argument("share", given, "")
+    with pytest.raises(UnitError, match=r"write a number such as 0\.02"):
+        to_si(None, "")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("unit", ["", "kg", "rad/s", "m^2/s", "N*m*s"])
+def test_the_range_that_a_message_shows_ascends_and_can_be_read(unit: str) -> None:
+    low, high = ends_argument("range", example(unit).strip('"'), unit)
+    assert low < high

@@ -116,7 +116,7 @@ def stepped_response(
     MachineError
         If a table of the machine does not cover the speeds.
     """
-    settle = optional_argument("settle", settle, "s")
+    settle = optional_argument("settle", settle, "")
     speeds = list_argument("speeds", speeds, "rad/s")
     dwell = argument("dwell", dwell, "s")
     window = argument("window", window, "s")

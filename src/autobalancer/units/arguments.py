@@ -27,7 +27,8 @@ def argument(name: str, value: Any, unit: str) -> float:
         except UnitError as error:
             raise UnitError(f"{name}: {error}") from None
     if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
-        raise UnitError(f"{name}: given {shortened(value)}; give a number in {unit} or a text such as {sample(unit)}")
+        kind = f"a number in {unit}" if unit else "a number"
+        raise UnitError(f"{name}: given {shortened(value)}; give {kind} or a text such as {sample(unit)}")
     return float(value)
 
 

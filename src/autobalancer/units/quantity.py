@@ -95,9 +95,8 @@ def to_si(value: float | int | str, unit: str) -> float:
     if isinstance(value, Given):
         return read_text(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise UnitError(
-            f"given {shortened(value)}; write a number in {unit or 'SI'} or a string with a unit, such as {sample(unit)}"
-        )
+        allowed = f"in {unit} or a string with a unit, such as {sample(unit)}" if unit else 'such as 0.02 or "2 %"'
+        raise UnitError(f"given {shortened(value)}; write a number {allowed}")
     if isinstance(value, str):
         return read_text(value, unit)
     number = float(value) if abs(value) <= sys.float_info.max else math.inf
@@ -149,6 +148,7 @@ def from_si(value: float, si_unit: str, unit: str) -> float:
 
 
 _SAMPLES = {
+    "": "0.02",
     "kg": "4.4 g",
     "m": "77 mm",
     "rad": "30 deg",

@@ -86,8 +86,8 @@ def with_common_unit(parts: list[str]) -> list[str]:
 
 def example(unit: str, form: str = "from:to") -> str:
     """A range as one writes it: ``"500 rpm:3000 rpm"``."""
-    one = sample(unit).strip('"')
-    both = "500 rpm:3000 rpm" if unit == "rad/s" else f"{one}:{one}"
+    number, space, sign = sample(unit).strip('"').partition(" ")
+    both = "500 rpm:3000 rpm" if unit == "rad/s" else f"{number}{space}{sign}:{10.0 * float(number):g}{space}{sign}"
     return f'"{both}{"" if form == "from:to" else ":200"}"'
 
 

@@ -29,7 +29,7 @@ HIGHEST = 300.0  # Reynolds number; a free sphere sheds vortices from about 270 
 @shows_progress
 def ball_drag(
     chamber: Channel | Machine | str | Path,
-    reynolds: Sequence[float] = (0.0, 3.0, 10.0, 30.0, 100.0),
+    reynolds: Sequence[float | str] | str = (0.0, 3.0, 10.0, 30.0, 100.0),
     *,
     gap: float | str,
     motion: str | float = "rolling",
@@ -52,7 +52,7 @@ def ball_drag(
         A channel, or a machine or the path of its file, of which ``balancer`` and ``race`` (from 1) are taken.
     reynolds
         Reynolds numbers, speed of the ball along the walls times its diameter over the kinematic viscosity; ascending, from 0
-        (no inertia of the fluid) to 300.
+        (no inertia of the fluid) to 300; or a range such as ``"10:100:4"``.
     gap
         Between ball and outer wall, m: what their roughness leaves, such as ``"1 um"``. The drag grows with the logarithm of its
         inverse.
@@ -152,8 +152,8 @@ def _channel(chamber: Channel | Machine | str | Path, balancer: int, race: int) 
     return channel_of(machine, balancer, race), machine.name
 
 
-def _reynolds(given: Sequence[float]) -> list[float]:
-    numbers = list_argument("reynolds", given, "1")
+def _reynolds(given: Sequence[float | str] | str) -> list[float]:
+    numbers = list_argument("reynolds", given, "")
     if not numbers or not all(0.0 <= number <= HIGHEST for number in numbers) or (np.diff(numbers) <= 0.0).any():
         raise QuestionError(
             f"reynolds: given {', '.join(f'{n:g}' for n in numbers) or 'nothing'}; must be ascending numbers from 0 to "
