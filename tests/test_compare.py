@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, UnitError
 from autobalancer.studies.compare import compare
 
 pytestmark = pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")  # the rig's law of drag is linear
@@ -61,11 +61,15 @@ def test_the_border_is_that_of_the_machine(three):
     assert math.isfinite(border.speed)
 
 
-def test_machines_of_one_name_and_no_machine_are_refused():
+def test_machines_of_one_name_no_machine_and_speeds_that_are_none_are_refused():
     with pytest.raises(QuestionError, match="several are called 'Plain race'"):
         compare([PLAIN, PLAIN])
     with pytest.raises(QuestionError, match="at least one machine"):
         compare([])
+    with pytest.raises(QuestionError, match="at: given inf rad/s; must be finite"):
+        compare([PLAIN], at=np.inf)
+    with pytest.raises(UnitError, match=r"at\[2\]: given '40 m'"):
+        compare([PLAIN], at=["40 rad/s", "40 m"])
     assert list(compare({"one": PLAIN, "other": PLAIN}, duration="1 s")["machine"].values) == ["one", "other"]
 
 

@@ -24,7 +24,7 @@ from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.stability.maps.speeds import border_speeds
 from autobalancer.studies.in_threads import in_threads
-from autobalancer.units import optional_argument, to_si
+from autobalancer.units import list_argument, optional_argument
 
 NEAR = 0.01  # of a speed: the rotor counts as running at it
 LATE = 0.5  # of the time at a speed: the balls have had the rest of it to settle
@@ -54,7 +54,8 @@ def compare(
         Machines with balls in races or the paths of their files, in the order of the table; a mapping gives them names of its
         own, else each has the name in its file.
     at
-        Rotor speeds, rad/s or texts with units, at which the deflection is wanted too, such as one below the critical speed.
+        Rotor speeds, rad/s or texts with units or a range, at which the deflection is wanted too, such as one below the
+        critical speed.
     duration, tolerance, seed
         As for :func:`autobalancer.simulate`.
     bins
@@ -75,11 +76,15 @@ def compare(
     Raises
     ------
     QuestionError
-        For no machine, or two of one name.
+        For no machine, two of one name, or a speed that is not finite.
+    UnitError
+        If a speed or the duration is no such quantity.
     """
     named = _named(machines)
     duration = optional_argument("duration", duration, "s")
-    speeds = [float(to_si(speed, "rad/s")) for speed in ([at] if isinstance(at, str | float | int) else at)]
+    speeds = list_argument("at", at, "rad/s")
+    if not np.isfinite(speeds).all():
+        raise QuestionError(f"at: given {', '.join(f'{speed:g}' for speed in speeds)} rad/s; must be finite speeds")
 
     def one(machine: Machine) -> dict[str, Any]:
         run = simulate_races(
@@ -131,7 +136,7 @@ def _row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict[str
 
 def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
     """Greatest deflection in the later part of the first stay at this speed; nan if the rotor never has it."""
-    near = np.flatnonzero(np.abs(speed - wanted) <= NEAR * wanted)
+    near = np.flatnonzero(np.abs(speed - wanted) <= NEAR * abs(wanted))
     if not near.size:
         return math.nan
     stay = near[: np.argmax(np.diff(near, append=speed.size + 1) > 1) + 1]

@@ -32,7 +32,7 @@ def compare(
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
-    from autobalancer.cli.terminal.quantities import optional
+    from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.cli.terminal.words import note
     from autobalancer.plots.run.comparison import plot_comparison
@@ -43,7 +43,7 @@ def compare(
     with progress_bar("machines") as update:
         found = compared(
             machines,
-            at=at or (),
+            at=[quantity("--at", speed, "rad/s") for speed in at or ()],
             duration=optional("--duration", duration, "s"),
             tolerance=tolerance,
             seed=seed,
