@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -83,6 +84,16 @@ def test_the_command_prints_the_table_and_draws_it(tmp_path):
     assert plain.startswith("Plain race,")
     assert pins.startswith("Pins,")
     assert picture.exists()
+
+
+def test_the_command_prints_json_in_si_with_the_names_of_the_result(three):
+    asked = ["compare", str(PLAIN), str(PINS), "--at", "40 rad/s", "--json"]
+    answer = json.loads(CliRunner().invoke(app, asked).stdout)
+    assert answer["machine"] == ["Plain race", "Pins"]
+    assert answer["speed"] == [40.0]
+    assert answer["exact_border"] == three["exact_border"].values[:2].tolist()
+    assert answer["peak_deflection"] == three["peak_deflection"].values[:2].tolist()
+    assert np.shape(answer["deflection_at"]) == (2, 1)
 
 
 def test_a_comparison_shows_itself_as_a_table(three):

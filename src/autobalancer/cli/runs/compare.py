@@ -52,7 +52,7 @@ def compare(
     files.save(found, lambda: plot_comparison(found))
     columns = found.columns(speed_unit)
     if as_json:
-        print_json({column.head: list(column.values) for column in columns})
+        print_json({str(name): part.values for name, part in found.variables.items() if "bin" not in part.dims})
         return
     if as_csv:
         print_csv(columns)
