@@ -86,6 +86,15 @@ def test_a_spring_that_pulls_no_ball_along_its_race_changes_nothing() -> None:
         np.testing.assert_allclose(found[name], plain[name], rtol=1e-7, atol=1e-7, err_msg=name)
 
 
+def test_whether_forces_push_balls_depends_on_no_machine_that_was_asked_about_before() -> None:
+    def with_pins(release_speed: float) -> Machine:
+        pins = {"kind": "pins", "count": 6, "hold": 0.01, "reach": "10 mm", "release_speed": release_speed}
+        return ab.with_parameter(PLAIN, f"{RACE}.forces", [pins])
+
+    assert in_plane(with_pins(200.0)).forces is not None
+    assert in_plane(with_pins(0.5)).forces is None  # at no speed at which it is tried
+
+
 def closed_form(machine: Machine, speed: float, stiffness: float) -> float:
     """Half the angle between two equal balls with springs along the race, on an undamped planar rotor.
 

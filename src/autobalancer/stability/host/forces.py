@@ -29,11 +29,9 @@ PLACES = np.arange(-3.0, 4.0)
 WEIGHTS = np.linalg.inv(np.vander(PLACES, increasing=True))  # values at the places -> powers of the way between them
 TURN = 2.0 * np.pi
 ROUNDING = 1e-13  # torque over wall force and radius
-SPEEDS, TRIED = (
-    (1.0, 30.0, 1000.0),
-    120,
-)  # rad/s, and places at each, where it is tried whether forces push balls at all
-_PUSHING: set[tuple[tuple[str, type], ...]] = set()  # classes of forces that were tried, and turn balls
+SPEEDS = (1.0, 30.0, 1000.0)  # rad/s, at which it is tried whether forces push balls at all
+PLACES_TRIED = 120  # at each of them
+_TRIED: set[tuple[tuple[str, type], ...]] = set()  # classes of forces whose functions were tried already
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +109,7 @@ class BallForces:
             self.systems[key] = System(
                 rotating=1, gravity_x=0.0, gravity_y=0.0, polar_inertia=1.0, ball_count=count, drive=steady(1.0, 0j),
                 balls=ball_rows(self.balls), contacts=contact_rows(count), guided=moving_rows(self.balls),
-                **force_rows(self.machine, self.balls, angles, tried=self.kinds not in _PUSHING),
+                **force_rows(self.machine, self.balls, angles, tried=self.kinds not in _TRIED),
             )  # fmt: skip
         return self.systems[key]
 
@@ -124,7 +122,7 @@ class BallForces:
         """Whether they turn any ball, tried at many places; else a guided ball feels them in its wall only."""
         count, random = len(self.balls), generator(0)
         for speed in SPEEDS:
-            angles, rates = (random.uniform(-size, size, (TRIED, count)) for size in (np.pi, 1.0))
+            angles, rates = (random.uniform(-size, size, (PLACES_TRIED, count)) for size in (np.pi, 1.0))
             for one, rate in zip(angles, rates * speed, strict=True):
                 found = _torques_and_wall_forces(self._system(one), one[None], rate[None], speed)[0]
                 radius = np.array([ball.orbit_radius for ball in self.balls])
@@ -160,7 +158,6 @@ def forces_on(machine: Machine) -> BallForces | None:
         return None
     balls = resolve(machine)
     found = BallForces(machine, balls, any(force.pairs for _, force, _ in forces_in(machine, balls)))
-    if found.kinds not in _PUSHING and not found.push():
-        return None
-    _PUSHING.add(found.kinds)
-    return found
+    pushing = found.push()
+    _TRIED.add(found.kinds)
+    return found if pushing else None
