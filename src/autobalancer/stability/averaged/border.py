@@ -32,25 +32,9 @@ def averaged_border(
     worst_case: bool = False,
     searched: tuple[float, float] | None = None,
 ) -> Border:
-    """Averaged border from the eigenvalue problem (4.69) by root finding.
+    """Averaged border of a planar rotor from the eigenvalue problem (4.69) by root finding.
 
-    Parameters
-    ----------
-    machine
-        A machine, the path of its file, or its :class:`~autobalancer.stability.host.planar.Plane`.
-    unbalance
-        kg m, or a text such as ``"594 g*mm"``; by default that of the machine.
-    worst_case
-        Take the ball positions with the highest border instead of those that balance the unbalance. Needs races on the
-        axis of the rotor.
-    searched
-        Speeds, rad/s: the border is the lowest speed in this range from which on the state is stable up to its end. By
-        default from the (higher) critical speed to 40 times it.
-
-    Returns
-    -------
-    Border
-        Infinite if the state is unstable at the end of the range, nan if there is no balanced state.
+    Arguments and answer are those of :func:`autobalancer.stability.averaged_border`.
 
     Raises
     ------

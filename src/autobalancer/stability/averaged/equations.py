@@ -78,13 +78,29 @@ def averaged_eigenvalues(p: Plane, speed: float, state: Equilibrium) -> Complexe
     Raises
     ------
     QuestionError
-        If a ball has no drag: then the averaged equations, which leave out its inertia, say nothing about it.
+        If a ball has no drag.
     """
-    if not (p.drag > 0.0).all():
-        raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
+    refuse_without_drag(p.drag)
     a, b = averaged_matrices(p, speed, state)
     unit = np.concatenate([np.full(4, p.moment.max() / p.mass), np.ones(p.moment.size)])  # amplitudes, angles
-    values = np.linalg.eigvals(-np.linalg.solve(a * unit, b * unit))
+    return slow_eigenvalues(a * unit, b * unit)
+
+
+def refuse_without_drag(drag: Floats) -> None:
+    """Refuse balls without drag: the averaged equations, which leave out their inertia, say nothing about them.
+
+    Raises
+    ------
+    QuestionError
+        If there is one.
+    """
+    if not (drag > 0.0).all():
+        raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
+
+
+def slow_eigenvalues(a: Floats, b: Floats) -> Complexes:
+    """Eigenvalues of A x' + B x = 0, the fastest growing first."""
+    values = np.linalg.eigvals(-np.linalg.solve(a, b))
     return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalancer.errors import QuestionError
+from autobalancer.stability.averaged.equations import refuse_without_drag, slow_eigenvalues
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.linear import kept
@@ -51,15 +51,13 @@ def averaged_station_eigenvalues(st: Stations, speed: float, state: StationState
     Raises
     ------
     QuestionError
-        If a ball has no drag: then the averaged equations, which leave out its inertia, say nothing about it.
+        If a ball has no drag.
     """
-    if not (st.drag > 0.0).all():
-        raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
+    refuse_without_drag(st.drag)
     a, b = averaged_station_matrices(st, speed, state)
     heavy = np.sqrt(np.diag(st.model.mass)[: st.model.pairs] * speed)
     unit = 1.0 / np.concatenate([heavy, heavy, np.sqrt(st.drag)])
-    values = np.linalg.eigvals(-np.linalg.solve(a * np.outer(unit, unit), b * np.outer(unit, unit)))
-    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+    return slow_eigenvalues(a * np.outer(unit, unit), b * np.outer(unit, unit))
 
 
 def averaged_station_growth(st: Stations, speed: float, state: StationState) -> float:

@@ -12,6 +12,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.averaged.border import averaged_border as planar_border
+from autobalancer.stability.averaged.equations import refuse_without_drag
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.averaged.stations import averaged_station_growth
 from autobalancer.stability.border import Border
@@ -112,8 +113,7 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
             "averaged border: the supports of this rotor differ along x and y; beyond planar rotors it is known for isotropic "
             "supports. Ask borders for the exact border"
         )
-    if not (st.drag > 0.0).all():
-        raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
+    refuse_without_drag(st.drag)
     if worst_case and not _one_centric(st):
         raise QuestionError(
             "averaged border: the worst case over the unbalance needs races on the axis of the rotor, in one plane; leave out "
