@@ -155,6 +155,31 @@ def test_a_registered_force_is_known_to_files_and_a_class_need_not_even_be_regis
     np.testing.assert_allclose(energy, energy[0], rtol=2e-6)
 
 
+def test_both_balls_of_a_pair_know_by_how_much_they_are_ahead() -> None:
+    def force(at: Any, next: Any, own: Any) -> Any:
+        turn = at.ahead + next.ahead
+        return -turn * at.y, turn * at.x, 0.0, 0.0
+
+    def energy(at: Any, next: Any, own: Any) -> float:
+        return float(at.ahead + next.ahead)
+
+    balls = {
+        "mass": 0.01,
+        "count": 3,
+        "motion": "point",
+        "start_angles": [0.0, 1.0, 3.0],
+        "start_speeds": [8.0, 8.0, 8.0],
+    }
+    both = ab.with_parameter(
+        machine(leaf("both", PairForce, force=force, energy=energy)()), "balancers[1].races[1].balls", [balls]
+    )
+    run = ab.simulate(both, duration=0.2)
+    np.testing.assert_allclose(
+        run.ball_speed_in_rotor, 8.0, rtol=1e-3
+    )  # the rotor, 3e4 times as heavy, shakes a little
+    np.testing.assert_array_equal(run.force_energy, 0.0)
+
+
 def test_an_installed_package_brings_its_force_by_an_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
     point = SimpleNamespace(name="detent", dist=SimpleNamespace(name="ours"), load=lambda: Detent)
     monkeypatch.setattr(leaves, "entry_points", lambda group: [point] if group == "autobalancer.forces" else [])

@@ -94,7 +94,7 @@ def in_words(reason: Exception, function: Callable[..., Any], names: tuple[str, 
             "memory is allocated, as arrays, lists and texts do; use numbers only, and the functions of the module math"
         )
     if isinstance(reason, KeyError):
-        places = ", ".join(call.records[0].dtype.names or ())
+        places = ", ".join(field.name for field in call.records[0].fields if not field.name.startswith("wrong"))
         return f"nothing has the name {said}; at has {places}, own has {', '.join(names) or 'no numbers'}"
     if "return_value" in said:
         return "it returns something else than it must"

@@ -88,12 +88,11 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
     def rows(where: Where) -> list[Any]:
         found = []
         angle = [cmath.phase(place) for place in where.places]
-        for place, velocity in zip(where.places, where.velocities, strict=True):
+        ahead = math.fmod(angle[-1] - angle[0] + 4.0 * math.pi, 2.0 * math.pi)
+        for place, velocity, side in zip(where.places, where.velocities, (-ahead, ahead), strict=False):
             fixed = {"mass": mass, "radius": radius, "orbit": orbit, "gravity": gravity, "speed": where.speed}
             moving = {"x": place.real, "y": place.imag, "vx": velocity.real, "vy": velocity.imag}
-            found.append(
-                PLACE.row(ahead=math.fmod(angle[-1] - angle[0] + 4.0 * math.pi, 2.0 * math.pi), **fixed, **moving)
-            )
+            found.append(PLACE.row(ahead=side, **fixed, **moving))
         return found
 
     tried = [

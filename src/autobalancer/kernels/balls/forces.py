@@ -95,13 +95,21 @@ def _found(y: Any, p: System, f: int) -> tuple[float, float, float, float]:
         fx, fy = call_force(force.address, place, p.force_numbers, force.first)
         its_x, its_y = 0.0, 0.0
     else:
-        next = p.places[force.other]
-        next.ahead = y[BALLS + force.other] - y[BALLS + force.ball] + force.wrap
+        next = _next(y, p, force, place)
         fx, fy, its_x, its_y = call_pair(force.address, place, next, p.force_numbers, force.first)
     if not math.isfinite(fx + fy + its_x + its_y) and math.isfinite(place.x + place.y + place.vx + place.vy):
         force.wrong, force.wrong_x, force.wrong_y, force.wrong_vx = 1, place.x, place.y, place.vx
         force.wrong_vy, force.wrong_speed = place.vy, place.speed
     return fx, fy, its_x, its_y
+
+
+@njit(**INLINE)
+def _next(y: Any, p: System, force: Any, place: Any) -> Any:
+    """The place of the other ball of a pair; both know by how much they are ahead of each other."""
+    next = p.places[force.other]
+    next.ahead = y[BALLS + force.other] - y[BALLS + force.ball] + force.wrap
+    place.ahead = -next.ahead
+    return next
 
 
 @njit(**INLINE)
@@ -128,7 +136,6 @@ def energy_of(y: Any, p: System) -> float:
         if force.other == NONE:
             total += call_energy(force.energy, place, p.force_numbers, force.first)
         else:
-            next = p.places[force.other]
-            next.ahead = y[BALLS + force.other] - y[BALLS + force.ball] + force.wrap
+            next = _next(y, p, force, place)
             total += call_pair_energy(force.energy, place, next, p.force_numbers, force.first)
     return total

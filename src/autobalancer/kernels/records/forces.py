@@ -11,7 +11,7 @@ PLACE = Record(
     Field("y", "m", "the same"),
     Field("vx", "m/s", "its velocity as seen from the rotor, in the same axes"),
     Field("vy", "m/s", "the same"),
-    Field("ahead", "rad", "angle by which it is ahead of the other ball of a pair, around the race"),
+    Field("ahead", "rad", "angle by which it is ahead of the other ball of a pair, around the race; below 0: behind"),
     Field("speed", "rad/s", "of the rotor"),
     Field("mass", "kg", "effective mass, less the fluid it displaces"),
     Field("radius", "m", "of the ball; 0 if not given"),
