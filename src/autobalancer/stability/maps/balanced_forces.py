@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from autobalancer.errors import QuestionError
 from autobalancer.results.number_text import length_text
-from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.maps.balanced_stations import Growth, growth_of
+from autobalancer.stability.maps.balanced_stations import MostStable
 from autobalancer.stability.states.settled import searched
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import balanced_of
@@ -22,24 +19,11 @@ NEAR = 1.15  # ratio of two speeds between which states are followed
 
 
 @dataclass(frozen=True)
-class ForcedBalls:
+class ForcedBalls(MostStable):
     """Balanced states, each sought from those at a speed nearby, else anew."""
 
-    stations: Stations
-    growth: Growth = growth_of
     route: str = "search"
     known: dict[float, list[StationState]] = field(default_factory=dict, repr=False)
-
-    def rates(self, speeds: Floats) -> Floats:
-        """Growth rates, 1/s; of several states the most stable one; nan where there is none."""
-        return np.array([self._rate(float(speed)) for speed in speeds])
-
-    def _rate(self, speed: float) -> float:
-        try:
-            states = self.states(speed)
-        except QuestionError:  # exactly a critical speed of an undamped rotor
-            return math.nan
-        return min((self.growth(self.stations, speed, state) for state in states), default=math.nan)
 
     def left_at(self, speed: float) -> str:
         """What the most stable state leaves of the deflection there, in words; empty at no finite speed, or for nothing."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -40,13 +41,11 @@ def growth_of(st: Stations, speed: float, state: StationState) -> float:
 
 
 @dataclass(frozen=True)
-class StationBalls:
-    """Balanced states; ``leading`` are directions of all but the two heaviest balls of each station, from its target on."""
+class MostStable(ABC):
+    """Balanced states of which the most stable one counts."""
 
     stations: Stations
-    leading: tuple[tuple[float, ...], ...] | None = None  # None: the states in which races run true
     growth: Growth = growth_of
-    route: str = "eigenvalues"
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; of several states the most stable one; nan where there is none."""
@@ -58,6 +57,18 @@ class StationBalls:
         except QuestionError:  # exactly a critical speed of an undamped rotor
             return math.nan
         return min((self.growth(self.stations, speed, state) for state in states), default=math.nan)
+
+    @abstractmethod
+    def states(self, speed: float) -> list[StationState]:
+        """The balanced states at a speed."""
+
+
+@dataclass(frozen=True)
+class StationBalls(MostStable):
+    """Balanced states; ``leading`` are directions of all but the two heaviest balls of each station, from its target on."""
+
+    leading: tuple[tuple[float, ...], ...] | None = None  # None: the states in which races run true
+    route: str = "eigenvalues"
 
     def states(self, speed: float) -> list[StationState]:
         """The balanced states at a speed; mirror images of equal balls count once."""
@@ -201,7 +212,7 @@ def _sampled(st: Stations, counts: list[int], growth: Growth, route: str) -> lis
     found: list[StationBalls] = []
     for _ in range(200 * SAMPLES):
         drawn = tuple(tuple(random.uniform(-math.pi, math.pi, max(count - 2, 0)).tolist()) for count in counts)
-        member = StationBalls(st, drawn, growth, route)
+        member = StationBalls(st, growth, drawn, route)
         if member.states(high):
             found.append(member)
         if len(found) == (SAMPLES if st.plain else FEW):
