@@ -10,20 +10,19 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.symmetry import Groups, expanded
+from autobalancer.stability.continuation.symmetry import Groups, expanded, in_two_bundles
 from autobalancer.stability.host.damping import damping_ratio
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.series import Numbers
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
+from autobalancer.stability.states.state import StationState, state_vector
 
 DIFFERENCE = 1e-4  # of a parameter; with differences of fourth order its derivatives are good to 1e-11
 
 LARGEST_RESONANCE = 100.0
-CONTINUUM, NEARLY = (
-    1e-9,
-    1e-6,
-)  # what counts as zero there; on a race that tilts a continuum is one up to its slope squared
+CONTINUUM = 1e-9  # singular value, over the greatest, that counts as zero along a continuum of states
+NEARLY = 1e-6  # on a race that tilts, where a continuum is one up to its slope squared
 TRUE_RACE = 1e-8  # distance of a race center from the axis, in units of the size of deflections
 
 
@@ -110,6 +109,16 @@ def running_true(field: Field, state: Floats, length: float) -> int | None:
     stations = len({station for station, _ in standing})
     more = 2 * max(stations - host.model.pairs, 0)  # moments of so many stations move nothing
     return sum(max(standing.count(race) - 2, 0) for race in set(standing)) + more
+
+
+def bundled_angles(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
+    """Ball angles of a state of rest; of a continuum those of the member in two bundles, if there is one."""
+    host = field.host
+    if not state.freedom:
+        return state.angles
+    true = true_races(field, state_vector(host, field.speed, state.angles), size(host))
+    bundled = in_two_bundles(state.angles, host, kind, true)
+    return state.angles if bundled is None else bundled
 
 
 def centers_of(host: Stations, state: Floats) -> Complexes:

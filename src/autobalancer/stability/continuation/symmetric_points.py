@@ -19,7 +19,8 @@ from autobalancer.stability.continuation.steady import Steady, centers_of, true_
 from autobalancer.stability.continuation.symmetry import gathered, joined, meeting, restoring, splittings
 from autobalancer.stability.host.planar import Floats
 
-SMALL, AT_REST = 1e-9, 1e-9
+SMALL = 1e-9
+AT_REST = 1e-9  # of the residual, in units of the problem
 
 
 def symmetric_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:

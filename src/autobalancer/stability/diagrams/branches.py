@@ -14,8 +14,8 @@ from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import Steps
-from autobalancer.stability.continuation.steady import Range, size, true_races
-from autobalancer.stability.continuation.symmetry import coincident, in_two_bundles, kinds
+from autobalancer.stability.continuation.steady import Range, bundled_angles
+from autobalancer.stability.continuation.symmetry import coincident, kinds
 from autobalancer.stability.diagrams.answers import Branches
 from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
@@ -145,10 +145,7 @@ def branches(
 
 def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
     """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
-    host = field.host
-    true = true_races(field, state_vector(host, field.speed, state.angles), size(host))
-    bundled = in_two_bundles(state.angles, host, kind, true) if state.freedom else None
-    return state_vector(host, field.speed, state.angles if bundled is None else bundled)
+    return state_vector(field.host, field.speed, bundled_angles(field, state, kind))
 
 
 def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[StationState]:

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
-from autobalancer.stability.continuation.steady import Range
-from autobalancer.stability.continuation.symmetry import Groups, coincident, in_two_bundles
+from autobalancer.stability.continuation.steady import Range, bundled_angles
+from autobalancer.stability.continuation.symmetry import Groups, coincident
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
@@ -32,11 +32,8 @@ from autobalancer.stability.states.stations import states_of
 AROUND = np.geomspace(1e-4, 0.2, 24)  # distance from a resonance at which the balance is looked at, over the speed
 SLIPS = np.geomspace(1e-3, 0.8, 200)  # and everywhere, over the speed
 LARGEST_SWING = 1.0  # rad, of resting balls; with more they go around
-FIRST_DRAG, RAISED, LEAST_RAISED = (
-    1e-3,
-    4.0,
-    1.2,
-)  # share of the drag of resting balls, and by how much it is raised at once
+FIRST_DRAG = 1e-3  # share of the drag of resting balls
+RAISED, LEAST_RAISED = 4.0, 1.2  # by how much it is raised at once, and where that is given up
 
 
 @dataclass(frozen=True)
@@ -120,7 +117,7 @@ def partly_stalled_orbits(
         values, _ = modes(rest, field.speed, state)
         if not kept(values, state.freedom).real.max() < 0.0:
             continue
-        angles = _bundled(rest, state, own)
+        angles = bundled_angles(Field(rest, field.speed), state, own)
         resting = coincident(angles, own)
         groups = (hung, *(tuple(int(others[i]) for i in group) for group in resting))
         merged = replace(span.field(share, groups).host, slopes=None, forces=None)  # a guess may leave them out
@@ -182,12 +179,3 @@ def _with(st: Stations, balls: np.ndarray) -> Stations:
         station=np.array([places.index(p) for p in st.station[balls]], np.int64),
         **{name: getattr(st, name)[balls] for name in columns},
     )
-
-
-def _bundled(rest: Stations, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
-    """Ball angles of the state; of a continuum those of the member in two bundles."""
-    if not state.freedom:
-        return state.angles
-    true = state.whirl[rest.station] + rest.offset == 0.0
-    bundled = in_two_bundles(state.angles, rest, kind, true)
-    return state.angles if bundled is None else bundled
