@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
+from autobalancer.errors import MachineError
 from autobalancer.files.rigs import rig_text
-from autobalancer.machine import leaves
+from autobalancer.machine import Drag, FrictionLaw, Joint, leaves
 
 RUNNER = CliRunner()
 MACHINES = Path("examples/machines")
@@ -113,6 +114,22 @@ def test_a_joint_from_a_file_carries_a_rig(own: Path, tmp_path: Path) -> None:
     machine = written(tmp_path / "rig.toml", data)
     rows = told("--load", own, "modes", machine, "--speed", "0 rpm", "--json")
     assert len(json.loads(rows)) > 0
+
+
+def test_an_installed_package_brings_its_laws_and_joints(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = own.parent / "own_laws-1.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: own-laws\nVersion: 1.0\n")
+    words = {Drag: "dimpled", FrictionLaw: "soap", Joint: "foot"}
+    groups = [f"[autobalancer.{base.family}]\n{word} = own_laws:{word.title()}\n" for base, word in words.items()]
+    (folder / "entry_points.txt").write_text("".join(groups))
+    monkeypatch.syspath_prepend(str(own.parent))
+    for base, word in words.items():
+        leaf = leaves.find(base, word)
+        assert (leaf.__module__, leaf.word()) == ("own_laws", word)
+        assert issubclass(leaf, base)
+    with pytest.raises(MachineError, match="given 'soap'; must be one of"):
+        leaves.find(Joint, "soap")
 
 
 def test_without_its_file_a_law_is_refused_with_what_to_do(tmp_path: Path) -> None:
