@@ -84,16 +84,16 @@ def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: fl
 def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: float) -> Made:
     made = made_of(force)
     own = numbers_row(force.numbers())
+    fixed = {"mass": mass, "radius": radius, "orbit": orbit, "gravity": gravity}
+    balls = [PLACE.row(**fixed) for _ in range(2 if force.pairs else 1)]
 
     def rows(where: Where) -> list[Any]:
-        found = []
         angle = [cmath.phase(place) for place in where.places]
         ahead = math.fmod(angle[-1] - angle[0] + 4.0 * math.pi, 2.0 * math.pi)
-        for place, velocity, side in zip(where.places, where.velocities, (-ahead, ahead), strict=False):
-            fixed = {"mass": mass, "radius": radius, "orbit": orbit, "gravity": gravity, "speed": where.speed}
-            moving = {"x": place.real, "y": place.imag, "vx": velocity.real, "vy": velocity.imag}
-            found.append(PLACE.row(ahead=side, **fixed, **moving))
-        return found
+        for row, place, velocity, side in zip(balls, where.places, where.velocities, (-ahead, ahead), strict=False):
+            row["x"], row["y"], row["vx"], row["vy"] = place.real, place.imag, velocity.real, velocity.imag
+            row["ahead"], row["speed"] = side, where.speed
+        return balls
 
     tried = [
         (where, [float(part) for part in made.force.function(*rows(where), own)]) for where in _wheres(force, orbit)
