@@ -96,6 +96,20 @@ def test_the_command_prints_json_in_si_with_the_names_of_the_result(three):
     assert np.shape(answer["deflection_at"]) == (2, 1)
 
 
+def test_a_file_of_values_has_a_row_for_each_machine_in_si(three, tmp_path):
+    ab.save_run(three, tmp_path / "three.csv")
+    head, plain, *others = (tmp_path / "three.csv").read_text(encoding="utf-8").splitlines()
+    assert len(others) == 2
+    row = dict(zip(head.split(","), plain.split(","), strict=False))  # notes at the end have commas of their own
+    assert row["machine"] == "Plain race"
+    assert float(row["peak_deflection [m]"]) == float(three["peak_deflection"][0])
+    assert float(row["deflection_at[40 rad/s] [m]"]) == float(three["deflection_at"][0, 0])
+    ab.save_run(three.isel(speed=0, bin=0), tmp_path / "cut.csv")
+    assert "deflection_at [m]" in (tmp_path / "cut.csv").read_text(encoding="utf-8")
+    ab.save_run(compare([PLAIN], duration="1 s"), tmp_path / "one.csv")
+    assert (tmp_path / "one.csv").read_text(encoding="utf-8").startswith("machine,peak_deflection [m],")
+
+
 def test_a_comparison_shows_itself_as_a_table(three):
     assert "Springs along the race" in repr(three)
     assert "<table>" in three._repr_html_()

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import ResultError
+from autobalancer.results.answers.answer import Answer
 
 
 def plain_json(value: Any) -> Any:
@@ -55,6 +56,8 @@ def result_csv(result: xr.Dataset) -> str:
     ResultError
         If it has no table.
     """
+    if isinstance(result, Answer):
+        result = result.in_si()
     rows = _row_dims(result)
     if not rows:
         raise ResultError("this result has no table; write it as .nc or .json")

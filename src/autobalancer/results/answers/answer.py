@@ -49,6 +49,10 @@ class Answer(xr.Dataset):
         """Sentences below it."""
         return ()
 
+    def in_si(self) -> xr.Dataset:
+        """What a file of comma-separated values holds, in SI."""
+        return self
+
     def scaled(self, name: str, head: str, unit: str, form: str = ".5g") -> Column:
         """A column of a variable in rad/s, shown in the unit of speeds."""
         shown = speed_axis(unit or self.shown_in)

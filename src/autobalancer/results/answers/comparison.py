@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import length_axis, speed_axis
@@ -37,6 +38,13 @@ class Comparison(Answer):
             self.texts("verdict", "verdict"),
             self.scaled("exact_border", "exact border", unit, ".4g"),
         ]
+
+    def in_si(self) -> xr.Dataset:
+        """One row for each machine, with a column for each speed that was asked for."""
+        rows = self.drop_dims("bin", errors="ignore")
+        if not rows.sizes.get("speed"):
+            return rows.drop_dims("speed", errors="ignore")
+        return rows.assign_coords(speed=[f"{speed:.6g} rad/s" for speed in rows["speed"].values])
 
     def remarks(self) -> list[str]:
         """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
