@@ -13,9 +13,8 @@ from autobalancer.results.number_text import length_text
 from autobalancer.results.verdict.rule import LIMITS
 from autobalancer.simulation.saved.at_places import FASTEST
 
-MATTERS = LIMITS[0][
-    0
-]  # of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced
+MATTERS, _ = LIMITS[0]
+"""Of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced."""
 
 
 def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed: float) -> str:
