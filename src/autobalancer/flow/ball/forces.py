@@ -18,10 +18,9 @@ class BallForces(NamedTuple):
     lift: float
     torque: float
 
-    @property
-    def rolling(self) -> float:
-        """What has to push a ball that rolls: force and torque over the radius do the work together."""
-        return self.along + self.torque
+    def drag(self, share: float = 1.0) -> float:
+        """What has to push a ball that turns with a ``share`` of rolling: force and torque over the radius work together."""
+        return self.along + share * self.torque
 
 
 def ball_forces(flow: Flow, ball: int = 0) -> BallForces:

@@ -110,7 +110,7 @@ def ball_drag(
         flows.append((ball_forces(flow), flow.through))
         others += [] if math.isnan(second) else [ball_forces(flow, 1)]
         report(done + 2.0, total)
-    error = abs((check.along + share * check.torque) / (slow.along + share * slow.torque) - 1.0)
+    error = abs(check.drag(share) / slow.drag(share) - 1.0)
     return drag_dataset(channel, name, Solved(numbers, flows, flow, share, min(narrow, shape.gap), error, others))
 
 

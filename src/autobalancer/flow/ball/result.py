@@ -71,7 +71,7 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
     }
     if solved.others:
         added = share * slopes.torque * film - slopes.force * film
-        over["cd_re_ahead"] = np.array([4.0 / math.pi * (f.along + share * f.torque + added) for f in solved.others])
+        over["cd_re_ahead"] = np.array([4.0 / math.pi * (f.drag(share) + added) for f in solved.others])
     data = {key: ("reynolds", values) for key, values in over.items()}
     fields = {f"velocity_{key}": (("x", "y"), part) for key, part in zip("xy", velocity, strict=True)}
     radius = channel.ball_radius
