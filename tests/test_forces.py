@@ -414,9 +414,22 @@ def test_every_force_of_the_package_has_a_symbol(word: str) -> None:
         "inclined_race": {"incline": 0.5},
         "pins": {"count": 3, "hold": 1.0, "reach": 1e-3, "release_speed": 50.0},
     }
-    lines = lines_of([find(Force, word)(**keys[word])], 0.1, [0.1, 0.1j])  # type: ignore[list-item]
+    lines = lines_of([find(Force, word)(**keys[word])], 0.1, [0.1, 0.1j], 0.0)  # type: ignore[list-item]
     assert lines
     assert 0.0 < max(abs(point) for line in lines for point in line) < 0.13
+
+
+def test_pins_are_drawn_beside_the_balls_that_they_hold_and_not_once_they_have_sunk_in() -> None:
+    pins = {"kind": "pins", "count": 2, "hold": 0.2, "reach": 0.004, "release_speed": 80.0}
+    lengths = []
+    for speed in (0.0, -40.0, 80.0, -120.0):
+        lines = lines_of([find(Force, "pins")(**pins)], 0.1, [0.1, -0.1], speed)  # type: ignore[list-item]
+        assert len(lines) == 4
+        assert min(abs(point - ball) for line in lines for point in line for ball in (0.1, -0.1)) > 0.0115
+        lengths.append([abs(end - begin) for begin, end in lines])
+    np.testing.assert_allclose(
+        np.divide(lengths, lengths[0]), [[1.0] * 4, [0.75] * 4, [0.0] * 4, [0.0] * 4], atol=1e-12
+    )
 
 
 def test_pictures_draw_resolved_balls_where_magnets_hold_them() -> None:

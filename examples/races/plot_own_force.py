@@ -39,7 +39,7 @@ class Felt(Force):
         brake = own.drag / (1.0 + math.exp(40.0 * (abs(away) - 0.5 * own.width)))
         return -brake * at.vx, -brake * at.vy
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[list[complex]]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[list[complex]]:
         """Lines in m from the center of the race."""
         angles = self.angle + self.width * np.linspace(-0.5, 0.5, 60)
         zigzag = np.where(np.arange(60) % 2, 0.97, 1.03)

@@ -59,7 +59,7 @@ class InclinedRace(Force):
             away = own.outer_radius
         return float(at.mass * at.gravity * math.tan(own.incline) * away)
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
         """Strokes down the incline."""
         begin, end = self.inner_radius or 0.8 * orbit, self.outer_radius or 0.97 * orbit
         return [stroke(k * math.pi / 18.0, begin, end) for k in range(36)]

@@ -64,7 +64,7 @@ class Magnets(Force):
             total = -own.force_at_contact * own.reach * math.exp(-gap / own.reach)
         return total
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
         """The ring of poles, or each single magnet."""
         if self.count is None:
             return [arc(0.98 * self.radius), arc(0.93 * self.radius)]

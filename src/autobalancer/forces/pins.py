@@ -46,8 +46,12 @@ class Pins(Force):
         back = own.hold * out * path * math.exp(0.5 * (1.0 - path * path)) / math.hypot(at.x, at.y)
         return back * at.y, -back * at.x
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
-        """Two pins at each pocket."""
-        half = max(self.reach / orbit, 0.05)
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
+        """Two pins at each pocket, beside its ball; they stand out of the wall as far as at this speed."""
+        half, out = max(self.reach / orbit, 0.12), max(0.0, 1.0 - (speed / self.release_speed) ** 2)
         middles = [self.angle + k * 2.0 * math.pi / self.count for k in range(self.count)]
-        return [stroke(angle + side, 0.93 * orbit, 1.07 * orbit) for angle in middles for side in (-half, half)]
+        return [
+            stroke(angle + side, (1.07 - 0.14 * out) * orbit, 1.07 * orbit)
+            for angle in middles
+            for side in (-half, half)
+        ]

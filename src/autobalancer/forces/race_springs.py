@@ -35,7 +35,7 @@ class RaceSprings(PairForce):
         stretch = at.orbit * next.ahead - own.free_length
         return float(0.5 * own.stiffness * stretch * stretch)
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
         """A spring from each ball to the next."""
         angles = sorted(cmath.phase(ball) for ball in balls)
         ends = [*angles[1:], angles[0] + 2.0 * cmath.pi]

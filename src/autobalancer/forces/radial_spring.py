@@ -36,6 +36,6 @@ class RadialSpring(Force):
         stretch = math.sqrt(at.x * at.x + at.y * at.y) - own.free_length
         return float(0.5 * own.stiffness * stretch * stretch)
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
         """A spring to each ball."""
         return [coil(0.0, ball, 0.08 * orbit) for ball in balls]

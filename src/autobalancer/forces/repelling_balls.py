@@ -39,6 +39,6 @@ class RepellingBalls(PairForce):
         square = max(dx * dx + dy * dy, 1e-18)
         return float(1e-7 * own.moment * own.moment / (square * math.sqrt(square)))
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
         """A ring around each ball."""
         return [[ball + point for point in arc(0.11 * orbit)] for ball in balls]

@@ -36,8 +36,8 @@ class Force(Leaf):
         """Why it cannot act in this race of a machine with this axis (``"vertical"`` or ``"horizontal"``); empty if it can."""
         return ""
 
-    def drawn(self, orbit: float, balls: list[complex]) -> list[Line]:
-        """Lines for pictures of a race with this orbit radius and balls at these places, m; none by default."""
+    def drawn(self, orbit: float, balls: list[complex], speed: float) -> list[Line]:
+        """Lines for pictures of a race with this orbit radius and balls at these places, m, at this speed of the rotor, rad/s."""
         return []
 
 

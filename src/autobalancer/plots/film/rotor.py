@@ -112,19 +112,20 @@ class RotorView:
                     rod.set_data([self.places[i].real, arc[0].real], [self.places[i].imag, arc[0].imag])
             trail.set_data(arc.real, arc.imag)
         if self.forces:
-            points = self._lines(away * np.exp(1j * now))
+            points = self._lines(away * np.exp(1j * now), float(self.moments.speed[k]))
             self.symbols.set_data(points.real, points.imag)
         seen = self.path[max(k - MEMORY, 0) * self.per_frame : k * self.per_frame + 1]
         self.trace.set_data(seen.real, seen.imag)
 
-    def _lines(self, balls: Complexes) -> Complexes:
+    def _lines(self, balls: Complexes, speed: float) -> Complexes:
         """Symbols of the forces with balls at these places, one after the other with a gap between."""
         found: list[complex] = []
         for (balancer, race), forces in self.forces.items():
             here = np.flatnonzero((self.races.balancer == balancer) & (self.races.race == race))
             if here.size:
                 orbits = self.races.orbit_radius[here]
-                for line in lines_of(forces, float(orbits.mean()), list(balls[here] * self.length)):
+                places = list(balls[here] * self.length)
+                for line in lines_of(forces, float(orbits.mean()), places, speed):
                     found += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
         return np.array(found, np.complex128)
 

@@ -41,7 +41,7 @@ class RacePanel:
         self.radius, self.diameter = races.orbit_radius[mine] * 1e3, races.ball_diameter[mine] * 1e3
         self.away = self.radius - moments.ball_inside[0, mine] * 1e3  # of the ball centers
         self.body, self.channel = races.body[mine], races.channel[mine] * 1e3
-        self.angle = moments.ball_angle_in_rotor[0, mine]
+        self.angle, self.speed = moments.ball_angle_in_rotor[0, mine], float(moments.speed[0])
         self.outside = float((self.radius + 0.5 * self.diameter).max())
         centers = races.center[mine]
         self.center = complex(centers[int(np.argmax(np.abs(centers)))])
@@ -143,7 +143,7 @@ class RacePanel:
             if here.size:
                 orbit = float(self.radius[here].mean()) * 1e-3
                 balls = list(1e-3 * self.away[here] * np.exp(1j * self.angle[here]))
-                for line in lines_of(forces[place], orbit, balls):
+                for line in lines_of(forces[place], orbit, balls, self.speed):
                     points = np.array(line) * 1e3 + self.centers[here[0]]
                     self.axes.plot(points.real, points.imag, color=FORCE, lw=1.1, zorder=1.6)
 

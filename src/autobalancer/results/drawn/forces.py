@@ -36,6 +36,6 @@ def _leaf(table: dict[str, Any]) -> Force:
     return leaf
 
 
-def lines_of(forces: list[Force], orbit: float, places: list[complex]) -> list[list[complex]]:
-    """All lines of the forces of one race with balls at these places from its center, m."""
-    return [line for force in forces for line in force.drawn(orbit, places)]
+def lines_of(forces: list[Force], orbit: float, places: list[complex], speed: float) -> list[list[complex]]:
+    """All lines of the forces of one race with balls at these places from its center, m, at a ``speed`` of the rotor, rad/s."""
+    return [line for force in forces for line in force.drawn(orbit, places, speed)]
