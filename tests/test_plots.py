@@ -21,9 +21,10 @@ from autobalancer.plots.drawing.angles import slipping, wrapped
 from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import UNBALANCE, picture
-from autobalancer.plots.run.history import Curve, Deflections
+from autobalancer.plots.run.ball_looks import BallLook
+from autobalancer.plots.run.history import Curve, Deflections, History
 from autobalancer.plots.run.motion import Motion, races_of
-from autobalancer.plots.run.panels import deflection_panel
+from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
 
@@ -48,6 +49,18 @@ def test_the_speed_panel_has_rotor_and_balls_in_the_unit_of_the_axis(run: xr.Dat
     assert np.allclose(drawn["ball 2"][1], run.ball_speed_in_space.values[:, 1] * 30.0 / np.pi)
     assert "(rpm)" in figure.axes[0].get_ylabel()
     assert "(rad/s)" in ab.plot.run_up(run, speed_unit="rad/s").axes[0].get_ylabel()
+
+
+def test_rounding_of_a_steady_speed_is_not_enlarged() -> None:
+    """A ball that is held at the speed of the rotor lies on its line."""
+    time, speed = np.linspace(0.0, 1.0, 9), np.full(9, 40.0)
+    balls = (speed + 1e-11 * np.sin(9.0 * time))[:, None]
+    axes = picture(4.0, 3.0).subplots()
+    look = BallLook("black", "ball")
+    speed_panel(axes, History(time, speed, balls, balls, np.zeros((9, 0))), (), speed_axis("rad/s"), [look])
+    low, high = axes.get_ylim()
+    assert high - low > 1.0
+    assert low < 40.0 < high
 
 
 def test_the_deflection_panel_shades_the_envelope(run: xr.Dataset) -> None:

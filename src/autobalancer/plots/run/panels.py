@@ -16,6 +16,7 @@ from autobalancer.plots.run.history import Curve, Deflections, History
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_text, length_tick, significant
 
 RARE = 0.002  # of all speeds of balls; if these alone make the axis three times longer they leave the picture
+SAME = 1e-6  # of the speed: what differs less is one line, not the rounding of the run enlarged
 NEAR = 0.15  # of the speed axis: a label is an eighth of the lowest panel
 PLACES = (BALLS[0], BALLS[1], BALLS[2], BALLS[3], BALLS[4], BALLS[5])  # colors of the deflection at other places
 
@@ -40,7 +41,8 @@ def speed_panel(
         speed = history.ball_speed_in_space[:, i] * unit.factor
         axes.plot(history.time, speed, color=looks[i].color, lw=_width(i, count), label=looks[i].label)
     axes.set_ylabel(f"speed in space ({unit.sign})" if count else f"rotor speed ({unit.sign})")
-    room = 0.1 * (most - least) or 0.1 * abs(most) or 1.0
+    steady = most - least <= SAME * abs(most)
+    room = (0.1 * abs(most) or 1.0) if steady else 0.1 * (most - least)
     axes.set_ylim((least - (room if least else 0.0)) * unit.factor, (most + room) * unit.factor)
     legend(axes)
 
