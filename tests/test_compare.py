@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.errors import QuestionError, UnitError
+from autobalancer.errors import QuestionError, RangeWarning, UnitError
 from autobalancer.studies.compare import compare
 
 pytestmark = pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")  # the rig's law of drag is linear
@@ -60,6 +60,13 @@ def test_the_border_is_that_of_the_machine(three):
     (border,) = ab.stability.borders(PLAIN, only=["exact border"])
     assert float(three["exact_border"].sel(machine="Plain race")) == border.speed
     assert math.isfinite(border.speed)
+
+
+def test_a_range_that_was_left_is_said_of_each_machine():
+    with pytest.warns(RangeWarning) as said:
+        compare({"one": PLAIN, "other": PLAIN}, duration="12 s")
+    about = [str(warning.message) for warning in said if warning.category is RangeWarning]
+    assert [text.partition(": the Reynolds number")[0] for text in about] == ["one", "other"]
 
 
 def test_machines_of_one_name_no_machine_and_speeds_that_are_none_are_refused():

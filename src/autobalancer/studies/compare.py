@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
@@ -97,7 +98,12 @@ def compare(
         )
         return _row(machine, run, speeds)
 
-    rows = in_threads(one, list(named.values()), workers, progress)
+    with warnings.catch_warnings():  # which does not say of which machine
+        warnings.simplefilter("ignore", RangeWarning)
+        rows = in_threads(one, list(named.values()), workers, progress)
+    for name, row in zip(named, rows, strict=True):
+        for text in row["beyond"]:
+            warn(f"{name}: {text}", RangeWarning)
     return _dataset(named, rows, speeds)
 
 
@@ -130,6 +136,7 @@ def _row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict[str
         row["verdict"] = verdict(run).word
     except QuestionError:
         row["verdict"] = "no verdict"
+    row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
     row["exact_border"], row["border_note"] = _border(machine)
     return row
 
