@@ -206,6 +206,9 @@ NAMES: dict[str, dict[str, str]] = {
         "holding_speed": "laws.stall",
         "StalledBall": "laws.stall",
         "planar_receptance": "laws.stall",
+        "RubberLaw": "laws.rubber",
+        "friction_stiffness": "laws.rubber",
+        "loss_over_softening": "laws.rubber",
     },
 }
 

@@ -16,6 +16,9 @@ from autobalancer.laws.drag_coefficient import sampled as sampled_drag_law
 from autobalancer.laws.drag_curve import DragCurve as DragCurve
 from autobalancer.laws.held_by_friction import held_whirl as held_whirl
 from autobalancer.laws.resting import rest_interval as rest_interval
+from autobalancer.laws.rubber import RubberLaw as RubberLaw
+from autobalancer.laws.rubber import friction_stiffness as friction_stiffness
+from autobalancer.laws.rubber import loss_over_softening as loss_over_softening
 from autobalancer.laws.slipstream import slipstream_factor as slipstream_factor
 from autobalancer.laws.slipstream import slipstream_factors as slipstream_factors
 from autobalancer.laws.stall import StalledBall as StalledBall
@@ -27,18 +30,21 @@ from autobalancer.machine.leaves import register as register
 
 __all__ = [
     "DragCurve",
+    "RubberLaw",
     "StalledBall",
     "balance_grade",
     "capability",
     "discoidal",
     "drag_laws",
     "free_sphere",
+    "friction_stiffness",
     "held_whirl",
     "holding_speed",
     "largest_count",
     "largest_useful_count",
     "linear_drag_law",
     "load",
+    "loss_over_softening",
     "permissible_unbalance",
     "planar_receptance",
     "race_geometry",
