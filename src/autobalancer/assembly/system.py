@@ -19,10 +19,12 @@ from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import with_mass_spread
 from autobalancer.assembly.resolved.balls import free_rows, is_resolved, resolved_scales, resolved_size, start_states
 from autobalancer.assembly.rotors.reduction import Reduction
+from autobalancer.assembly.rubber import has_rubber
 from autobalancer.assembly.spatial import Parts, pulled, spatial_parts, struck, top_speed, turned
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.errors import MachineError
 from autobalancer.kernels.records.resolved import BALL_STATES
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Planar, System, X, Y
 from autobalancer.machine import Machine, PlanarRotor
@@ -110,6 +112,8 @@ def assemble(
     MachineError
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
+    if has_rubber(machine):
+        raise MachineError("rotor: runs do not know softening rubber yet; give it a stiffness and a damping")
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):

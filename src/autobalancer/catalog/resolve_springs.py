@@ -16,7 +16,8 @@ def planar_rotor(machine: Machine) -> PlanarRotor:
     """The planar rotor of a machine with its stiffness and damping.
 
     A critical speed means w_c = sqrt(k/M), where the mass M in motion has the effective masses of the balls; a damping ratio
-    means D = b / (2 sqrt(k M)), and a half-power bandwidth 2 D w_c, which is exact for light damping.
+    means D = b / (2 sqrt(k M)), and a half-power bandwidth 2 D w_c, which is exact for light damping. Rubber has the stiffness
+    and damping of small motions here.
     """
     rotor = machine.rotor
     assert isinstance(rotor, PlanarRotor)
@@ -40,7 +41,9 @@ def settled(machine: Machine, path: str = "") -> Machine:
 
     It is left as it is where ``path`` names what they follow from, because then that is what is changed.
     """
-    if path in WORDS or not isinstance(machine.rotor, PlanarRotor) or machine.rotor.settled:
+    if path in WORDS or not isinstance(machine.rotor, PlanarRotor):
+        return machine
+    if machine.rotor.settled or machine.rotor.rubber is not None:
         return machine
     return Machine(
         **{**{key: getattr(machine, key) for key in machine.model_fields_set}, "rotor": planar_rotor(machine)}

@@ -10,7 +10,18 @@ from pydantic import Field, model_validator
 
 from autobalancer.machine.part import Problem, key
 from autobalancer.machine.quantity import Angle, Offset, Quantity
-from autobalancer.machine.rotors.joint import TABLE, DamperConstant, PointJoint, Spot, SpringStiffness, one_of
+from autobalancer.machine.rotors.joint import (
+    RUBBER,
+    TABLE,
+    DamperConstant,
+    Elements,
+    PointJoint,
+    Spot,
+    SpringStiffness,
+    one_of,
+    only_one_rubber,
+)
+from autobalancer.machine.rotors.rubber import Rubber
 from autobalancer.machine.rotors.support import SpeedTable, TiltDamping, TiltStiffness, values_at
 
 Matrix = NDArray[np.float64]
@@ -21,7 +32,8 @@ class Bushing(PointJoint):
     """One rubber bushing at a ``radius`` from the axis, or ``count`` of them equally spaced, the first at ``angle``.
 
     ``direction`` is the axis of the bushing by its components outwards, in the sense of rotation, and along the axis of
-    the rotor. Shear is across it. ``shear_table`` and ``axial_table`` hold stiffness and damping over the speed.
+    the rotor. Shear is across it. ``shear_table`` and ``axial_table`` hold stiffness and damping over the speed,
+    ``shear_rubber`` and ``axial_rubber`` rubber that softens with the amplitude.
     """
 
     kind: Literal["bushing"] = "bushing"
@@ -35,9 +47,11 @@ class Bushing(PointJoint):
     shear_stiffness: SpringStiffness = key("of each, across its axis", 0.0)
     shear_damping: DamperConstant = key("of each, across its axis", 0.0)
     shear_table: SpeedTable | None = key(TABLE, None)
+    shear_rubber: Rubber | None = key(RUBBER, None)
     axial_stiffness: SpringStiffness = key("of each, along its axis", 0.0)
     axial_damping: DamperConstant = key("of each, along its axis", 0.0)
     axial_table: SpeedTable | None = key(TABLE, None)
+    axial_rubber: Rubber | None = key(RUBBER, None)
     bending_stiffness: TiltStiffness = key("of each, about axes across its own", 0.0)
     bending_damping: TiltDamping = key("of each, about axes across its own", 0.0)
     torsional_stiffness: TiltStiffness = key("of each, about its axis", 0.0)
@@ -48,8 +62,13 @@ class Bushing(PointJoint):
         for name in ("shear", "axial"):
             constants = tuple((f"{name}_{what}", getattr(self, f"{name}_{what}")) for what in ("stiffness", "damping"))
             one_of(getattr(self, f"{name}_table"), f"{name}_table", constants)
-        if not any((self.shear_stiffness, self.shear_table, self.axial_stiffness, self.axial_table)):
-            raise ValueError("shear_stiffness: missing; give it or 'axial_stiffness', or a table of one of them")
+            table = (f"{name}_table", getattr(self, f"{name}_table"))
+            only_one_rubber(getattr(self, f"{name}_rubber"), f"{name}_rubber", (*constants, table))
+        springs = (self.shear_stiffness, self.shear_table, self.axial_stiffness, self.axial_table)
+        if not any((*springs, self.shear_rubber, self.axial_rubber)):
+            raise ValueError(
+                "shear_stiffness: missing; give it or 'axial_stiffness', or a table or rubber of one of them"
+            )
         if not any(self.direction):
             raise ValueError("direction: given 0, 0, 0; a bushing needs an axis")
         if self.count > 1 and self.radius == 0.0:
@@ -72,8 +91,8 @@ class Bushing(PointJoint):
 
     def matrices(self, speed: float) -> tuple[Matrix, Matrix]:
         """Of one bushing, diagonal in its own axes."""
-        shear = values_at(self.shear_table, self.shear_stiffness, self.shear_damping, speed)
-        axial = values_at(self.axial_table, self.axial_stiffness, self.axial_damping, speed)
+        shear = values_at(self.shear_table, self.shear_stiffness, self.shear_damping, speed, self.shear_rubber)
+        axial = values_at(self.axial_table, self.axial_stiffness, self.axial_damping, speed, self.axial_rubber)
         bending = float(self.bending_stiffness), float(self.bending_damping)
         torsion = float(self.torsional_stiffness), float(self.torsional_damping)
         stiffness, damping = (
@@ -84,6 +103,10 @@ class Bushing(PointJoint):
     def tables(self) -> tuple[SpeedTable | None, ...]:
         """Of shear and along the axis."""
         return self.shear_table, self.axial_table
+
+    def rubbers(self) -> tuple[Elements, ...]:
+        """Shear across its own axis, which is the first, and along it."""
+        return self._there(((1, 2), self.shear_rubber, "shear"), ((0,), self.axial_rubber, "along its axis"))
 
     def unfit(self, turning: int) -> list[Problem]:
         """It would be wrung by a rotating body."""

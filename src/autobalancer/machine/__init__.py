@@ -49,6 +49,7 @@ from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
+from autobalancer.machine.rotors.rubber import Rubber, RubberFriction, RubberRelaxation
 from autobalancer.machine.rotors.segment import ShaftMaterial, ShaftSegment
 from autobalancer.machine.rotors.shaft import ShaftRotor
 from autobalancer.machine.rotors.support import SpeedTable, Support
@@ -127,6 +128,9 @@ __all__ = [
     "RigidRotor",
     "Rotor",
     "Roundness",
+    "Rubber",
+    "RubberFriction",
+    "RubberRelaxation",
     "RunPlan",
     "Schedule",
     "ShaftMaterial",

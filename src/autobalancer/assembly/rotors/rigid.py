@@ -47,7 +47,7 @@ def rigid(rotor: RigidRotor) -> LateralModel:
     """Coordinates X, phi_Y, Y, -phi_X of Rodrigues et al. 2011, (1)."""
     positions = [float(support.position) for support in rotor.supports]
     axis = RigidAxis((min(positions), max(positions)))
-    speeds = table_speeds([support.table.speed for support in rotor.supports if support.table is not None])
+    speeds = table_speeds(filter(None, (support.frequencies() for support in rotor.supports)))
     damping, stiffness = np.zeros((2, speeds.size, 4, 4))
     for support in rotor.supports:
         add_support(support, axis.rows(float(support.position), None), speeds, damping, stiffness)

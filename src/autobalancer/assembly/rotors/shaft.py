@@ -35,7 +35,7 @@ def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
         mass += float(disk.transverse_inertia) * tilting
         polar += float(disk.polar_inertia) * tilting
     n = mass.shape[0]
-    speeds = table_speeds([support.table.speed for support in rotor.supports if support.table is not None])
+    speeds = table_speeds(filter(None, (support.frequencies() for support in rotor.supports)))
     damping, stiffness = np.zeros((2, speeds.size, 2 * n, 2 * n))
     stiffness += _both(elastic)
     for support in rotor.supports:

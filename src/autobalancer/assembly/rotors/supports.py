@@ -8,7 +8,6 @@ import numpy as np
 
 from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
 from autobalancer.machine import Support
-from autobalancer.machine.rotors.support import values_at
 
 
 def table_speeds(tables: Iterable[Sequence[float]]) -> Floats:
@@ -24,7 +23,7 @@ def table_speeds(tables: Iterable[Sequence[float]]) -> Floats:
 def add_support(support: Support, place: Rows, speeds: Floats, damping: Matrix, stiffness: Matrix) -> None:
     """Add a support at a place of the rotor to C and K, both (k, N, N)."""
     n = place.deflection.size
-    values = [values_at(support.table, support.stiffness, support.damping, float(w)) for w in speeds]
+    values = [support.values(float(w)) for w in speeds]
     k, c = np.array(values).transpose(1, 0, 2)
     across = np.outer(place.deflection, place.deflection)
     tilting = np.outer(place.slope, place.slope)

@@ -10,6 +10,7 @@ from autobalancer.machine.leaves import Leaf
 from autobalancer.machine.part import Problem, key
 from autobalancer.machine.quantity import Position, Quantity
 from autobalancer.machine.rotors.body import GROUND
+from autobalancer.machine.rotors.rubber import Rubber
 from autobalancer.machine.rotors.support import SpeedTable
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ DamperConstant = Annotated[float, Quantity("N*s/m", non_negative=True)]
 Direction = tuple[float, float, float]
 
 BESIDE = "along x and y, beside the axis; only if no body of the joint rotates"
+RUBBER = "that softens with the amplitude, in place of the two constants"
 TABLE = "over the speed, in place of the two constants"
 TILT = "against tilting"
 TURN = "against rotation about the axis"
@@ -35,6 +37,14 @@ class Spot(NamedTuple):
 
     point: Direction
     axes: tuple[Direction, Direction, Direction] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Elements(NamedTuple):
+    """Rubber of a joint: the one or two of its six motions that stretch it, from 0, and the rubber."""
+
+    motions: tuple[int, ...]
+    rubber: Rubber
+    name: str  # of this direction, for people
 
 
 class Joint(Leaf):
@@ -81,12 +91,21 @@ class PointJoint(Joint):
         raise NotImplementedError(f"{type(self).__name__} has no method 'matrices'")
 
     def frequencies(self) -> tuple[tuple[float, ...], ...]:
-        """Angular frequencies of each of its tables, ascending, rad/s."""
-        return tuple(tuple(map(float, table.speed)) for table in self.tables() if table is not None)
+        """Angular frequencies of each of its tables, and of rubber that relaxes, ascending, rad/s."""
+        tabled = [tuple(map(float, table.speed)) for table in self.tables() if table is not None]
+        return *tabled, *filter(None, (one.rubber.frequencies() for one in self.rubbers()))
 
     def tables(self) -> tuple[SpeedTable | None, ...]:
         """Its tables over the speed."""
         return ()
+
+    def rubbers(self) -> tuple[Elements, ...]:
+        """Its rubber that softens with the amplitude; in ``matrices`` it counts as in small motions."""
+        return ()
+
+    @staticmethod
+    def _there(*given: tuple[tuple[int, ...], Rubber | None, str]) -> tuple[Elements, ...]:
+        return tuple(Elements(motions, rubber, name) for motions, rubber, name in given if rubber is not None)
 
 
 def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, object], ...], pairs: bool = False) -> None:
@@ -98,6 +117,13 @@ def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, obje
             raise ValueError(f"{other}: '{name}' contains it already; give one or the other")
     if not pairs and any(isinstance(entry, tuple) for entry in (*table.stiffness, *table.damping)):
         raise ValueError(f"{name}: given a pair; this direction has one value at each speed")
+
+
+def only_one_rubber(rubber: Rubber | None, name: str, constants: tuple[tuple[str, object], ...]) -> None:
+    """Refuse rubber beside what it stands for."""
+    for other, value in constants:
+        if rubber is not None and value:
+            raise ValueError(f"{other}: '{name}' contains it already; give one or the other")
 
 
 def unfit_at(joint: PointJoint, turning: int, offset: tuple[float, float], damped: bool) -> list[Problem]:

@@ -9,6 +9,7 @@ from pydantic import model_validator
 from autobalancer.errors import MachineError, UnitError
 from autobalancer.machine.part import ImpossiblePart, Part, Problem, key
 from autobalancer.machine.quantity import Damping, Inertia, Mass, Quantity, Stiffness
+from autobalancer.machine.rotors.rubber import Rubber, small_free_motions
 from autobalancer.units import Given, to_si
 
 SPRINGS = ("stiffness", "critical_speed")
@@ -53,7 +54,8 @@ class PlanarRotor(Part):
 
     In place of ``stiffness`` there may be the ``critical_speed``, undamped and with the balls on the rotor, and in place of
     ``damping`` the ``damping_ratio`` or the ``half_power_bandwidth`` of the resonance, relative or as a speed. The springs that
-    follow stay when something else of the machine is changed.
+    follow stay when something else of the machine is changed. ``rubber`` that softens with the amplitude stands in place of all
+    of these.
     """
 
     kind: Literal["planar"] = "planar"
@@ -71,6 +73,7 @@ class PlanarRotor(Part):
         r"rpm`): $2 D$ for light damping",
         None,
     )
+    rubber: Rubber | None = key("that softens with the amplitude, in place of springs and dampers", None)
     inertia: Inertia | None = key(
         "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"
     )
@@ -78,11 +81,17 @@ class PlanarRotor(Part):
     @model_validator(mode="after")
     def _one_way(self) -> PlanarRotor:
         problems: list[Problem] = []
+        if self.rubber is not None:
+            beside = [name for name in (*SPRINGS, *DAMPERS) if getattr(self, name) is not None]
+            if beside:
+                text = "given beside 'rubber', which contains it; give one or the other"
+                raise ImpossiblePart("PlanarRotor", [((name,), text) for name in beside])
+            return self
         for keys in (SPRINGS, DAMPERS):
             given = [key for key in keys if getattr(self, key) is not None]
             if not given:
                 others = " or ".join(repr(key) for key in keys[1:])
-                problems.append(((keys[0],), f"missing; it has no default, give it or {others}"))
+                problems.append(((keys[0],), f"missing; it has no default, give it or {others}, or 'rubber'"))
             problems += [((key,), f"given beside {given[0]!r}; give one of them") for key in given[1:]]
         if problems:
             raise ImpossiblePart("PlanarRotor", problems)
@@ -110,7 +119,13 @@ class PlanarRotor(Part):
         return all(x == y for x, y in pairs)
 
     def springs(self, total_mass: float) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Stiffness (N/m) and damping (N s/m) along x and y, with the mass in motion, kg."""
+        """Stiffness (N/m) and damping (N s/m) along x and y, with the mass in motion, kg.
+
+        Those of rubber are those of small motions at their natural frequency.
+        """
+        if self.rubber is not None:
+            values = small_free_motions(self.rubber, total_mass)
+            return (values[0], values[0]), (values[1], values[1])
         if self.critical_speed is None:
             k = self.stiffness_xy
         else:

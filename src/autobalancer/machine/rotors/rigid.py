@@ -34,8 +34,12 @@ class RigidRotor(Part):
                 f"polar_inertia: given {self.polar_inertia:g} kg m^2; no body has more than twice its transverse inertia, "
                 f"{2.0 * self.transverse_inertia:g} kg m^2 here"
             )
-        held = {float(s.position) for s in self.supports if s.stiffness is not None or s.table is not None}
+        held = {float(s.position) for s in self.supports if s.carries}
         tilt = any(s.tilt_stiffness > 0.0 for s in self.supports)
+        if self.stiffness_proportional_damping and any(s.rubber is not None for s in self.supports):
+            raise ValueError(
+                "stiffness_proportional_damping: given beside 'rubber', which has its own loss; leave it out"
+            )
         if not held or (len(held) < 2 and not tilt):
             raise ValueError(
                 "supports: nothing supports the rotor against tilting; give springs at two positions, or 'tilt_stiffness'"

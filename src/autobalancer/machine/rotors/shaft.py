@@ -67,13 +67,16 @@ class ShaftRotor(Part):
         if not self._held():
             text = "the shaft is not supported; give springs at two positions, or one and 'tilt_stiffness'"
             problems.append((("supports",), text))
+        if self.stiffness_proportional_damping and any(s.rubber is not None for s in self.supports):
+            text = "given beside 'rubber' in a support, which has its own loss; leave it out"
+            problems.append((("stiffness_proportional_damping",), text))
         if problems:
             raise ImpossiblePart("ShaftRotor", problems)
         return self
 
     def _held(self) -> bool:
         """Whether it can neither move nor tilt freely; what hangs from a hinge is held by its weight."""
-        held = {float(s.position) for s in self.supports if s.stiffness is not None or s.table is not None}
+        held = {float(s.position) for s in self.supports if s.carries}
         tilt = any(s.tilt_stiffness > 0.0 for s in self.supports)
         return bool(held) and (len(held) > 1 or tilt or self.up is not None)
 

@@ -9,6 +9,7 @@ from pydantic import model_validator
 
 from autobalancer.machine.part import Listed, Part, key
 from autobalancer.machine.quantity import Damping, Position, Quantity, Speed, Stiffness
+from autobalancer.machine.rotors.rubber import Rubber
 
 SignedStiffness = Annotated[float, Quantity("N/m")]
 TiltStiffness = Annotated[float, Quantity("N*m/rad", non_negative=True)]
@@ -57,11 +58,22 @@ def values_at(
     stiffness: float | tuple[float, float] | None,
     damping: float | tuple[float, float],
     speed: float,
+    rubber: Rubber | None = None,
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Stiffness and damping along x and y at a speed, of a table or of the constants in its place."""
+    """Stiffness and damping along x and y at a speed, of a table, of rubber in small motions, or of the constants."""
+    if rubber is not None:
+        k, c = rubber.small_motions(speed)
+        return (k, k), (c, c)
     if table is not None:
         return table.at(speed)
     return along_x_and_y(0.0 if stiffness is None else stiffness), along_x_and_y(damping)
+
+
+def only_rubber(others: dict[str, object]) -> None:
+    """Refuse what is given beside rubber, by name."""
+    for name, value in others.items():
+        if value:
+            raise ValueError(f"{name}: given beside 'rubber', which contains it; give one or the other")
 
 
 def _between(values: tuple[float | tuple[float, float], ...], share: float) -> tuple[float, float]:
@@ -72,16 +84,18 @@ def _between(values: tuple[float | tuple[float, float], ...], share: float) -> t
 class Support(Part):
     """A bearing or spring between the rotor at ``position`` and the ground.
 
-    ``stiffness`` and ``damping`` across the axis, one value or a pair along x and y; or a ``table`` over the speed.
+    ``stiffness`` and ``damping`` across the axis, one value or a pair along x and y; or a ``table`` over the speed; or
+    ``rubber`` that softens with the amplitude.
     ``cross_stiffness`` (k_xy, k_yx) is that of a fluid film; it may have any sign.
     """
 
     position: Position = key("along the axis, counted as for stations")
     stiffness: Stiffness | None = key(
-        "across the axis; this or a `table`, or neither for a pure damper", None, symbol="k"
+        "across the axis; this, a `table` or `rubber`, or none of them for a pure damper", None, symbol="k"
     )
     damping: Damping = key("across the axis; not with a `table`, which contains it", 0.0, symbol="b")
     table: SpeedTable | None = key("stiffness and damping over the speed, in place of two constants", None)
+    rubber: Rubber | None = key("that softens with the amplitude, in place of two constants", None)
     cross_stiffness: tuple[SignedStiffness, SignedStiffness] | None = key(
         "$k_{xy}$ and $k_{yx}$ of a fluid film, of any sign", None
     )
@@ -92,9 +106,26 @@ class Support(Part):
     def _one_way(self) -> Support:
         if self.stiffness is not None and self.table is not None:
             raise ValueError("give either 'stiffness' (and 'damping') or a 'table' over the speed, not both")
+        if self.rubber is not None:
+            only_rubber({name: getattr(self, name) for name in ("stiffness", "damping", "table", "cross_stiffness")})
         nothing = self.tilt_stiffness == 0.0 and self.tilt_damping == 0.0 and self.damping == 0.0
-        if self.stiffness is None and self.table is None and nothing:
-            raise ValueError("stiffness: missing; give it, or a 'table', or make it a damper by 'damping'")
+        if not self.carries and nothing:
+            raise ValueError("stiffness: missing; give it, a 'table' or 'rubber', or make it a damper by 'damping'")
         if self.table is not None and self.damping != 0.0:
             raise ValueError("damping: the table contains it already; leave it out")
         return self
+
+    @property
+    def carries(self) -> bool:
+        """Whether it has a spring across the axis."""
+        return self.stiffness is not None or self.table is not None or self.rubber is not None
+
+    def values(self, speed: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Stiffness and damping along x and y at a speed, rad/s; of rubber those of small motions."""
+        return values_at(self.table, self.stiffness, self.damping, speed, self.rubber)
+
+    def frequencies(self) -> tuple[float, ...]:
+        """Between which its values are linear, rad/s; empty if they are constant."""
+        if self.rubber is not None:
+            return self.rubber.frequencies()
+        return () if self.table is None else tuple(map(float, self.table.speed))
