@@ -1,4 +1,4 @@
-"""The equations of balls on any isotropic rotor at constant speed W as a smooth vector field in the frame of the rotor.
+"""The equations of balls on any rotor at constant speed W as a smooth vector field in the frame of the rotor.
 
 State: coordinates Q of the rotor (``pairs`` along X, as many along Y), V (their velocity in space along the axes of the
 rotor), ball angles phi, ball speeds phi' in the rotor. With s = m eps, t and n the tangential and radial unit vectors at a
@@ -8,10 +8,12 @@ ball, B the row of its station, A = V' + iW V and c the center of its race in th
     I phi'' + s t.(B A)     = -beta phi' + s W^2 Im[e^(-i phi) c]
 
 M has the balls' mass on it, F are the unbalances and the eccentric masses of the balls. A planar rotor has one pair of
-coordinates, one station and B = 1. There is more on races that tilt (:mod:`autobalancer.stability.host.tilt`) and with forces on
-the balls (:mod:`autobalancer.stability.host.forces`). These are the compiled equations written so that they can be
-differentiated: both sides as Taylor series along a direction give derivatives of any order from one linear solve each, exact to
-rounding.
+coordinates, one station and B = 1. Where x and y are not alike, M, C, G and K turn backward in these axes, by the rotor angle
+theta, and come back after half a turn (:mod:`autobalancer.stability.host.cycle`).
+
+There is more on races that tilt (:mod:`autobalancer.stability.host.tilt`) and with forces on the balls
+(:mod:`autobalancer.stability.host.forces`). These are the compiled equations written so that they can be differentiated: both
+sides as Taylor series along a direction give derivatives of any order from one linear solve each, exact to rounding.
 """
 
 from __future__ import annotations
@@ -30,10 +32,14 @@ from autobalancer.stability.host.tilt import Feels, tilted
 
 @dataclass(frozen=True)
 class Field:
-    """The vector field of a machine at a speed; the last axis of a state counts its 4 ``pairs`` + 2 n components."""
+    """The vector field of a machine at a speed; the last axis of a state counts its 4 ``pairs`` + 2 n components.
+
+    On anisotropic supports at the rotor angles ``theta`` (rad): one, or one for each entry of the last but one axis of a state.
+    """
 
     host: Stations
     speed: float
+    theta: float | Floats = 0.0
 
     @property
     def balls(self) -> int:
@@ -52,10 +58,21 @@ class Field:
 
     @cached_property
     def _matrices(self) -> tuple[Matrix, Matrix, Matrix, Floats]:
-        """M, C - iWG, K over Q_x, Q_y, and the load W^2 F."""
-        load = self.speed**2 * self.host.fixed_load
-        mass, turning, stiffness = (_real(m) for m in self.host.model.complex_matrices(self.speed))
-        return mass, turning, stiffness, np.concatenate([load.real, load.imag])
+        """M, C - iWG, K over Q_x, Q_y, each also for every angle where x and y are not alike, and the load W^2 F."""
+        model, load = self.host.model, self.speed**2 * self.host.fixed_load
+        fixed = np.concatenate([load.real, load.imag])
+        if model.isotropic:
+            mass, turning, stiffness = (_real(m) for m in model.complex_matrices(self.speed))
+            return mass, turning, stiffness, fixed
+        n, cosine, sine = 2 * model.pairs, np.cos(self.theta), np.sin(self.theta)
+        turned = np.kron([[1.0, 0.0], [0.0, 1.0]], np.eye(model.pairs)) * np.asarray(cosine)[..., None, None]
+        turned = turned + np.kron([[0.0, -1.0], [1.0, 0.0]], np.eye(model.pairs)) * np.asarray(sine)[..., None, None]
+        turning = model.damping_at(self.speed) + self.speed * model.gyroscopic
+        back = np.swapaxes(turned, -1, -2)
+        mass, turning, stiffness = (
+            back @ m[:n, :n] @ turned for m in (model.mass, turning, model.stiffness_at(self.speed))
+        )
+        return mass, turning, stiffness, fixed
 
     def __call__(self, states: Floats) -> Floats:
         """Time derivative of one state or of many."""
@@ -88,7 +105,7 @@ class Field:
             sine.append(np.sin(angle + 0.5 * np.pi * k) * factor)
             matrices.append(self._coupling(cosine[k], sine[k]))
             here = (state, direction)[k] if k < 2 else np.zeros_like(direction)
-            load = -here[..., :half] @ stiffness.T - here[..., half:first] @ damping.T
+            load = -_product(stiffness, here[..., :half]) - _product(damping, here[..., half:first])
             if k == 0:
                 load = load + fixed
             pull = [sum(square[j] * side[k - j] for j in range(min(k, 2) + 1)) for side in (cosine, sine)]
@@ -178,12 +195,18 @@ class Field:
 
     def _jacobian_by_series(self, states: Floats) -> Matrix:
         """The same where balls feel more than the deflection of their race: one direction after the other."""
-        directions = np.broadcast_to(np.eye(states.shape[-1]), (*states.shape, states.shape[-1]))
-        matrices, right = self.series(np.broadcast_to(states[..., None, :], directions.shape), directions, 1)
-        inertia = self.inertia(matrices[0][..., 0, :, :])
-        rates = np.linalg.solve(inertia, right[0][..., 0, :, None])
-        moved = right[1] - (matrices[1] @ rates[..., None, :, :])[..., 0]
-        return self._slopes(np.linalg.solve(inertia, np.swapaxes(moved, -1, -2)))
+        directions = self.units(states)
+        matrices, right = self.series(np.broadcast_to(states, directions.shape), directions, 1)
+        inertia = self.inertia(matrices[0][0])
+        rates = np.linalg.solve(inertia, right[0][0, ..., None])
+        moved = right[1] - (matrices[1] @ rates)[..., 0]
+        return self._slopes(np.linalg.solve(inertia, np.moveaxis(moved, 0, -1)))
+
+    @staticmethod
+    def units(states: Floats) -> Floats:
+        """Each component of a state as a direction, (size, ..., size)."""
+        size = states.shape[-1]
+        return np.broadcast_to(np.eye(size).reshape(size, *[1] * (states.ndim - 1), size), (size, *states.shape))
 
     def _slopes(self, slope: Numbers) -> Matrix:
         """The Jacobian with the derivatives of A and phi'' put in."""
@@ -228,9 +251,10 @@ class Field:
     def _constant(self) -> Matrix:
         """The part of the inertia that does not."""
         half = self.rotor // 2
-        m = np.zeros((half + self.balls, half + self.balls))
-        m[:half, :half] = self._matrices[0]
-        m[half:, half:] = np.diag(self.host.inertia)
+        mass = self._matrices[0]
+        m = np.zeros((*mass.shape[:-2], half + self.balls, half + self.balls))
+        m[..., :half, :half] = mass
+        m[..., half:, half:] = np.diag(self.host.inertia)
         return m
 
     def inertia(self, coupling: Numbers) -> Numbers:
@@ -252,6 +276,11 @@ class Field:
         return np.concatenate(
             [v + self._turned(q), rates[..., :half] + self._turned(v), here[..., first + n :], rates[..., half:]], -1
         )
+
+
+def _product(matrix: Matrix, vectors: Numbers) -> Numbers:
+    """A matrix, or one for every angle, times vectors."""
+    return np.asarray(vectors @ matrix.T if matrix.ndim == 2 else (matrix @ vectors[..., None])[..., 0])
 
 
 def _real(matrix: Complexes) -> Matrix:
