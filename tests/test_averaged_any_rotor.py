@@ -20,19 +20,21 @@ from autobalancer.machine import (
     Constant,
     DragTorque,
     Machine,
+    PlanarRotor,
     PrescribedSpeed,
     Race,
     RigidRotor,
     Support,
+    Unbalance,
 )
-from autobalancer.stability.averaged.equations import averaged_eigenvalues
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.averaged.stations import averaged_station_eigenvalues, averaged_station_growth
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
 from autobalancer.stability.maps.averaged import averaged_of
-from autobalancer.stability.states.planar import equilibria_of
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.floquet import OnAnisotropicStations, exponents_of
+from autobalancer.stability.states.state import StationState
+from autobalancer.stability.states.stations import balanced_of
 
 ARM, DRAG = 0.1, 8e-4
 RIGHT_ANGLES = np.array([0.25, -0.25, 0.25, -0.25]) * math.pi
@@ -55,18 +57,63 @@ def symmetric(polar: float) -> Machine:
     )
 
 
-@pytest.mark.parametrize("speed", [80.0, 120.0])
-def test_a_planar_rotor_as_one_station_has_the_averaged_eigenvalues_of_its_forward_whirl(speed: float) -> None:
-    p = plane(ab.example("discoidal"))
-    for state in equilibria_of(p, speed):
-        of_station = StationState(state.name, state.angles, np.array([state.whirl]), state.freedom, 0)
-        found = averaged_station_eigenvalues(of_plane(p), speed, of_station)
-        planar = list(averaged_eigenvalues(p, speed, state))
-        for value in found:
-            planar.pop(int(np.argmin(np.abs(np.array(planar) - value))))
-        backward = np.array([-p.damping[0] / (2.0 * p.mass)] * 2)  # the balls do not feel it
-        assert np.abs(np.array(planar).real - backward).max() < 1e-9 * speed
-        assert np.abs(averaged_eigenvalues(p, speed, state)[:, None] - found[None]).min(0).max() < 1e-8 * speed
+def with_supports(machine: Machine, along_y: float, damping_y: float = 20.0) -> Machine:
+    """A rotor with 20 kN/m along x of each support, and so many times as much along y."""
+    supports = [
+        Support(position=support.position, stiffness=(2e4, 2e4 * along_y), damping=(20.0, damping_y))
+        for support in machine.rotor.supports  # type: ignore[union-attr]
+    ]
+    return ab.with_parameter(machine, "rotor.supports", supports)
+
+
+def one_plane_amid(along_y: float, damping_y: float) -> Machine:
+    """The rotor with all balls in its middle, where they and the unbalance do not tilt it."""
+    machine = with_supports(symmetric(0.03), along_y, damping_y)
+    race = machine.balancers[0].races[0]
+    heavy = race.model_copy(update={"drag": DragTorque(beta=2.0 * DRAG)})
+    unbalance = Unbalance(moment=1.5e-4, station=0.0)
+    return machine.model_copy(
+        update={"balancers": (Balancer(station=0.0, races=(heavy,)),), "unbalances": (unbalance,)}
+    )
+
+
+@pytest.mark.parametrize(("along_y", "damping_y"), [(1.0, 20.0), (1.4, 28.0)])
+def test_balls_in_the_middle_of_a_rotor_have_the_averaged_border_of_its_planar_motion(
+    along_y: float, damping_y: float
+) -> None:
+    machine = one_plane_amid(along_y, damping_y)
+    rotor = PlanarRotor(mass=5.0, stiffness=(4e4, 4e4 * along_y), damping=(40.0, 2.0 * damping_y), inertia=0.03)
+    flat = machine.model_copy(
+        update={
+            "rotor": rotor,
+            "balancers": (Balancer(races=machine.balancers[0].races),),
+            "unbalances": (Unbalance(moment=1.5e-4),),
+        }
+    )
+    searched = (89.4, 200.0)  # from the critical speed along x
+    planar, found = (ab.stability.averaged_border(one, searched=searched).speed for one in (flat, machine))
+    assert searched[0] < planar < searched[1]
+    assert found == pytest.approx(planar, rel=1e-9)
+    planar, found = (
+        ab.stability.averaged_border(one, worst_case=True, searched=searched).speed for one in (flat, machine)
+    )
+    assert found == pytest.approx(planar, rel=1e-9)
+
+
+def test_supports_that_hardly_differ_have_the_averaged_eigenvalues_of_alike_ones_and_of_the_backward_whirl() -> None:
+    machine, w = symmetric(0.03), 150.0
+    alike, uneven = (stations(with_supports(machine, along_y)) for along_y in (1.0, 1.0 + 1e-7))
+    assert alike.isotropic
+    assert not uneven.isotropic
+    state = StationState("balanced", RIGHT_ANGLES, np.zeros(2, np.complex128), 0, 0)
+    found = averaged_station_eigenvalues(uneven, w, state)
+    mass, turning, stiffness = (matrix.conj() for matrix in alike.model.complex_matrices(w))  # it whirls the other way
+    held = stiffness + 1j * w * turning - w * w * mass
+    backward = np.linalg.eigvals(-np.linalg.solve(2j * w * mass + 1j * turning.imag, held))
+    forward = averaged_station_eigenvalues(alike, w, state)
+    assert found.size == forward.size + 2 * backward.size
+    for value in (*forward, *backward, *backward.conj()):
+        assert np.abs(found - value).min() < 1e-5 * w
 
 
 def test_a_planar_rotor_as_one_station_has_the_averaged_border_of_the_closed_form() -> None:
@@ -108,6 +155,31 @@ def test_averaged_and_exact_border_of_two_planes_meet_as_the_drag_grows() -> Non
     assert apart[1] < 0.02 * apart[0]  # of second order in the share of the balls
 
 
+def test_averaged_and_exact_border_meet_as_the_drag_grows_on_uneven_supports_too() -> None:
+    machine, apart = with_supports(ab.example("two_plane_rotor"), 1.3), []
+    for factor in (100.0, 1000.0):
+        heavy = ab.with_parameter(machine, "drag", factor * 2e-4)
+        averaged = ab.stability.averaged_border(heavy, searched=(140.0, 160.0)).speed
+        exact = OnAnisotropicStations(stations(heavy))
+        border = brentq(
+            lambda w, exact=exact: exact.rates(np.array([w]))[0], 0.99 * averaged, 1.01 * averaged, xtol=1e-9
+        )
+        apart.append(abs(averaged / border - 1.0))
+    assert apart[0] < 2e-5
+    assert apart[1] < 0.02 * apart[0]
+
+
+@pytest.mark.parametrize("speed", [120.0, 150.0, 250.0])
+def test_slow_motions_of_balls_on_uneven_supports_grow_as_the_multipliers_over_a_turn_say(speed: float) -> None:
+    heavy = ab.with_parameter(with_supports(ab.example("two_plane_rotor"), 1.3), "drag", 0.2)
+    st = stations(heavy)
+    (state, *_) = balanced_of(st, speed)
+    averaged = averaged_station_eigenvalues(st, speed, state)[:4]  # of the balls, the others belong to the rotor
+    exact = exponents_of(st, speed, state)
+    for value in averaged:
+        assert np.abs(exact - value).min() < 2e-3 * abs(value)
+
+
 def test_the_averaged_border_of_any_rotor_is_where_its_growth_rate_changes_sign() -> None:
     machine = ab.with_parameter(ab.example("two_plane_rotor"), "drag", 0.0125)
     border = ab.stability.averaged_border(machine)
@@ -123,13 +195,9 @@ def test_what_averaging_does_not_know_of_other_rotors_is_refused_in_words() -> N
     two = ab.example("two_plane_rotor")
     with pytest.raises(QuestionError, match="needs races on the axis of the rotor, in one plane"):
         ab.stability.averaged_border(two, worst_case=True)
-    supports = [{"position": at, "stiffness": ["20 kN/m", "25 kN/m"], "damping": "20 N*s/m"} for at in (-0.12, 0.12)]
-    uneven = ab.with_parameter(two, "rotor.supports", supports)
-    with pytest.raises(QuestionError, match="differ along x and y"):
-        ab.stability.averaged_border(uneven)
-    (border,) = ab.stability.borders(uneven, only=("averaged border",))
-    assert math.isnan(border.speed)
-    assert not border.known
+    springs = [{"kind": "race_springs", "stiffness": 0.02}]
+    with pytest.raises(QuestionError, match="does not know forces on the balls"):
+        ab.stability.averaged_border(ab.with_parameter(two, "balancers[1].races[1].forces", springs))
 
 
 def test_the_command_line_prints_the_averaged_border_of_a_rotor_that_tilts() -> None:

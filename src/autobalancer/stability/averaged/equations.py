@@ -1,4 +1,4 @@
-"""The averaged equations of motion, Spannan (2021), section 4.1.2, with the misprints corrected and for any balls.
+"""The averaged equations of motion of a planar rotor, Spannan (2021), section 4.1.2, with the misprints corrected, for any balls.
 
 With x = Re[a_x e^(i W t)], y = Im[a_y e^(i W t)], a = A + iB (4.18) and the forward whirl Z = (a_x + a_y)/2:
 
@@ -9,6 +9,8 @@ Corrected against the print: the sign in (4.24), cos to sin in row 4 of matrix B
 is left out, as in the source, and motions are slow against the speed. So borders found here are those of the exact
 equations only for heavily damped balls and small S: the decay rate beta/I of a ball large against that of the rotor,
 b/(2M), and against (N S/2) w_c, and N S/2 below about 0.1. Then they agree to better than a percent.
+
+They are linearized as those of one station of any rotor, :mod:`autobalancer.stability.averaged.stations`.
 """
 
 from __future__ import annotations
@@ -18,12 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.stability.averaged.stations import averaged_station_eigenvalues, averaged_station_growth
 from autobalancer.stability.host.planar import Complexes, Floats, Plane, plane
-from autobalancer.stability.states.linear import kept
+from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.stability.states.state import StationState
 from autobalancer.units import unbalance_argument
 
 Given = Plane | Machine | str | Path
@@ -50,72 +53,26 @@ def amplitudes(p: Plane, speed: float, angles: Floats) -> tuple[complex, complex
     return load / x, load / y
 
 
-def averaged_matrices(p: Plane, speed: float, state: Equilibrium) -> tuple[Floats, Floats]:
-    """A and B of (4.68) for (A_x, B_x, A_y, B_y, phi_1 ... phi_n), any number of balls, equal or not.
-
-    Each ball row is divided by m eps of its ball, as in the source. For states whose race does not run true B gains the
-    diagonal term W^2 Re[e^(-i phi) c], which the source does not need.
-    """
-    n, w = p.moment.size, speed
-    a, b = np.zeros((4 + n, 4 + n)), np.zeros((4 + n, 4 + n))
-    a[:4, :4] = -np.eye(4)
-    for i, (k, damping) in enumerate(zip(p.stiffness, p.damping, strict=True)):
-        detuning, decay = 0.5 * w - k / (2.0 * p.mass * w), -damping / (2.0 * p.mass)
-        b[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [[decay, detuning], [-detuning, decay]]
-    cos, sin, share = np.cos(state.angles), np.sin(state.angles), p.moment / p.mass
-    a[:4, 4:] = np.vstack([share * sin, -share * cos] * 2)
-    b[:4, 4:] = 0.5 * w * np.vstack([share * cos, share * sin] * 2)
-    a[4:, :4] = 0.5 * w * np.column_stack([cos, sin] * 2)
-    b[4:, :4] = 0.5 * w * w * np.column_stack([sin, -cos] * 2)
-    a[4:, 4:] = np.diag(p.drag / p.moment)
-    b[4:, 4:] = np.diag(w * w * np.real(np.exp(-1j * state.angles) * (state.whirl + p.offset)))
-    return a, b
-
-
 def averaged_eigenvalues(p: Plane, speed: float, state: Equilibrium) -> Complexes:
-    """Eigenvalues of (4.69), 1/s, the fastest growing first.
+    """Eigenvalues of (4.69), 1/s, the fastest growing first; on isotropic supports without those of the backward whirl.
 
     Raises
     ------
     QuestionError
         If a ball has no drag.
     """
-    refuse_without_drag(p.drag)
-    a, b = averaged_matrices(p, speed, state)
-    unit = np.concatenate([np.full(4, p.moment.max() / p.mass), np.ones(p.moment.size)])  # amplitudes, angles
-    return slow_eigenvalues(a * unit, b * unit)
-
-
-def refuse_without_drag(drag: Floats) -> None:
-    """Refuse balls without drag: the averaged equations, which leave out their inertia, say nothing about them.
-
-    Raises
-    ------
-    QuestionError
-        If there is one.
-    """
-    if not (drag > 0.0).all():
-        raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
-
-
-def slow_eigenvalues(a: Floats, b: Floats) -> Complexes:
-    """Eigenvalues of A x' + B x = 0, the fastest growing first."""
-    values = np.linalg.eigvals(-np.linalg.solve(a, b))
-    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+    return averaged_station_eigenvalues(of_plane(p), speed, at_station(state))
 
 
 def averaged_growth_rate(p: Plane, speed: float, state: Equilibrium) -> float:
     """Greatest real part of the averaged eigenvalues, 1/s, without the zeros of balls that may be moved for nothing."""
-    return float(kept(averaged_eigenvalues(p, speed, state), neutral_directions(state)).real.max())
+    return averaged_station_growth(of_plane(p), speed, at_station(state))
 
 
-def neutral_directions(state: Equilibrium) -> int:
-    """Dimension of the small ball motions that leave a balanced rotor balanced: n - 2, or n - 1 for balls in line."""
-    if state.name != "balanced":
-        return 0
-    reach = np.linalg.svd(np.vstack([np.cos(state.angles), np.sin(state.angles)]), compute_uv=False)
-    lost = int(np.sum(reach < 1e-7 * reach[0])) if state.angles.size > 1 else 0
-    return state.freedom + lost
+def at_station(state: Equilibrium) -> StationState:
+    """A state of a planar rotor as that of its only station."""
+    whirl = np.array([state.whirl], np.complex128)
+    return StationState(state.name, state.angles, whirl, state.freedom, state.outward)
 
 
 def balanced_growth_rate(p: Plane, speed: float) -> float:

@@ -12,9 +12,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.averaged.border import averaged_border as planar_border
-from autobalancer.stability.averaged.equations import refuse_without_drag
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
-from autobalancer.stability.averaged.stations import averaged_station_growth
+from autobalancer.stability.averaged.stations import averaged_station_growth, refuse_without_drag
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
@@ -41,7 +40,7 @@ def averaged_border(
     Parameters
     ----------
     machine
-        A machine with any rotor on isotropic supports, or a planar rotor on others; or the path of its file.
+        A machine or the path of its file; any rotor.
     unbalance
         kg m, or a text such as ``"594 g*mm"``; by default that of the machine. On rotors that tilt or bend it replaces the
         machine's unbalance if there is only one.
@@ -61,8 +60,7 @@ def averaged_border(
     Raises
     ------
     QuestionError
-        If a ball has no drag, supports of a rotor that tilts or bends differ in x and y, or the worst case is asked of an
-        eccentric race or several planes.
+        If a ball has no drag or forces act on it, or the worst case is asked of an eccentric race or several planes.
     """
     if not isinstance(machine, Plane):
         machine = balls_in_races(machine)
@@ -81,7 +79,7 @@ def averaged_border(
 def averaged_of(p: Described) -> Border:
     """*averaged border* as :func:`autobalancer.stability.borders` has it.
 
-    With races on the axis in one plane that of the worst case over the unbalance, on isotropic supports of planar rotors by
+    With races on the axis in one plane and isotropic supports that of the worst case over the unbalance, of planar rotors by
     (4.74), generalized to any balls; else that at this unbalance.
     """
     if isinstance(p, Stations) and p.forces is not None:
@@ -91,12 +89,9 @@ def averaged_of(p: Described) -> Border:
     if not (p.drag > 0.0).all():
         return Border(AVERAGED, math.inf, "a ball has no drag")
     if isinstance(p, Stations):
-        if not p.isotropic:
-            note = "computed for isotropic supports only where the rotor tilts or bends; see the exact border"
-            return Border(AVERAGED, math.nan, note, False)
         if not p.model.damping.any():
             return Border(AVERAGED, math.inf, "the rotor has no damping")
-        return replace(_of_stations(p, worst_case=_one_centric(p)), name=AVERAGED)
+        return replace(_of_stations(p, worst_case=p.isotropic and _one_centric(p)), name=AVERAGED)
     if p.isotropic and p.damping[0] == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
     if p.isotropic and np.all(p.offset == 0.0):
@@ -108,11 +103,6 @@ def averaged_of(p: Described) -> Border:
 
 
 def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] | None = None) -> Border:
-    if not st.isotropic:
-        raise QuestionError(
-            "averaged border: the supports of this rotor differ along x and y; beyond planar rotors it is known for isotropic "
-            "supports. Ask borders for the exact border"
-        )
     refuse_without_drag(st.drag)
     if worst_case and not _one_centric(st):
         raise QuestionError(

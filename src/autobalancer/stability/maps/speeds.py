@@ -69,8 +69,7 @@ def border_speeds(
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
         worst ones; *release speed* and, where balls stall and are released, *capture speed*. An empty note means that
-        there is nothing to add. An infinite speed means never; for nan the note gives the reason. The averaged
-        border is known on isotropic supports and of planar rotors.
+        there is nothing to add. An infinite speed means never; for nan the note gives the reason.
 
     Raises
     ------
