@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.kernels.system import BALLS
@@ -35,7 +35,7 @@ Run = Callable[[], tuple[float, np.ndarray]]  # seconds of the integration alone
 
 @cache
 def prepared(rotating: bool) -> Assembly:
-    return assemble(load_machine(MACHINE), rotating=rotating, contact=False)
+    return assemble(load_race_machine(MACHINE), rotating=rotating, contact=False)
 
 
 def ours(tolerance: float, *, rotating: bool = True, samples: bool = True) -> Run:

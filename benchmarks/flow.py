@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.spectral import SpectralFlow
@@ -35,7 +35,7 @@ def bench() -> list[dict[str, Any]]:
 
     In thin oil both solvers are held back by waves and convection, in viscous oil the explicit one by diffusion.
     """
-    thin = annulus_of(load_machine(MACHINE))
+    thin = annulus_of(load_race_machine(MACHINE))
     return [
         row("flow_chebyshev_vs_fd", Case(replace(thin, viscosity=5.0 * thin.viscosity), 0.5)),
         row("flow_chebyshev_vs_fd_thin", Case(thin, 4.0)),

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, station_rows, unbalance_load
 from autobalancer.catalog.resolve import resolve
 from autobalancer.files.rigs import rig
@@ -41,7 +41,7 @@ def bench() -> list[dict[str, Any]]:
     for start in ("carried", "fixed"):
         begin = perf_counter()
         for drag in DAMPINGS:
-            dragged = with_parameter(machine, "balancers[1].races[1].drag.beta", drag)
+            dragged = with_value_at(machine, "balancers[1].races[1].drag.beta", drag)
             stepped_response(dragged, SPEEDS, start=start, **question)
         times[start] = perf_counter() - begin
     theirs, error = scipy_seconds(machine)

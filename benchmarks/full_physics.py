@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Envelope, Samples
 from benchmarks import measured, seconds
@@ -36,20 +36,20 @@ def bench() -> list[dict[str, Any]]:
 def full_physics(machine: Machine) -> Machine:
     """The same machine with everything that brakes a real ball."""
     race = "balancers[1].races[1]"
-    machine = with_parameter(machine, f"{race}.drag", {"law": "discoidal"})
-    machine = with_parameter(machine, f"{race}.fluid.lag", "modes")
-    return with_parameter(machine, f"{race}.friction", {"rolling_resistance": 0.005, "adherence": 0.006})
+    machine = with_value_at(machine, f"{race}.drag", {"law": "discoidal"})
+    machine = with_value_at(machine, f"{race}.fluid.lag", "modes")
+    return with_value_at(machine, f"{race}.friction", {"rolling_resistance": 0.005, "adherence": 0.006})
 
 
 def with_neighbors(machine: Machine) -> Machine:
     """The same machine where balls also shield each other and rub."""
     race = "balancers[1].races[1]"
-    machine = with_parameter(machine, f"{race}.slipstream", True)
-    return with_parameter(machine, f"{race}.contact", {"restitution": 0.3, "friction": 0.2})
+    machine = with_value_at(machine, f"{race}.slipstream", True)
+    return with_value_at(machine, f"{race}.contact", {"restitution": 0.3, "friction": 0.2})
 
 
 def with_springs(machine: Machine) -> Machine:
     """The same machine with a spring from the center of the race to each ball."""
-    return with_parameter(
+    return with_value_at(
         machine, "balancers[1].races[1].forces", [{"kind": "radial_spring", "stiffness": 10.0, "free_length": 0.0}]
     )

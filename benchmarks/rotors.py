@@ -10,7 +10,7 @@ from time import process_time
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from benchmarks import measured
@@ -22,7 +22,7 @@ SHAFT_GOAL, RIGID_GOAL = 100.0, 1000.0
 
 def bench() -> list[dict[str, Any]]:
     """Simulated seconds per second of processor time of one core, best of five runs, and against the goals."""
-    rigid = with_parameter(ab.load_machine(RIGID), "drive.profile", RUN_UP)
+    rigid = with_value_at(ab.load_machine(RIGID), "drive.profile", RUN_UP)
     return [
         factor("cfrp_real_time_factor", rig("cfrp_rig"), 120.0, SHAFT_GOAL),
         factor("rigid_rotor_real_time_factor", rigid, 60.0, RIGID_GOAL),

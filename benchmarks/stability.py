@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from tests.references.planar_linear import matrices
 
+import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.stability.host.planar import plane
-from autobalancer.stability.maps.stability_map import stability_map
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, seconds
 
@@ -22,7 +22,7 @@ SMALL, LARGE = (250, 80), (1000, 1000)  # speeds, viscosities
 
 def bench() -> list[dict[str, Any]]:
     """The same map both ways, and the points per second of a large one."""
-    machine = load_machine(MACHINE)
+    machine = load_race_machine(MACHINE)
     found, rates = ours(machine, SMALL), theirs(machine)
     worst = float(np.abs(found["growth_rate"].values - rates).max())
     assert worst < 1e-9 * 60.0, worst  # of the critical speed
@@ -44,7 +44,7 @@ def axes(shape: tuple[int, int]) -> dict[str, Any]:
 
 def ours(machine: Any, shape: tuple[int, int]) -> xr.Dataset:
     """The whole function, with the machines of all rows."""
-    return stability_map(machine, axes(shape), borders=0)
+    return ab.stability.map(machine, axes(shape), borders=0)
 
 
 def theirs(machine: Any) -> np.ndarray:

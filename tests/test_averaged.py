@@ -11,7 +11,7 @@ import pytest
 from tests.references.averaged import averaged_residuals, unbalance_whirl
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.stability.averaged import border as averaged_borders
 from autobalancer.stability.averaged import equations as averaged
 from autobalancer.stability.averaged import formulas as averaged_formulas
@@ -398,7 +398,7 @@ def test_what_the_averaged_theory_cannot_answer_is_refused_in_words() -> None:
 
 
 def test_an_eccentric_race_has_an_averaged_border_too() -> None:
-    machine = load_machine(MACHINES / "eccentric_race.toml")
+    machine = load_race_machine(MACHINES / "eccentric_race.toml")
     p = averaged.averaged_plane(machine)
     border = averaged_borders.averaged_border(machine).speed
     critical = math.sqrt(p.stiffness[0] / p.mass)

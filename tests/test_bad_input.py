@@ -17,7 +17,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.either_kind import check as summary
 from autobalancer.errors import MachineError, UnitError
-from autobalancer.files.machine_file import parse_any, read_machine
+from autobalancer.files.machine_file import load_machine, parse_any
 from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
@@ -138,7 +138,7 @@ def test_lists_texts_and_files_of_any_length_are_refused_in_a_few_words(tmp_path
         assert len(answer) < 4000
     for path in (large, endless):
         with pytest.raises(MachineError, match=f"{path}: is larger than 10 MB"):
-            read_machine(path)
+            load_machine(path)
 
 
 @pytest.mark.parametrize(

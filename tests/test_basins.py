@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
@@ -35,7 +35,7 @@ def test_below_its_critical_speed_the_balls_end_coincident_on_the_heavy_side() -
 
 
 def test_above_the_critical_speed_a_slow_run_up_stalls_the_balls_and_a_fast_one_does_not() -> None:
-    machine = with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
+    machine = with_value_at(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
     found = ab.basin(machine, 330.0, {"acceleration": [5.0, 5000.0]}, hold=20.0)
     names = [found.attrs["states"][number] for number in found["state"].values]
     assert names == ["stalled", "balanced"]
@@ -50,7 +50,7 @@ def test_the_result_does_not_depend_on_the_number_of_threads() -> None:
 
 
 def test_the_compiled_loop_ends_where_a_single_simulation_ends() -> None:
-    machine = with_parameter(
+    machine = with_value_at(
         ab.load_machine(DISCOIDAL), "drive", {"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}}
     )
     run = ab.simulate(machine, duration=20.0)
@@ -74,7 +74,7 @@ def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> Non
 
 def _rough(adherence: float) -> Machine:
     friction = {"rolling_resistance": 0.5 * adherence, "adherence": adherence}
-    return with_parameter(ab.load_machine(DISCOIDAL), "balancers[1].races[1].friction", friction)
+    return with_value_at(ab.load_machine(DISCOIDAL), "balancers[1].races[1].friction", friction)
 
 
 def test_balls_that_friction_keeps_off_their_places_are_held_and_neither_balanced_nor_in_line() -> None:
@@ -110,7 +110,7 @@ def test_on_a_real_race_balls_end_where_they_do_on_a_smooth_one_after_a_run_up_a
     axes = {"acceleration": [100.0, 200.0]}
     smooth, rough = (
         ab.basin(machine, 100.0, axes, hold=4.0)
-        for machine in (ab.load_machine(DISCOIDAL), with_parameter(_rough(1e-12), "unbalances[1].schedule", schedule))
+        for machine in (ab.load_machine(DISCOIDAL), with_value_at(_rough(1e-12), "unbalances[1].schedule", schedule))
     )
     for name, accuracy in (("final_ball_angle_in_rotor", 1e-6), ("final_deflection", 1e-9)):
         np.testing.assert_allclose(rough[name].values, smooth[name].values, rtol=0.0, atol=accuracy)
@@ -191,14 +191,14 @@ def test_every_start_of_two_planes_above_their_border_leaves_nothing_in_either_p
 def test_a_map_over_two_planes_ends_where_single_runs_end() -> None:
     speed = 300.0
     axes = {"ball_angle[1]": [0.5, 2.5], "ball_angle[3]": [1.0]}
-    machine = with_parameter(TWO_PLANES, "drive.profile", {"kind": "constant", "speed": speed})
+    machine = with_value_at(TWO_PLANES, "drive.profile", {"kind": "constant", "speed": speed})
     found = ab.basin(machine, speed, axes)
     for place, first in enumerate(axes["ball_angle[1]"]):
         moved = machine
         for number, angle in ((1, first), (2, 1.0)):
             path = f"balancers[{number}].races[1].balls[1].start_angles"
             own = machine.balancers[number - 1].races[0].balls[0].start_angles
-            moved = with_parameter(moved, path, (angle, float(own[1])))
+            moved = with_value_at(moved, path, (angle, float(own[1])))
         run = ab.simulate(moved, duration=60.0, mass_spread=0.0)
         apart = found["final_ball_angle_in_rotor"].values[place, 0] - run["ball_angle_in_rotor"].values[-1]
         assert np.abs(np.angle(np.exp(1j * apart))).max() < 1e-3

@@ -23,7 +23,7 @@ from tests.test_stability_tilting import SPEED as SPINNING
 from tests.test_stability_tilting import Compiled, random_state
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
@@ -337,7 +337,7 @@ def test_what_does_not_fit_a_body_is_refused_in_words(name: str) -> None:
 def sample(request: pytest.FixtureRequest) -> tuple[Machine, xr.Dataset]:
     """A sample machine and the end of a run of it."""
     case = ab.example(request.param)
-    case = with_parameter(case, "drive.profile", {"kind": "constant", "speed": 125.0})
+    case = with_value_at(case, "drive.profile", {"kind": "constant", "speed": 125.0})
     return case, ab.simulate(case, duration=20.0, save=[ab.Samples(200), ab.LastRevolutions(5)])
 
 
@@ -402,7 +402,7 @@ def test_resolved_rings_that_do_not_slip_run_up_like_guided_ones() -> None:
 @pytest.mark.parametrize("name", ["rollers", "pendulums"])
 def test_another_mass_of_a_body_changes_curves_of_states_as_it_changes_the_machine(name: str) -> None:
     """A pendulum keeps its own inertia, a roller its shape."""
-    case = with_parameter(ab.example(name), "drive.profile", {"kind": "constant", "speed": 125.0})
+    case = with_value_at(ab.example(name), "drive.profile", {"kind": "constant", "speed": 125.0})
     quick, slow = Family(case, ["ball_mass"], 125.0)(9e-3).host, stations(with_quantity(case, "ball_mass", 9e-3))
     np.testing.assert_allclose(quick.inertia, slow.inertia, rtol=1e-13)
     own = 4e-6 if name == "pendulums" else 0.5 * 9e-3 * 0.07695**2

@@ -12,7 +12,7 @@ import pytest
 from tests.references.planar_linear import matrices
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine import Machine
@@ -177,7 +177,7 @@ def test_supports_that_are_nearly_isotropic_have_nearly_the_border_of_isotropic_
 
 def test_a_race_that_is_hardly_eccentric_has_the_border_of_a_centric_one() -> None:
     race = rig().balancers[0].races[0]
-    eccentric = with_parameter(rig(), "balancers[1].races[1]", race.model_copy(update={"eccentricity": 1e-12}))
+    eccentric = with_value_at(rig(), "balancers[1].races[1]", race.model_copy(update={"eccentricity": 1e-12}))
     assert speeds(eccentric)["exact border"] == pytest.approx(speeds(rig())["exact border"], rel=1e-5)
 
 
@@ -311,8 +311,8 @@ def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> 
         (lambda: ab.stability.borders(rig(), math.nan), "must be a size not below zero"),
         (lambda: ab.stability.stable_windows(rig(), 10.0, lowest=20.0), "they must ascend"),
         (lambda: ab.stability.stable_windows(rig(), math.inf), "they must ascend"),
-        (lambda: ab.stability.borders(with_parameter(rig(), "balancers", ())), "has no balls"),
-        (lambda: ab.stability.borders(with_parameter(rig(), "axis", "horizontal")), "gravity acts in the plane"),
+        (lambda: ab.stability.borders(with_value_at(rig(), "balancers", ())), "has no balls"),
+        (lambda: ab.stability.borders(with_value_at(rig(), "axis", "horizontal")), "gravity acts in the plane"),
         (lambda: ab.stability.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass", []), "given none"),

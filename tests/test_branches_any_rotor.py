@@ -11,14 +11,14 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.references.two_balls import specials
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.either_kind import simulate
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine, RigidRotor, Support
-from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.steady import Range
@@ -27,15 +27,14 @@ from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.maps.speeds import border_speeds
 from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.stations import balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
-TWO_PLANES = load_machine(MACHINES / "two_plane_rotor.toml")
-DISCOIDAL = load_machine(MACHINES / "discoidal.toml")
+TWO_PLANES = load_race_machine(MACHINES / "two_plane_rotor.toml")
+DISCOIDAL = load_race_machine(MACHINES / "discoidal.toml")
 
 
 SHAFT = rig("cfrp_rig")
@@ -78,7 +77,7 @@ def test_the_field_linearized_at_any_steady_state_has_the_eigenvalues_of_its_mat
 
 
 def test_the_first_hopf_point_of_two_planes_is_the_exact_border() -> None:
-    (border,) = (b.speed for b in border_speeds(TWO_PLANES) if b.name == "exact border")
+    (border,) = (b.speed for b in ab.stability.borders(TWO_PLANES) if b.name == "exact border")
     point = specials(branches(TWO_PLANES, "speed", 180.0, 165.0, orbits=False), "Hopf")[0]
     assert float(point["special_parameter"]) == pytest.approx(border, rel=1e-9)
     assert str(point["criticality"].values) == "supercritical"
@@ -86,13 +85,13 @@ def test_the_first_hopf_point_of_two_planes_is_the_exact_border() -> None:
 
 def test_next_to_the_hopf_point_a_run_grows_as_its_eigenvalue_says() -> None:
     speed = 165.0
-    machine = with_parameter(TWO_PLANES, "drive.profile.speed", speed)
+    machine = with_value_at(TWO_PLANES, "drive.profile.speed", speed)
     st = stations(machine)
     state = balanced_of(st, speed)[0]
     start = state.angles + 1e-6 * np.array([1.0, -1.0, 1.0, 1.0])
     for number in (1, 2):
         angles = tuple(start[2 * number - 2 : 2 * number])
-        machine = with_parameter(machine, f"balancers[{number}].races[1].balls[1].start_angles", angles)
+        machine = with_value_at(machine, f"balancers[{number}].races[1].balls[1].start_angles", angles)
     run = simulate(machine, duration=3.5, save=Samples(7001), tolerance=1e-12, mass_spread=0.0)
     late = run.sel(time=slice(1.5, 3.5))
     swing = late["ball_angle_in_rotor"].values - state.angles
@@ -118,20 +117,20 @@ def test_a_small_swing_grows_with_the_root_of_the_distance_from_the_hopf_point()
 def test_a_branch_too_narrow_to_be_read_is_drawn_again_in_its_own_range() -> None:
     found = branches(TWO_PLANES, "speed", 185.0, 165.0)  # the balls swing over 0.29 rad/s
     swinging = found["parameter"].values[found["branch"].values == 2]
-    panel = plot_branches(found, speed_unit="rad/s").axes[-1]
+    panel = ab.plot.branches(found, speed_unit="rad/s").axes[-1]
     low, high = panel.get_xlim()
     assert low < swinging.min() < swinging.max() < high
     assert high - low < 1.3 * float(np.ptp(swinging))
     assert panel.get_title(loc="left").startswith("a: branch 2")
     wide = found.isel(point=np.flatnonzero(found["branch"].values == 1))
-    assert len(plot_branches(wide).axes) == 2
+    assert len(ab.plot.branches(wide).axes) == 2
 
 
 def test_the_curve_of_hopf_points_over_the_drag_is_the_exact_border() -> None:
     curve = bifurcation_curves(TWO_PLANES, "Hopf", "speed", 190.0, 165.0, "drag", 2e-4, 4e-4, largest_step=0.2)
     for place in (0, curve.sizes["point"] // 2, -1):
         machine = with_quantity(TWO_PLANES, "drag", float(curve["second_parameter"][place]))
-        (border,) = (b.speed for b in border_speeds(machine) if b.name == "exact border")
+        (border,) = (b.speed for b in ab.stability.borders(machine) if b.name == "exact border")
         assert float(curve["parameter"][place]) == pytest.approx(border, rel=1e-8)
         assert float(curve["frequency"][place]) > 0.0
 
@@ -139,7 +138,7 @@ def test_the_curve_of_hopf_points_over_the_drag_is_the_exact_border() -> None:
 def test_balls_of_two_planes_stall_together_up_to_a_fold_near_their_release_speed() -> None:
     found = branches(TWO_PLANES, "speed", 205.0, 214.0, from_state="stalled", largest_step=0.1)
     (fold,) = (float(point["special_parameter"]) for point in specials(found, "fold"))
-    (border,) = (b for b in border_speeds(TWO_PLANES) if b.name == "release speed")
+    (border,) = (b for b in ab.stability.borders(TWO_PLANES) if b.name == "release speed")
     assert "206.7 rad/s at that of 151.9 rad/s" in border.note  # all balls together, by their torque balance
     (parting,) = (float(point["special_parameter"]) for point in specials(found, "branch point"))
     assert parting == pytest.approx(206.7, rel=1e-3)
@@ -149,7 +148,7 @@ def test_balls_of_two_planes_stall_together_up_to_a_fold_near_their_release_spee
 def test_a_shaft_of_many_elements_is_followed_in_few_coordinates() -> None:
     whole = stations(SHAFT)
     family = Family(SHAFT, ["speed"])
-    (border,) = (b.speed for b in border_speeds(SHAFT) if b.name == "exact border")
+    (border,) = (b.speed for b in ab.stability.borders(SHAFT) if b.name == "exact border")
     family.reduce(1.1 * border)
     assert family(border).host.model.pairs < whole.model.pairs
     found = branches(SHAFT, "speed", 1.1 * border, 0.95 * border, orbits=False)
@@ -157,7 +156,7 @@ def test_a_shaft_of_many_elements_is_followed_in_few_coordinates() -> None:
 
 
 def test_supports_that_differ_along_x_and_y_are_refused_with_a_way_out() -> None:
-    machine = with_parameter(TWO_PLANES, "rotor.supports[1].stiffness", (2e4, 3e4))
+    machine = with_value_at(TWO_PLANES, "rotor.supports[1].stiffness", (2e4, 3e4))
     with pytest.raises(QuestionError, match=r"twice its speed.*eigenvalues"):
         branches(machine, "speed", 160.0, 180.0)
 
@@ -166,7 +165,7 @@ def test_unbalances_of_a_general_rotor_change_together() -> None:
     family = Family(TWO_PLANES, ["unbalance"], 300.0)
     st = stations(TWO_PLANES)
     np.testing.assert_allclose(family(2.0 * family.now(0)).host.load, 2.0 * st.load, rtol=1e-13)
-    couple = with_parameter(TWO_PLANES, "unbalances[1].moment", 1e-12)
+    couple = with_value_at(TWO_PLANES, "unbalances[1].moment", 1e-12)
     bare = couple.model_copy(update={"unbalances": couple.unbalances[1:]})
     with pytest.raises(QuestionError, match="no resultant"):
         Family(bare, ["unbalance"], 300.0)(1e-4)
@@ -176,11 +175,11 @@ def test_balls_that_stall_in_a_run_up_turn_as_their_branch_says() -> None:
     machine = TWO_PLANES
     for number in (1, 2):  # points do not touch; real balls stand side by side where these coincide
         balls = [{"count": 2, "mass": "4.084 g", "motion": "point"}]
-        machine = with_parameter(machine, f"balancers[{number}].races[1].balls", balls)
+        machine = with_value_at(machine, f"balancers[{number}].races[1].balls", balls)
     found = branches(machine, "speed", 180.0, 190.0, from_state="stalled", largest_step=0.1)
     orbit = found.isel(point=int(np.argmin(found["parameter"].values)))  # the end of the branch where the balls hang
     assert str(orbit["verdict"].values) == "stable"
-    machine = with_parameter(machine, "drive.profile", {"kind": "ramp", "end": 180.0, "duration": 6.0})
+    machine = with_value_at(machine, "drive.profile", {"kind": "ramp", "end": 180.0, "duration": 6.0})
     run = simulate(machine, duration=14.0, save=Samples(14001))
     late = run.isel(time=slice(-round(1e3 * 20 * float(orbit["period"])) - 1, None))  # twenty periods
     angles = late["ball_angle_in_rotor"].values
@@ -192,11 +191,11 @@ def test_balls_that_stall_in_a_run_up_turn_as_their_branch_says() -> None:
 
 def hanging_alone(speed: float) -> Machine:
     """Two planes with point balls, little drag and an unbalance that holds the lower balls while the upper ones hang."""
-    machine = with_parameter(TWO_PLANES, "unbalances[1]", {"moment": 3e-4, "angle": 0.349, "station": 0.0})
+    machine = with_value_at(TWO_PLANES, "unbalances[1]", {"moment": 3e-4, "angle": 0.349, "station": 0.0})
     for number in (1, 2):
         balls = [{"count": 2, "mass": "4.084 g", "motion": "point"}]
-        machine = with_parameter(machine, f"balancers[{number}].races[1].balls", balls)
-    return with_parameter(with_quantity(machine, "drag", 1e-4), "drive.profile", {"kind": "constant", "speed": speed})
+        machine = with_value_at(machine, f"balancers[{number}].races[1].balls", balls)
+    return with_value_at(with_quantity(machine, "drag", 1e-4), "drive.profile", {"kind": "constant", "speed": speed})
 
 
 @pytest.mark.slow
@@ -219,7 +218,7 @@ def test_balls_of_one_plane_hang_alone_above_the_speed_at_which_runs_begin_to_ho
             group = {"count": 2, "mass": "4.084 g", "motion": "point"}
             group["start_angles"] = np.where(turning, 0.0, middle)[balls].tolist()
             group["start_speeds"] = np.where(turning, orbit["ball_speed_in_space"] - speed, 0.0)[balls].tolist()
-            machine = with_parameter(machine, f"balancers[{number}].races[1].balls", [group])
+            machine = with_value_at(machine, f"balancers[{number}].races[1].balls", [group])
         run = simulate(machine, duration=40.0, save=Samples(40001), mass_spread=0.0)
         late = run["ball_angle_in_rotor"].isel(time=slice(-round(1e3 * 60 * float(orbit["period"])) - 1, None))
         last = run["ball_angle_in_rotor"].isel(time=slice(20000, None)).values

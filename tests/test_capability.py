@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.either_kind import check as summary
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.laws.ball_capability import (
     ball_capability,
     ball_mass,
@@ -22,7 +23,6 @@ from autobalancer.laws.ball_capability import (
     needed_count,
     potential_ratio,
 )
-from autobalancer.stability.maps.speeds import border_speeds
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"
 RACE = (0.077, 0.0123)
@@ -163,9 +163,9 @@ def test_a_race_and_its_plane_have_one_capability_that_of_touching_balls() -> No
 
 
 def test_an_unbalance_for_which_balls_would_overlap_says_so() -> None:
-    machine = load_machine(MACHINES / "discoidal.toml")
+    machine = load_race_machine(MACHINES / "discoidal.toml")
     possible, points = summary(machine).races[0].capability, 2.0 * float(resolve(machine)[0].moment)
     assert possible < points
-    note = {b.name: b.note for b in border_speeds(machine, 0.5 * (possible + points))}["exact border"]
+    note = {b.name: b.note for b in ab.stability.borders(machine, 0.5 * (possible + points))}["exact border"]
     assert "would have to overlap" in note
-    assert "overlap" not in {b.name: b.note for b in border_speeds(machine, 0.999 * possible)}["exact border"]
+    assert "overlap" not in {b.name: b.note for b in ab.stability.borders(machine, 0.999 * possible)}["exact border"]

@@ -11,13 +11,12 @@ import pytest
 import xarray as xr
 from tests.references.chamber_machines import small_machine
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import write_part
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
-from autobalancer.studies.chamber_machines import chamber_variant
 from autobalancer.studies.chamber_runs import archived_run
 
 MACHINE = small_machine()
@@ -87,7 +86,7 @@ def test_another_question_under_the_same_name_is_refused(tmp_path: Path) -> None
 def test_variants_keep_the_mass_of_the_balls_and_change_their_size() -> None:
     total = sum(group.count * group.ball_mass for group in MACHINE.chambers[0].balls)
     for layers in ("deep", "single"):
-        varied = chamber_variant(MACHINE, balls=8, friction=0.7, layers=layers)
+        varied = ab.chamber.variant(MACHINE, balls=8, friction=0.7, layers=layers)
         (group,) = varied.chambers[0].balls
         assert group.count == 8
         assert group.count * group.ball_mass == pytest.approx(total)
@@ -95,14 +94,14 @@ def test_variants_keep_the_mass_of_the_balls_and_change_their_size() -> None:
         depth = varied.chambers[0].inner_depth
         assert depth == pytest.approx(0.2 if layers == "deep" else 2.02 * group.radius)
     with pytest.raises(QuestionError, match="layers: given 'double'"):
-        chamber_variant(MACHINE, balls=8, layers="double")
+        ab.chamber.variant(MACHINE, balls=8, layers="double")
     with pytest.raises(QuestionError, match="is one of a single layer"):
-        chamber_variant(chamber_variant(MACHINE, balls=8, layers="single"), balls=3)
+        ab.chamber.variant(ab.chamber.variant(MACHINE, balls=8, layers="single"), balls=3)
 
 
 def test_a_study_that_was_stopped_goes_on_and_does_not_depend_on_threads(tmp_path: Path) -> None:
     question: dict[str, Any] = {"counts": [2, 3], "frictions": [0.3, 0.7], "duration": 0.1, "layers": ["deep"]}
-    plain = chamber_amplitudes(MACHINE, **question, workers=1)
+    plain = ab.chamber.amplitudes(MACHINE, **question, workers=1)
     assert set(plain["outcome"].values.ravel()) == {"finished"}
 
     def stop(done: int, total: int) -> None:
@@ -110,9 +109,9 @@ def test_a_study_that_was_stopped_goes_on_and_does_not_depend_on_threads(tmp_pat
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        chamber_amplitudes(MACHINE, **question, archive=tmp_path, workers=1, progress=stop)
+        ab.chamber.amplitudes(MACHINE, **question, archive=tmp_path, workers=1, progress=stop)
     assert Archive(tmp_path).runs("state == 'finished'").sizes["run"] == 2
-    kept = chamber_amplitudes(MACHINE, **question, archive=tmp_path, workers=2)
+    kept = ab.chamber.amplitudes(MACHINE, **question, archive=tmp_path, workers=2)
     xr.testing.assert_identical(kept.drop_attrs(), plain.drop_attrs())
     assert Archive(tmp_path).runs("friction == 0.7 and layers == 'deep'").sizes["run"] == 2
 
@@ -121,12 +120,12 @@ def test_balls_that_do_not_fit_are_a_gap_in_the_study() -> None:
     heavy = small_machine(
         chambers=[{"radius": 0.1, "depth": 0.2, "balls": [{"count": 1, "density": 7800.0, "mass": 20.0}]}]
     )
-    found = chamber_amplitudes(heavy, [1, 3], [0.5], duration=0.02, layers=["single"], workers=1)
+    found = ab.chamber.amplitudes(heavy, [1, 3], [0.5], duration=0.02, layers=["single"], workers=1)
     assert "does not fit" in str(found["outcome"].values[0, 0, 1, 0])
     assert np.isnan(found["vertical_amplitude"].values[0, 0, 1, 0])
     assert np.isfinite(found["vertical_amplitude"].values[0, 0, 0, 0])
     with pytest.raises(QuestionError, match="frictions: given none"):
-        chamber_amplitudes(MACHINE, [2], [], duration=0.02)
+        ab.chamber.amplitudes(MACHINE, [2], [], duration=0.02)
 
 
 def test_the_machine_of_a_run_says_its_chambers_and_unbalance(whole: xr.Dataset) -> None:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from tests.references.chamber_machines import free_machine
 
+import autobalancer as ab
 from autobalancer.assembly.chamber import assemble_chamber
 from autobalancer.kernels.chamber.verlet import start
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.simulation.chamber import simulate_chamber
 
 FLOATING = [
@@ -98,7 +98,7 @@ def test_a_released_body_answers_to_unbalance_and_couple_as_the_rigid_rotor(spee
     drive = {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}
     loads = [{"moment": 2e-3, "angle": 0.4, "station": 0.08}, {"couple": 2e-4, "angle": -1.0}]
     described = Machine(**(as_rigid_rotor().model_dump() | {"unbalances": loads}))
-    expected = unbalance_response(described, [speed], [-ARM, ARM])
+    expected = ab.rotor.response(described, [speed], [-ARM, ARM])
     # polar inertia of the rotor is large, so that the sign of the gyroscopic moment counts
     released = hung(drive=drive, unbalances=[POINT, *PAIR], contact={"stiffness": 1e2})
     run = simulate_chamber(released, duration=24.0, sample=2e-3, method="runge_kutta", step=1e-3).isel(

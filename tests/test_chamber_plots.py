@@ -12,24 +12,15 @@ from matplotlib.figure import Figure
 from PIL import Image
 from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.chamber.arrangement import plot_arrangement
 from autobalancer.plots.chamber.film import animate_chamber
-from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
-from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
-from autobalancer.plots.chamber.study import (
-    plot_amplitudes,
-    plot_carried,
-    plot_catalogue,
-    plot_optimal_means,
-    plot_step_sizes,
-)
+from autobalancer.plots.chamber.study import plot_catalogue, plot_step_sizes
 from autobalancer.plots.chamber.view import Camera, poses_of
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of
 from autobalancer.results.chamber.unconstrained import pakula_body
 from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders
-from autobalancer.studies.step_size import step_size_study
 
 RUN = chamber_run(2.5)
 
@@ -72,7 +63,7 @@ def test_chambers_without_a_description_reach_as_far_as_their_balls() -> None:
 
 
 def test_balls_opposite_to_the_unbalance_are_drawn_there() -> None:
-    figure = plot_arrangement(RUN, [0.0, 2.5])
+    figure = ab.plot.chamber_arrangement(RUN, [0.0, 2.5])
     drawn(figure)
     unrolled = figure.axes[3]
     balls = [each for each in unrolled.collections if isinstance(each, EllipseCollection)][1]
@@ -80,7 +71,16 @@ def test_balls_opposite_to_the_unbalance_are_drawn_there() -> None:
     np.testing.assert_allclose(angle, np.rad2deg([2.6, 3.0, 3.4]), atol=0.1)
 
 
-@pytest.mark.parametrize("draw", [plot_chamber_run, plot_energy, plot_collisions, plot_bearing_forces, plot_reactions])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        ab.plot.chamber_run,
+        ab.plot.chamber_energy,
+        ab.plot.chamber_collisions,
+        ab.plot.chamber_bearing_forces,
+        ab.plot.chamber_reactions,
+    ],
+)
 def test_every_history_can_be_drawn(draw: object) -> None:
     figure = draw(RUN)  # type: ignore[operator]
     drawn(figure)
@@ -88,14 +88,14 @@ def test_every_history_can_be_drawn(draw: object) -> None:
 
 
 def test_the_stack_of_energies_reaches_the_work_of_the_motor() -> None:
-    figure = plot_energy(RUN)
+    figure = ab.plot.chamber_energy(RUN)
     stack = figure.axes[0].collections
     top = stack[-1].get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(RUN["work_motor"].values.max(), rel=1e-2)
 
 
 def test_the_loose_body_is_drawn_beside_the_reactions() -> None:
-    figure = plot_reactions(RUN, pakula_body(0.3), until=1.5)
+    figure = ab.plot.chamber_reactions(RUN, pakula_body(0.3), until=1.5)
     drawn(figure)
     assert len(figure.axes) == 6
 
@@ -157,9 +157,9 @@ def test_a_film_that_makes_no_sense_is_refused(wrong: dict[str, object], told: s
 
 def test_arrangements_outside_the_run_are_refused() -> None:
     with pytest.raises(QuestionError, match="times: given"):
-        plot_arrangement(RUN, [9.0])
+        ab.plot.chamber_arrangement(RUN, [9.0])
     with pytest.raises(QuestionError, match="chamber: given 2; the machine has 1"):
-        plot_arrangement(RUN, chamber=2)
+        ab.plot.chamber_arrangement(RUN, chamber=2)
 
 
 def study() -> xr.Dataset:
@@ -169,12 +169,12 @@ def study() -> xr.Dataset:
 
 
 def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
-    drawn(plot_amplitudes(study()))
+    drawn(ab.plot.chamber_amplitudes(study()))
     means = optimal_means(study())
     np.testing.assert_allclose(means["vertical_amplitude"], [[1.5e-5, 1e-5], [3.5e-5, 2.5e-5]])
     assert means["runs"].values.tolist() == [[2, 1], [2, 2]]
-    drawn(plot_optimal_means(means))
-    drawn(plot_step_sizes(step_size_study([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
+    drawn(ab.plot.chamber_optimal_means(means))
+    drawn(plot_step_sizes(ab.chamber.step_size([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
     archive = Archive(tmp_path)
     for balls in (3, 8):
         archive.start(f"n{balls}", MACHINE, {"balls": balls, "friction": 0.5}, {}).end(
@@ -226,18 +226,18 @@ def test_balls_are_carried_from_a_least_friction_and_number_on() -> None:
 
 
 def test_curves_have_bars_from_the_least_to_the_greatest_filling() -> None:
-    figure = plot_amplitudes(seeded())
+    figure = ab.plot.chamber_amplitudes(seeded())
     drawn(figure)
     (_, _, (bars,)) = figure.axes[0].containers[1]
     np.testing.assert_allclose(np.array(bars.get_segments())[0][:, 1], [10.0, 30.0])
-    figure = plot_carried(seeded())
+    figure = ab.plot.chamber_carried(seeded())
     drawn(figure)
     assert [line.get_label() for line in figure.axes[0].containers] == ["3 balls", "8 balls", "20 balls"]
     np.testing.assert_allclose(figure.axes[0].containers[0][0].get_ydata(), [0.0, 50.0])
 
 
 def test_the_unbalance_of_a_chamber_is_in_a_unit_that_needs_few_digits_and_angles_are_within_half_a_turn() -> None:
-    figure = plot_chamber_run(RUN)
+    figure = ab.plot.chamber_run(RUN)
     speed, _, angles, left = figure.axes
     assert left.get_ylabel() in ("unbalance (g mm)", "unbalance (kg mm)")
     assert max(abs(tick) for tick in left.get_yticks()) < 2e4
@@ -245,7 +245,7 @@ def test_the_unbalance_of_a_chamber_is_in_a_unit_that_needs_few_digits_and_angle
     assert dots.min() >= -180.0
     assert dots.max() <= 180.0
     drawn(figure)
-    shown = plot_chamber_run(RUN.assign_attrs(critical_speeds=[float(RUN["speed"].max())])).axes[0]
+    shown = ab.plot.chamber_run(RUN.assign_attrs(critical_speeds=[float(RUN["speed"].max())])).axes[0]
     assert len(shown.get_lines()) == len(speed.get_lines()) + 1
 
 

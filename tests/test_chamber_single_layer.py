@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import autobalancer as ab
 from autobalancer.assembly.chamber import contact_time
 from autobalancer.either_kind import simulate
 from autobalancer.files.machine_file import load_chamber_machine
@@ -19,7 +20,6 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.studies.chamber_machines import chamber_variant
 
 DIAMETER, DENSITY, WALL = 0.017, 7800.0, 0.06
 ORBIT = WALL - 0.5 * DIAMETER
@@ -105,7 +105,7 @@ def test_the_account_of_a_crowded_layer_closes_at_the_default_step(
     balls: int, friction: float, seed: int, duration: float
 ) -> None:
     deep = Path(__file__).parents[1] / "examples" / "machines" / "deep_chamber.toml"
-    machine = chamber_variant(load_chamber_machine(deep), balls=balls, friction=friction, layers="single")
+    machine = ab.chamber.variant(load_chamber_machine(deep), balls=balls, friction=friction, layers="single")
     run = simulate_chamber(machine, duration=duration, seed=seed)
     losses = [run[name].values for name in run.data_vars if str(name).startswith("loss_")]
     exchanged = float(run.work_motor[-1]) + sum(float(loss[-1]) for loss in losses)

@@ -28,17 +28,16 @@ from tests.references.two_balls import (
 )
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.assembly.drive import steady
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.stability.branches import branches as command
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
-from autobalancer.plots.stability.bifurcation_curves import plot_bifurcation_curves
-from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient
 from autobalancer.stability.continuation.family import SMOOTH, Family
 from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
@@ -255,7 +254,7 @@ def test_coincident_balls_lose_their_place_at_a_fold_of_known_speed() -> None:
         (with_balls(3, "2 g"), "unbalance", 5e-5, 9e-4),  # no two bundles balance the first of these
         (with_balls(3, "2 g"), "speed", 300.0, 252.0),
         (with_balls(1, "3 g"), "speed", 240.0, 300.0),
-        (load_machine(MACHINES / "eccentric_race.toml"), f"{RACE}.eccentricity", 1e-6, 3e-4),
+        (load_race_machine(MACHINES / "eccentric_race.toml"), f"{RACE}.eccentricity", 1e-6, 3e-4),
     ],
     ids=["in line", "three balls", "three balls over speed", "one ball", "eccentric"],
 )
@@ -299,7 +298,7 @@ def test_criticality_changes_at_a_bautin_point() -> None:
     drag = float(found["special_second_parameter"][0])
     sub = found["criticality"].values == "subcritical"
     assert np.array_equal(sub, found["second_parameter"].values < drag)
-    assert len(plot_bifurcation_curves(found).axes[0].lines) == 3
+    assert len(ab.plot.bifurcation_curves(found).axes[0].lines) == 3
 
 
 def test_the_fold_curve_of_coincident_balls_has_its_closed_form() -> None:
@@ -321,7 +320,7 @@ def test_a_result_says_what_it_holds_and_can_be_drawn_and_kept(tmp_path: Path) -
     for name in ("parameter", "deflection_max", "growth_rate", "period", "special_parameter"):
         assert found[name].attrs["long_name"]
         assert found[name].attrs["units"]
-    figure = plot_branches(found, speed_unit="rad/s")
+    figure = ab.plot.branches(found, speed_unit="rad/s")
     assert figure.axes[-1].get_xlabel() == "rotor speed (rad/s)"
     assert {line.get_linestyle() for line in figure.axes[0].lines} >= {"-", "--"}
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -382,11 +381,11 @@ def test_a_question_that_cannot_be_answered_says_what_is_possible(
 
 
 def test_machines_without_a_state_of_rest_in_the_rotor_are_refused() -> None:
-    unequal = with_parameter(DISCOIDAL, "rotor.stiffness", (4e4, 5e4))
+    unequal = with_value_at(DISCOIDAL, "rotor.stiffness", (4e4, 5e4))
     with pytest.raises(QuestionError, match="differ along x and y"):
         branches(unequal, "speed", 80.0, 90.0)
     with pytest.raises(QuestionError, match="gravity"):
-        branches(with_parameter(DISCOIDAL, "axis", "horizontal"), "speed", 80.0, 90.0)
+        branches(with_value_at(DISCOIDAL, "axis", "horizontal"), "speed", 80.0, 90.0)
     with pytest.raises(QuestionError, match="no Hopf point"):
         bifurcation_curves(DISCOIDAL, "Hopf", "speed", 100.0, 120.0, "drag", 1e-5, 1e-3)
 

@@ -12,14 +12,14 @@ from tests.references.two_balls import specials
 import autobalancer as ab
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine.plain_names import axis_attributes
 from autobalancer.plots.drawing.quantity_axis import quantity_axis
 from autobalancer.stability.host.stations import stations
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
-STALL = with_quantity(load_machine(MACHINES / "stall_and_release.toml"), "unbalance", 1.6e-4)  # balls: 2.5e-4
-TWO_PLANES = load_machine(MACHINES / "two_plane_rotor.toml")
+STALL = with_quantity(load_race_machine(MACHINES / "stall_and_release.toml"), "unbalance", 1.6e-4)  # balls: 2.5e-4
+TWO_PLANES = load_race_machine(MACHINES / "two_plane_rotor.toml")
 BOTH = "ball_mass & drag"
 
 

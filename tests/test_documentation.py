@@ -16,7 +16,7 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
-from autobalancer.files.machine_file import load_machine, machine_text, parse_any, parse_machine, read_machine
+from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_any, parse_machine
 from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, leaves
 from autobalancer.machine.chamber import ChamberMachine
@@ -25,7 +25,7 @@ from autobalancer.simulation.chamber.summary import chamber_summary
 ROOT = Path(__file__).resolve().parent.parent
 MEANT_WRONG = {"wrong", "misfit"}
 WRITTEN = [path for path in sorted((ROOT / "docs" / "machines").glob("*.toml")) if path.stem not in MEANT_WRONG]
-FILES = [path for path in WRITTEN if isinstance(read_machine(path), Machine)]
+FILES = [path for path in WRITTEN if isinstance(load_machine(path), Machine)]
 FENCE = re.compile(r"^```toml\n(.*?)^```", re.MULTILINE | re.DOTALL)
 OWN = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HOMES = {
@@ -92,13 +92,13 @@ def entries(page: str) -> list[str]:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_machine_of_the_pages_can_be_assembled(path: Path) -> None:
-    machine = load_machine(path)
+    machine = load_race_machine(path)
     assembly = assemble(machine)
     assert len(assembly.balls) == sum(race.ball_count for b in machine.balancers for race in b.races) > 0
 
 
 def test_the_deep_chamber_of_the_pages_can_be_run() -> None:
-    (described,) = [found for path in WRITTEN if isinstance(found := read_machine(path), ChamberMachine)]
+    (described,) = [found for path in WRITTEN if isinstance(found := load_machine(path), ChamberMachine)]
     assert chamber_summary(described).warnings == ()
     assert parse_any(machine_text(described)) == described
 

@@ -14,7 +14,6 @@ import autobalancer as ab
 from autobalancer.cli.files.catalog import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws import drag_coefficient as laws
-from autobalancer.plots.measured.drag import plot_drag_laws
 
 RUNNER = CliRunner(env={"COLUMNS": "180"})
 
@@ -45,7 +44,7 @@ def test_the_catalog_takes_the_geometry_of_a_race() -> None:
 
 def test_the_picture_shows_each_law_twice_and_dots_what_lies_beyond_its_range() -> None:
     points = laws.table([1.0, 100.0], [300.0, 9.0])
-    figure = plot_drag_laws([ab.laws.discoidal(), points], labels=["rig", "points"])
+    figure = ab.plot.drag_laws([ab.laws.discoidal(), points], labels=["rig", "points"])
     upper, lower = figure.axes
     drawn = upper.lines[0].get_xydata()
     np.testing.assert_allclose(drawn[:, 1], ab.laws.discoidal().coefficient(drawn[:, 0]), rtol=1e-12)
@@ -55,6 +54,6 @@ def test_the_picture_shows_each_law_twice_and_dots_what_lies_beyond_its_range() 
     np.testing.assert_allclose(beyond[:, 1] / beyond[:, 0], 9.0)
     np.testing.assert_allclose(upper.lines[4].get_xydata(), [[1.0, 300.0], [100.0, 9.0]])
     with pytest.raises(QuestionError, match="a label for each"):
-        plot_drag_laws([points], labels=[])
+        ab.plot.drag_laws([points], labels=[])
     with pytest.raises(QuestionError, match="must increase"):
-        plot_drag_laws(first=0.0)
+        ab.plot.drag_laws(first=0.0)

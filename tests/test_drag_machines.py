@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.catalog.resolve import occupied_angle, resolve
 from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.laws import drag_coefficient as laws
@@ -135,7 +135,7 @@ def test_a_linear_law_far_beyond_its_range_is_told_and_a_given_beta_is_not() -> 
 def test_balls_of_any_sizes_that_touch_are_the_sum_of_their_radii_apart() -> None:
     sizes = [{"count": 1, "diameter": d, "density": 7800.0} for d in ("10 mm", "6 mm")]
     race = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": sizes}
-    machine = with_parameter(
+    machine = with_value_at(
         ab.load_machine("examples/machines/stall_and_release.toml"), "balancers", [{"races": [race]}]
     )
     one, other = resolve(machine)

@@ -11,7 +11,7 @@ from tests.references.planar_linear import matrices
 from tests.references.shooting import derivative, periodic_state
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.planar import planar
@@ -74,7 +74,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("speed", [150.0, 400.0])
 def test_the_full_equations_rest_in_every_listed_state(name: str, speed: float) -> None:
-    described = with_parameter(CASES[name], "drive.profile.speed", speed)
+    described = with_value_at(CASES[name], "drive.profile.speed", speed)
     assembly, p = assemble(described), plane(described)
     states = equilibria_of(p, speed)
     assert states
@@ -174,7 +174,7 @@ def test_a_small_disturbance_grows_or_decays_as_the_leading_eigenvalue_says(
     stiffness: float | tuple[float, float], speed: float
 ) -> None:
     """The run starts along the leading mode and is looked at once a turn."""
-    described = with_parameter(CASES["two equal"], "rotor.stiffness", stiffness)
+    described = with_value_at(CASES["two equal"], "rotor.stiffness", stiffness)
     p = plane(described)
     state = equilibria_of(p, speed)[0]
     if p.isotropic:
@@ -194,9 +194,9 @@ def test_a_small_disturbance_grows_or_decays_as_the_leading_eigenvalue_says(
         Balls(mass=group.mass, motion="point", start_angles=(start[4 + i],), start_speeds=(start[6 + i],))
         for i, group in enumerate(described.balancers[0].races[0].balls)
     )
-    described = with_parameter(described, "balancers[1].races[1].balls", groups)
-    described = with_parameter(described, "drive.profile.speed", speed)
-    described = with_parameter(described, "start", {"deflection": tuple(start[:2]), "velocity": tuple(start[2:4])})
+    described = with_value_at(described, "balancers[1].races[1].balls", groups)
+    described = with_value_at(described, "drive.profile.speed", speed)
+    described = with_value_at(described, "start", {"deflection": tuple(start[:2]), "velocity": tuple(start[2:4])})
     turn = 2.0 * np.pi / speed
     turns = np.arange(int(1.0 / abs(leading.real) / turn) + 8) * turn
     run = ab.simulate(
@@ -237,7 +237,7 @@ def test_balls_balance_from_half_the_unbalance_each_on() -> None:
 
 
 def test_coincident_and_balanced_exchange_stability_near_the_critical_speed() -> None:
-    described = with_parameter(CASES["two equal"], "balancers[1].races[1].drag.beta", 5e-3)
+    described = with_value_at(CASES["two equal"], "balancers[1].races[1].drag.beta", 5e-3)
     below, above = ab.stability.equilibria(described, 200.0), ab.stability.equilibria(described, 300.0)
     stable_below = set(below["name"].values[below["verdict"].values == "stable"])
     stable_above = set(above["name"].values[above["verdict"].values == "stable"])
@@ -280,7 +280,7 @@ def test_balls_too_weak_are_named_with_their_numbers() -> None:
 
 @pytest.mark.parametrize("mass", [10.0, 7.3, 3.1, 0.37])
 def test_the_deflection_of_an_undamped_rotor_is_not_determined_at_its_critical_speed(mass: float) -> None:
-    described = with_parameter(with_parameter(CASES["two equal"], "rotor.damping", 0.0), "rotor.mass", mass)
+    described = with_value_at(with_value_at(CASES["two equal"], "rotor.damping", 0.0), "rotor.mass", mass)
     p = plane(described)
     critical = math.sqrt(p.stiffness[0] / p.mass)
     for speed in (critical, math.nextafter(critical, 0.0), math.nextafter(critical, math.inf)):

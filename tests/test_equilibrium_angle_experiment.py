@@ -14,7 +14,6 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.laws.drag_coefficient import linear
 from autobalancer.measurement.angle.curve import angle_machine
 from autobalancer.measurement.angle.file import AngleSeries
 from autobalancer.measurement.angle.statics import TurnedRace
@@ -59,7 +58,7 @@ def test_with_linear_drag_the_sine_of_the_angle_is_proportional_to_the_speed(law
     beta = law.get("beta", math.pi / 8.0 * 387.0 * 950.0 * 50e-6 * 0.0123 * 0.07695**2)
     np.testing.assert_allclose(np.sin(angle), beta * speeds / (given.race.weight * 0.07695), rtol=1e-9)  # type: ignore[operator]
     assert given.law.log_slope(1e4) == -1.0
-    assert linear(24.0).outside(1e9) == ""
+    assert ab.laws.linear_drag_law(24.0).outside(1e9) == ""
 
 
 def test_speeds_that_are_not_given_end_where_the_ball_stands_at_85_degrees() -> None:

@@ -8,18 +8,16 @@ import pytest
 from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import lateral_model, rows_at
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine, save_machine
+from autobalancer.files.machine_file import load_race_machine, save_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.response import unbalance_response
-from autobalancer.stability.maps.speeds import border_speeds
 
 BALANCER = {
     "name": "ring",
@@ -55,10 +53,10 @@ FAR = rotor({"stiffness": 5e4, "damping": 20.0, "tilt_stiffness": 2e5}, 0.1, pol
 @pytest.mark.parametrize("frequency", ["critical", "natural"])
 @pytest.mark.parametrize("pair", [False, True])
 def test_a_planar_machine_is_its_own_oscillator(method: str, frequency: str, pair: bool) -> None:
-    machine = load_machine("examples/machines/discoidal.toml")
+    machine = load_race_machine("examples/machines/discoidal.toml")
     if pair:
-        machine = with_parameter(machine, "rotor.stiffness", (4e4, 9e4))
-        machine = with_parameter(machine, "rotor.damping", (30.0, 80.0))
+        machine = with_value_at(machine, "rotor.stiffness", (4e4, 9e4))
+        machine = with_value_at(machine, "rotor.damping", (30.0, 80.0))
     found = equivalent_planar(machine, method=method, frequency=frequency)  # type: ignore[arg-type]
     assert found.machine.rotor.mass == pytest.approx(12.27, rel=1e-12)
     assert found.machine.rotor.stiffness_xy == pytest.approx(machine.rotor.stiffness_xy, rel=1e-12)
@@ -85,13 +83,13 @@ def test_at_the_mass_center_of_a_symmetric_rotor_it_is_exact(method: str) -> Non
         name="by hand", axis="vertical", rotor={"kind": "planar", "mass": 10.0, "stiffness": 1e5, "damping": 40.0},
         unbalances=[{"moment": 1e-4}], balancers=[BALANCER], drive=SYMMETRIC.drive,
     )  # fmt: skip
-    borders = [border_speeds(machine) for machine in (found.machine, by_hand)]
+    borders = [ab.stability.borders(machine) for machine in (found.machine, by_hand)]
     for one, other in zip(*borders, strict=True):
         assert one.speed == pytest.approx(other.speed, rel=1e-9, nan_ok=True)
 
 
 def test_a_couple_does_not_drive_a_mode_without_tilt() -> None:
-    couple = with_parameter(SYMMETRIC, "unbalances", ({"couple": 1e-4},))
+    couple = with_value_at(SYMMETRIC, "unbalances", ({"couple": 1e-4},))
     assert equivalent_planar(couple).machine.unbalances[0].size == pytest.approx(0.0, abs=1e-18)
 
 
@@ -99,8 +97,8 @@ def test_with_a_far_second_mode_it_moves_like_the_rotor_near_the_first() -> None
     found = equivalent_planar(FAR, method="modal")
     critical = float(found.data["critical_speed"][0])
     speeds = critical * np.linspace(0.8, 1.2, 41)
-    ours = unbalance_response(found.machine, speeds)
-    true = unbalance_response(FAR, speeds, "plane")
+    ours = ab.rotor.response(found.machine, speeds)
+    true = ab.rotor.response(FAR, speeds, "plane")
     amplitudes = [(d["x_real"] + 1j * d["x_imag"]).values[:, 0] for d in (ours, true)]
     assert np.abs(amplitudes[0] / amplitudes[1] - 1.0).max() < 0.01
     assert float(found.data["static_share"][0]) > 0.99
@@ -124,7 +122,7 @@ def test_its_speed_and_damping_are_those_of_the_mode() -> None:
 def test_its_stiffness_is_the_static_stiffness_at_the_place() -> None:
     """Two springs k at arms a of a rigid bar: 1/(1/(2 k) + z^2/(2 k a^2)) at z."""
     for place in (0.0, 0.1, -0.3):
-        machine = with_parameter(SYMMETRIC, "stations[1].position", place)
+        machine = with_value_at(SYMMETRIC, "stations[1].position", place)
         stiffness = equivalent_planar(machine).data["stiffness"].sel(way="static").values
         np.testing.assert_allclose(stiffness, 1e5 / (1.0 + (place / 0.25) ** 2), rtol=1e-12)
 
@@ -154,14 +152,14 @@ def test_x_and_y_of_unlike_supports_have_their_own_modes() -> None:
 
 def test_balancers_in_another_plane_are_left_out_and_named() -> None:
     extra = SYMMETRIC.balancers[0].model_copy(update={"station": 0.1, "name": "upper"})
-    found = equivalent_planar(with_parameter(SYMMETRIC, "balancers", (*SYMMETRIC.balancers, extra)))
+    found = equivalent_planar(with_value_at(SYMMETRIC, "balancers", (*SYMMETRIC.balancers, extra)))
     assert [b.name for b in found.machine.balancers] == ["ring"]
     assert "upper" in found.machine.description
 
 
 def test_the_machine_says_where_it_comes_from_and_can_be_saved(tmp_path: Path) -> None:
     found = equivalent_planar(FAR, method="modal")
-    again = load_machine(save_machine(found.machine, tmp_path / "planar.toml"))
+    again = load_race_machine(save_machine(found.machine, tmp_path / "planar.toml"))
     assert again == found.machine
     assert "'rotor' at plane" in again.description
     valid = float(found.data["valid_to"].sel(way="modal", direction="x"))
@@ -185,11 +183,11 @@ def test_a_disc_without_synchronous_tilting_mode_still_has_its_first_mode() -> N
 
 
 def test_the_picture_shows_rotor_and_both_oscillators() -> None:
-    figure = plot_equivalent_planar(equivalent_planar(FAR).data)
+    figure = ab.plot.equivalent_planar(equivalent_planar(FAR).data)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["rotor", "oscillator, static", "oscillator, modal"]
     with pytest.raises(QuestionError, match=r"not a result of rotor\.equivalent_planar"):
-        plot_equivalent_planar(modes(FAR))
+        ab.plot.equivalent_planar(modes(FAR))
 
 
 @pytest.mark.parametrize(
@@ -221,9 +219,9 @@ def test_the_command_says_what_the_function_returns_and_writes_a_machine_that_ru
     ]
     said = CliRunner().invoke(app, [*arguments, "--json"])
     assert said.exit_code == 0, said.output
-    found = equivalent_planar(load_machine(given), method="modal")
+    found = equivalent_planar(load_race_machine(given), method="modal")
     rows = [row for row in json.loads(said.output)["oscillators"] if row["way"] == "modal"]
     assert rows[0]["stiffness"] == pytest.approx(float(found.data["stiffness"].sel(way="modal").values.flat[0]))
-    assert load_machine(planar).rotor == found.machine.rotor
+    assert load_race_machine(planar).rotor == found.machine.rotor
     assert size_of(tmp_path / "p.png") == (990, 750)
     assert "holds from" in CliRunner().invoke(app, ["equivalent-planar", given]).output

@@ -13,10 +13,11 @@ import pytest
 from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli import app
 from autobalancer.errors import DurationWarning, MachineError, QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow import choice, solve
 from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.differences import DifferenceFlow
@@ -24,7 +25,6 @@ from autobalancer.flow.question import annulus_flow
 from autobalancer.flow.speed import wall_speed
 from autobalancer.flow.spinning_up import SpinUp, spin_up
 from autobalancer.machine import Ramp, Table
-from autobalancer.plots.measured.flow import plot_flow, plot_secondary_flow, plot_spin_up, plot_velocity_profiles
 from autobalancer.results.store import load_run, save_run
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -33,7 +33,7 @@ RIG = Annulus(69.3e-3, 83.1e-3, 20e-3, 76.95e-3, 715e-6, 970.0)
 
 def test_balls_touch_the_outer_wall_of_the_annulus() -> None:
     """Spannan 2021, table 6.2: orbit 76.95 mm, ball 12.3 mm, width 13.8 mm, height 20 mm."""
-    annulus = annulus_of(load_machine(MACHINES / "discoidal.toml"))
+    annulus = annulus_of(load_race_machine(MACHINES / "discoidal.toml"))
     assert annulus.outer == pytest.approx(76.95e-3 + 6.15e-3, rel=1e-12)
     assert annulus.inner == pytest.approx(83.1e-3 - 13.8e-3, rel=1e-12)
     assert (annulus.height, annulus.viscosity) == pytest.approx((20e-3, 20e-6))
@@ -49,7 +49,7 @@ def test_balls_touch_the_outer_wall_of_the_annulus() -> None:
     ],
 )
 def test_a_chamber_that_is_no_annulus_is_refused(changed: str, value: float | None, says: str) -> None:
-    machine = load_machine(MACHINES / "discoidal.toml")
+    machine = load_race_machine(MACHINES / "discoidal.toml")
     race = machine.balancers[0].races[0].model_copy(update={changed: value})
     balancer = machine.balancers[0].model_copy(update={"races": (race,)})
     with pytest.raises(MachineError, match=rf"(balancers\[1\].races\[1\])?.*({says}|does not fit)"):
@@ -102,8 +102,8 @@ def test_a_question_without_sense_is_refused(options: dict[str, object], says: s
 
 
 def test_a_rotor_driven_by_a_torque_needs_a_speed() -> None:
-    machine = load_machine(MACHINES / "discoidal.toml")
-    machine = with_parameter(with_parameter(machine, "rotor.inertia", 0.1), "drive", {"kind": "torque", "torque": 1.0})
+    machine = load_race_machine(MACHINES / "discoidal.toml")
+    machine = with_value_at(with_value_at(machine, "rotor.inertia", 0.1), "drive", {"kind": "torque", "torque": 1.0})
     with pytest.raises(QuestionError, match="torque"):
         annulus_flow(machine)
     assert annulus_flow(machine, 1e-3, duration=0.1, samples=5).attrs["model"] == "modes"
@@ -195,15 +195,15 @@ def test_corners_of_a_profile_are_met_exactly() -> None:
 def test_pictures_show_every_kind_of_result() -> None:
     for model in ("modes", "chebyshev"):
         flow = annulus_flow(RIG, 60.0, initial_speed=0.0, duration=0.05, times=[0.0, 0.005, 0.02], model=model)  # type: ignore[arg-type]
-        figure = plot_flow(flow, speed_unit="rad/s")
+        figure = ab.plot.flow(flow, speed_unit="rad/s")
         assert len(figure.axes) == 5  # four panels and the scale of the colors
         labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
         assert labels == ["rotor", "fluid at the orbit", "diffusion alone"]
-        plot_spin_up(flow)
-        assert len(plot_velocity_profiles(flow, moments=[0.005]).axes[0].lines) == 3
-        plot_secondary_flow(flow, time=0.02)
+        ab.plot.spin_up(flow)
+        assert len(ab.plot.velocity_profiles(flow, moments=[0.005]).axes[0].lines) == 3
+        ab.plot.secondary_flow(flow, time=0.02)
         with pytest.raises(QuestionError, match=r"0, 0\.005, 0\.02"):
-            plot_secondary_flow(flow, time=0.03)
+            ab.plot.secondary_flow(flow, time=0.03)
 
 
 def test_the_command_prints_a_table_or_numbers_and_writes_files(tmp_path: Path) -> None:

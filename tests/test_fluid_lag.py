@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.flow.annulus import annulus_of
@@ -55,7 +55,7 @@ def test_secondary_flow_carries_a_thinner_fluid_along_sooner_than_diffusion_does
     fast = {"kind": "speed", "profile": {"kind": "ramp", "end": 40.0, "duration": 20.0}}
     speeds = []
     for lag in ("modes", "auto"):
-        machine = with_parameter(ramp(lag, drive=fast), "balancers[1].races[1].fluid.viscosity", "100 mm^2/s")
+        machine = with_value_at(ramp(lag, drive=fast), "balancers[1].races[1].fluid.viscosity", "100 mm^2/s")
         speeds.append(float(simulate(machine, duration=19.0, save=Samples(20))["ball_speed_in_rotor"][-1, 0]))
     assert speeds[0] < 1.5 * speeds[1] < 0.0
 
@@ -79,10 +79,10 @@ def test_the_recorded_reynolds_number_is_that_of_the_flow_past_the_ball(
     save: Sampling, lag: str, resolved: bool
 ) -> None:
     place = "balancers[1].races[1]"
-    machine = with_parameter(ramp(lag), f"{place}.drag", {"law": "sphere_on_plane", "range": "whole"})
+    machine = with_value_at(ramp(lag), f"{place}.drag", {"law": "sphere_on_plane", "range": "whole"})
     if resolved:
         contact = {"stiffness": 1e5, "restitution": 0.3, "sliding_friction": 0.5, "slip_speed": 0.01}
-        machine = with_parameter(machine, f"{place}.resolved", contact)
+        machine = with_value_at(machine, f"{place}.resolved", contact)
     run = simulate(machine, duration=END, save=save)
     name = "ball_speed_in_rotor" if isinstance(save, SampleTimes) else "envelope_ball_speed_in_rotor"
     behind, fluid = float(run[name][-1, 0]), -RATE * relaxation_modes(annulus_of(machine)).ramp_lag
@@ -105,7 +105,7 @@ def test_modes_step_along_with_a_speed_that_a_torque_drives() -> None:
 def test_a_torque_that_makes_a_prescribed_ramp_gives_the_lag_of_that_ramp(viscosity: str) -> None:
     ends = []
     for drive in ({"kind": "torque", "torque": 1e3 * RATE}, ramp("full").drive.model_dump()):
-        machine = with_parameter(ramp("full", drive=drive), "balancers[1].races[1].fluid.viscosity", viscosity)
+        machine = with_value_at(ramp("full", drive=drive), "balancers[1].races[1].fluid.viscosity", viscosity)
         ends.append(simulate(machine, duration=END, save=Samples(20)))
     np.testing.assert_allclose(ends[0]["speed"].values, ends[1]["speed"].values, atol=1e-4)
     np.testing.assert_allclose(
@@ -132,7 +132,7 @@ def test_the_lag_of_a_light_rotor_belongs_to_the_speed_that_its_balls_leave_it()
     """Balls of a third of the inertia; the run is repeated as one with a prescribed speed, that of its result."""
     light = {"mass": 1e4, "stiffness": 1e9, "damping": 1e5, "inertia": 1e-4}
     torque = {"kind": "torque", "torque": 1.4e-4 * 4.0 * RATE}
-    machine = with_parameter(
+    machine = with_value_at(
         ramp("auto", rotor=light, drive=torque), "balancers[1].races[1].fluid.viscosity", "100 mm^2/s"
     )
     run = simulate(machine, duration=END, save=Samples(200))
@@ -140,7 +140,7 @@ def test_the_lag_of_a_light_rotor_belongs_to_the_speed_that_its_balls_leave_it()
     assert 2 <= run.attrs["flow_passes"] <= 5
     assert run.attrs["flow_change"] <= run.attrs["flow_tolerance"]
     table = {"kind": "table", "time": run["time"].values.tolist(), "speed": run["speed"].values.tolist()}
-    again = with_parameter(machine, "drive", {"kind": "speed", "profile": table})
+    again = with_value_at(machine, "drive", {"kind": "speed", "profile": table})
     fast = float(run["speed"][-1])
     other = simulate(again, duration=END, save=Samples(200))
     np.testing.assert_allclose(other["ball_speed_in_rotor"].values, run["ball_speed_in_rotor"].values, atol=3e-3 * fast)
@@ -181,8 +181,8 @@ def test_basins_take_fluid_along_that_a_run_up_left_behind_and_at_constant_speed
     held, ramped = [], []
     for lag in ("none", "full"):
         machine = ramp(lag, rotor=soft, unbalances=[{"mass": "5 g", "radius": "100 mm"}])
-        machine = with_parameter(machine, "balancers[1].races[1].drag.beta", 1e-3)
-        machine = with_parameter(machine, "balancers[1].races[1].fluid.viscosity", "20 mm^2/s")
+        machine = with_value_at(machine, "balancers[1].races[1].drag.beta", 1e-3)
+        machine = with_value_at(machine, "balancers[1].races[1].fluid.viscosity", "20 mm^2/s")
         held.append(basin(machine, 30.0, {"ball_angle[1]": [0.3, 2.0]}))
         ramped.append(float(basin(machine, 30.0, {"acceleration": [3000.0]})["final_ball_angle_in_rotor"][0, 0]))
         assert held[-1].attrs.get("flow_model", "none") == ("none" if lag == "none" else "modes")
@@ -194,6 +194,6 @@ def test_basins_take_fluid_along_that_a_run_up_left_behind_and_at_constant_speed
 
 
 def test_a_fluid_that_lags_needs_the_size_of_its_chamber() -> None:
-    machine = with_parameter(ramp("modes"), "balancers[1].races[1].width", None)
+    machine = with_value_at(ramp("modes"), "balancers[1].races[1].width", None)
     with pytest.raises(MachineError, match=r"width: missing; the flow in the race needs it"):
         simulate(machine, duration=1.0)

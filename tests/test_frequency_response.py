@@ -11,13 +11,13 @@ import pytest
 from tests.references.stalled_pair import hanging_speed
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_load
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.style import BALLS
-from autobalancer.plots.run.stepped_response import COLORS, _jumps, plot_stepped_response
+from autobalancer.plots.run.stepped_response import COLORS, _jumps
 from autobalancer.simulation.sampling import Envelope, SampleTimes
 from autobalancer.studies.stepped_response import stepped_response
 
@@ -78,7 +78,7 @@ def test_carried_steps_are_one_simulation_with_a_dwell_profile() -> None:
         machine, speeds, dwell=dwell, window=window, acceleration=rate, stations=["disk"], tolerance=1e-10
     )
     profile = {"kind": "dwell", "speeds": speeds, "hold": dwell + window, "acceleration": rate}
-    driven = with_parameter(machine, "drive", {"kind": "speed", "profile": profile})
+    driven = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
     begins = np.cumsum([dwell, dwell + window + 30.0 / rate - dwell + dwell, dwell + window + 50.0 / rate])
     end = float(begins[-1] + window)
     times = np.unique(np.concatenate([np.linspace(begin, begin + window, 6001) for begin in begins]).clip(0.0, end))
@@ -135,7 +135,7 @@ def test_balls_stall_upwards_until_they_break_away_and_stay_with_the_rotor_downw
 
 def test_stalled_balls_of_a_known_case_have_the_deflection_of_the_torque_balance() -> None:
     """Two balls that turn with the critical speed: drag (W - w_c) beta = half the power of the dampers over w_c."""
-    machine = with_parameter(ab.load_machine(STALLING), "unbalances[1].mass", 1e-6)
+    machine = with_value_at(ab.load_machine(STALLING), "unbalances[1].mass", 1e-6)
     found = stepped_response(machine, np.arange(240.0, 341.0, 10.0), dwell=6.0, window=2.0, acceleration=20.0)
     at = found.sel(speed=340.0)
     assert at["ball_motion"].values.tolist() == [2, 2]
@@ -177,8 +177,8 @@ def test_the_amplitude_is_found_between_the_steps_of_a_loose_integration() -> No
 
 def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:
     base = plain_rig()
-    late = with_parameter(base, "unbalances[1].schedule", {"time": [0.0, 3.0], "factor": [0.0, 2.0]})
-    twice = with_parameter(base, "unbalances[1].moment", 2.0 * base.unbalances[0].size)
+    late = with_value_at(base, "unbalances[1].schedule", {"time": [0.0, 3.0], "factor": [0.0, 2.0]})
+    twice = with_value_at(base, "unbalances[1].moment", 2.0 * base.unbalances[0].size)
     one, two = (stepped_response(machine, [200.0], dwell=1.0, window=0.2, tolerance=1e-12) for machine in (late, twice))
     assert float(one["amplitude"][0]) == pytest.approx(float(two["amplitude"][0]), rel=1e-12)
 
@@ -186,7 +186,7 @@ def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:
 def test_the_picture_shows_both_ways_and_every_motion() -> None:
     speeds = np.arange(230.0, 330.0, 10.0)
     found = stepped_response(STALLING, speeds, dwell=2.0, window=0.5, acceleration=50.0, direction="both")
-    figure = plot_stepped_response(found)
+    figure = ab.plot.stepped_response(found)
     legend = figure.axes[0].get_legend()
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
@@ -197,14 +197,14 @@ def test_the_picture_shows_both_ways_and_every_motion() -> None:
     assert legend.get_window_extent().x0 > 0.0
     assert figure.axes[0].get_window_extent().width > 0.85 * figure.bbox.width  # keys that are too wide make it narrow
     with pytest.raises(QuestionError, match="not a result"):
-        plot_stepped_response(found.drop_vars("amplitude_change"))
+        ab.plot.stepped_response(found.drop_vars("amplitude_change"))
 
 
 @pytest.mark.parametrize("log", [True, False])
 def test_one_tiny_amplitude_does_not_stretch_the_axis(log: bool) -> None:
     found = stepped_response(plain_rig(), [90.0, 100.0, 110.0, 120.0], dwell=0.5, window=0.1)
     found["amplitude"][2] = 1e-16
-    axes = plot_stepped_response(found, log=log, deflection_unit="um").axes[0]
+    axes = ab.plot.stepped_response(found, log=log, deflection_unit="um").axes[0]
     low, high = axes.get_ylim()
     greatest = 1e6 * float(found["amplitude"].max())
     assert high > greatest
@@ -249,7 +249,7 @@ def test_a_table_that_does_not_cover_the_speeds_is_refused() -> None:
         "position": "110 mm",
         "table": {"speed": [0.0, 300.0], "stiffness": ["20 kN/m", "22 kN/m"], "damping": [5.0, 6.0]},
     }
-    machine = with_parameter(plain_rig(), "rotor.supports[1]", support)
+    machine = with_value_at(plain_rig(), "rotor.supports[1]", support)
     with pytest.raises(MachineError, match="300 rad/s"):
         stepped_response(machine, [100.0, 400.0], dwell=0.1, window=0.1)
 
@@ -263,8 +263,8 @@ def test_a_speed_whose_budget_is_spent_ends_the_way_and_says_so() -> None:
 
 
 def test_the_envelope_of_a_run_at_constant_speed_is_the_amplitude() -> None:
-    machine = with_parameter(plain_rig(), "stations", ({"name": "B1", "position": "110 mm"},))
-    machine = with_parameter(machine, "drive.profile.speed", 1000.0 * RPM)
+    machine = with_value_at(plain_rig(), "stations", ({"name": "B1", "position": "110 mm"},))
+    machine = with_value_at(machine, "drive.profile.speed", 1000.0 * RPM)
     run = ab.simulate(machine, duration=5.0, save=Envelope(10), tolerance=1e-10)
     found = stepped_response(machine, [1000.0 * RPM], dwell=4.5, window=0.5, tolerance=1e-10)
     assert float(found["amplitude"][0]) == pytest.approx(float(run["envelope_high"][-1]), rel=1e-9)

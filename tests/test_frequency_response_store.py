@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.rigs import rig, rig_text
 from autobalancer.studies.stepped_response import stepped_response
@@ -73,7 +73,7 @@ def test_a_store_of_another_machine_or_question_is_refused(tmp_path: Path) -> No
     store = tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
         stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(2))
-    heavier = with_parameter(RIG, "rotor.mass", 1.3)
+    heavier = with_value_at(RIG, "rotor.mass", 1.3)
 
     def refused() -> None:
         with pytest.raises(QuestionError, match="different: machine"):

@@ -13,7 +13,7 @@ from scipy.ndimage import label
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import greatest_rise
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
@@ -35,7 +35,7 @@ def machine(adherence: float, rolling: float | None = None, name: str = "discoid
     found = ab.load_machine(MACHINES / name)
     friction = {"rolling_resistance": 0.5 * adherence if rolling is None else rolling, "adherence": adherence}
     for number in range(1, len(found.balancers) + 1):
-        found = with_parameter(found, f"balancers[{number}].races[1].friction", friction)
+        found = with_value_at(found, f"balancers[{number}].races[1].friction", friction)
     return found
 
 
@@ -59,7 +59,7 @@ def test_weight_across_the_axis_takes_from_the_whirl_that_is_held() -> None:
     speed, mu = 120.0, 0.006
     assert held_whirl(0.25, mu, weight=9.81 / speed**2) == pytest.approx(held_whirl(0.25, mu) - 9.81 / speed**2)
     assert held_whirl(0.25, mu, weight=9.81 / 50.0**2) < 0.0
-    lying = with_parameter(machine(mu), "axis", "horizontal")
+    lying = with_value_at(machine(mu), "axis", "horizontal")
     assert "friction does not hold them" in ab.stability.held_by_friction(lying, "600 rpm").planes[0].sentence
     with pytest.raises(QuestionError, match="orbit_radius"):
         held_whirl(0.0, mu)
@@ -70,9 +70,9 @@ def test_on_a_horizontal_axis_balls_move_just_where_weight_and_whirl_together_ex
     mu: float, holds: bool
 ) -> None:
     """g/w^2 is 397 um and the unbalance makes 57 um, together 0.0059 of the orbit radius; balls start opposite."""
-    lying = with_parameter(machine(mu, mu), "axis", "horizontal")
-    lying = with_parameter(lying, "drive.profile", {"kind": "constant", "speed": "1500 rpm"})
-    lying = with_parameter(lying, "balancers[1].races[1].balls[1].start_angles", ["107 deg", "-73 deg"])
+    lying = with_value_at(machine(mu, mu), "axis", "horizontal")
+    lying = with_value_at(lying, "drive.profile", {"kind": "constant", "speed": "1500 rpm"})
+    lying = with_value_at(lying, "balancers[1].races[1].balls[1].start_angles", ["107 deg", "-73 deg"])
     assert ab.stability.held_by_friction(lying).planes[0].holds is holds
     angle = ab.simulate(lying, duration=6.0)["ball_angle_in_rotor"].values
     late = np.abs(angle[-1] - angle[angle.shape[0] // 2]).max()
@@ -117,12 +117,12 @@ def _random_machine(rng: np.random.Generator) -> tuple[Machine, float]:
     found = machine(1e-3)
     critical = math.sqrt(44654.0 / 12.27)
     speed = critical * rng.uniform(1.6, 5.0)
-    found = with_parameter(found, "unbalances", [{"moment": float(rng.uniform(200e-6, 900e-6))}])
+    found = with_value_at(found, "unbalances", [{"moment": float(rng.uniform(200e-6, 900e-6))}])
     p = plane(found)
     whirl = abs(p.fixed_load) * speed**2 / abs(p.dynamic_stiffness(speed))
     adherence = float(whirl * rng.uniform(0.05, 0.4) / 0.07695)
     friction = {"rolling_resistance": adherence * float(rng.uniform(0.2, 1.0)), "adherence": adherence}
-    return with_parameter(found, "balancers[1].races[1].friction", friction), float(speed)
+    return with_value_at(found, "balancers[1].races[1].friction", friction), float(speed)
 
 
 def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_ones() -> None:
@@ -147,14 +147,14 @@ def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_on
 def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adherence: float) -> None:
     two = machine(adherence, name="two_plane_rotor.toml")
     for number in (1, 2):
-        two = with_parameter(two, f"balancers[{number}].races[1].coincidence", True)
+        two = with_value_at(two, f"balancers[{number}].races[1].coincidence", True)
     said, st = ab.stability.held_by_friction(two), stations(two, largest=True)
     need, rng, left = required(st, said.speed), np.random.default_rng(3), []
     for _ in range(60):
         one = two
         for number in (1, 2):
             starts = rng.uniform(-math.pi, math.pi, 2).tolist()
-            one = with_parameter(one, f"balancers[{number}].races[1].balls[1].start_angles", starts)
+            one = with_value_at(one, f"balancers[{number}].races[1].balls[1].start_angles", starts)
         run = ab.simulate(one, duration=6.0)
         assert np.abs(run["ball_speed_in_rotor"].values[-1]).max() < 1e-6 * said.speed
         left.append(np.abs(st.moments(run["ball_angle_in_rotor"].values[-1]) - need))
@@ -171,7 +171,7 @@ def test_balls_that_settled_above_the_border_keep_their_places_in_a_slow_rise_an
     for share in (0.5, 3.0):
         end = 40.0 + (high - low) / (share * said.greatest_acceleration)
         profile = {"kind": "table", "time": [0.0, 40.0, end, end + 5.0], "speed": [low, low, high, high]}
-        run = ab.simulate(with_parameter(rough, "drive.profile", profile), duration=end + 5.0)
+        run = ab.simulate(with_value_at(rough, "drive.profile", profile), duration=end + 5.0)
         angle, settled = run["ball_angle_in_rotor"].values, int(np.searchsorted(run["time"].values, 39.9))
         assert (run["ball_speed_in_rotor"].values[settled] == 0.0).all()
         moved.append(float(np.abs(angle[-1] - angle[settled]).max()))
@@ -202,7 +202,7 @@ balls = [{ count = 2, material = "steel" }]
 def test_friction_and_an_eccentric_race_hold_more_than_each_alone_and_no_run_exceeds_what_is_said() -> None:
     off = parse_machine(OFF)
     both = ab.stability.held_by_friction(off).planes[0]
-    centered = ab.stability.held_by_friction(with_parameter(off, f"{RACE}.eccentricity", 0.0)).planes[0]
+    centered = ab.stability.held_by_friction(with_value_at(off, f"{RACE}.eccentricity", 0.0)).planes[0]
     p, speed = plane(off), 4000 * math.pi / 30
     assert both.eccentric_residual == pytest.approx(25e-6 * abs(p.dynamic_stiffness(speed)) / speed**2, rel=1e-9)
     rising = ab.basin(off, speed, random=4, acceleration=7.0)["residual_unbalance"].values
@@ -219,23 +219,23 @@ def test_friction_and_an_eccentric_race_hold_more_than_each_alone_and_no_run_exc
 
 def test_the_eccentricity_counts_where_balls_start_to_move() -> None:
     """Against the unbalance it brings the race back to the axis: no ball moves where the whirl alone would move it."""
-    off = with_parameter(parse_machine(OFF), f"{RACE}.eccentricity", "60 um")
+    off = with_value_at(parse_machine(OFF), f"{RACE}.eccentricity", "60 um")
     found = ab.stability.held_by_friction(off).planes[0]
     assert found.unbalance_whirl < found.held_whirl
     assert found.holds
-    off = with_parameter(off, "drive.profile", {"kind": "constant", "speed": "4000 rpm"})
-    off = with_parameter(off, f"{RACE}.balls[1].start_angles", ["20 deg", "200 deg"])
+    off = with_value_at(off, "drive.profile", {"kind": "constant", "speed": "4000 rpm"})
+    off = with_value_at(off, f"{RACE}.balls[1].start_angles", ["20 deg", "200 deg"])
 
     def way(one: Machine) -> float:
         angle = ab.simulate(one, duration=3.0)["ball_angle_in_rotor"].values
         return float(np.abs(angle[-1] - angle[0]).max())
 
     assert way(off) < 1e-3  # the whirl that decays after the start moves them a little
-    assert way(with_parameter(off, f"{RACE}.eccentricity", 0.0)) > 0.1
+    assert way(with_value_at(off, f"{RACE}.eccentricity", 0.0)) > 0.1
 
 
 def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
-    found = ab.stability.held_by_friction(with_parameter(parse_machine(OFF), f"{RACE}.eccentricity", 0.0)).planes[0]
+    found = ab.stability.held_by_friction(with_value_at(parse_machine(OFF), f"{RACE}.eccentricity", 0.0)).planes[0]
     said = dict(found.rows)
     assert found.trapped_share > 0.0
     assert found.greatest_residual > found.worst_residual
@@ -248,7 +248,7 @@ def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
 
 def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_not_move() -> None:
     """The whirl of the unbalance, U/M, is below mu eps: the same machine at speed keeps its balls where they start."""
-    fast = with_parameter(machine(0.006), "drive.profile", {"kind": "constant", "speed": "3000 rpm"})
+    fast = with_value_at(machine(0.006), "drive.profile", {"kind": "constant", "speed": "3000 rpm"})
     said = ab.stability.held_by_friction(fast)
     assert said.planes[0].holds
     assert "WILL NOT MOVE" in said.planes[0].sentence
@@ -272,13 +272,13 @@ def test_below_the_critical_speed_the_worst_residual_is_that_of_unbalance_and_ba
 
 def test_rolling_resistance_alone_holds_as_adherence_does() -> None:
     both = ab.stability.held_by_friction(machine(1e-3, 1e-3)).planes[0]
-    rolling = with_parameter(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})
+    rolling = with_value_at(machine(1e-3), "balancers[1].races[1].friction", {"rolling_resistance": 1e-3})
     assert ab.stability.held_by_friction(rolling).planes[0] == both
 
 
 def test_a_run_says_below_which_whirl_its_balls_stay_or_that_they_are_ideal() -> None:
     def said(one: Machine) -> Any:
-        return ab.simulate(with_parameter(one, "drive.profile", {"kind": "constant", "speed": 125.0}), duration=0.5)
+        return ab.simulate(with_value_at(one, "drive.profile", {"kind": "constant", "speed": 125.0}), duration=0.5)
 
     rough, ideal = said(machine(0.006)), said(ab.load_machine(MACHINES / "discoidal.toml"))
     assert "462 µm" in rough.attrs["friction_text"]
@@ -328,7 +328,7 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
 
     def settled(rise: float) -> Any:
         ramp = {"kind": "ramp", "end": 125.0, "duration": 125.0 / rise}
-        return ab.stability.held_by_friction(with_parameter(machine(1e-3), "drive.profile", ramp), 80.0).planes[0]
+        return ab.stability.held_by_friction(with_value_at(machine(1e-3), "drive.profile", ramp), 80.0).planes[0]
 
     assert settled(2.0 * limit).drive_acceleration == pytest.approx(2.0 * limit)
     assert settled(2.0 * limit).carried_on
@@ -336,13 +336,13 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
         f"; the drive rises by {2.0 * limit:.3g} rad/s^2 and carries them on"
     )
     assert settled(0.5 * limit).settled_sentence.endswith("; the drive rises more slowly")
-    constant = with_parameter(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
+    constant = with_value_at(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
     assert "the drive" not in ab.stability.held_by_friction(constant, 80.0).planes[0].settled_sentence
 
 
 def test_the_greatest_rise_counts_above_a_speed_only_and_less_where_the_speed_is_higher() -> None:
     def rise(profile: dict[str, Any], speed: float) -> float | None:
-        return greatest_rise(with_parameter(machine(1e-3), "drive.profile", profile), speed)
+        return greatest_rise(with_value_at(machine(1e-3), "drive.profile", profile), speed)
 
     table = {"kind": "table", "time": [0.0, 1.0, 11.0, 12.0], "speed": [0.0, 50.0, 100.0, 140.0]}
     assert rise(table, 60.0) == pytest.approx(40.0 * 0.6**2)

@@ -135,7 +135,7 @@ def test_only_commands_print() -> None:
 # public names ------------------------------------------------------------------------------------------------------------
 
 
-def defined(home: str, name: str) -> ast.AST:
+def defined(home: str, name: str) -> ast.FunctionDef | ast.ClassDef:
     """The node that defines a public name, followed through the imports of packages."""
     module, _, other = home.partition(":")
     inner, file = other or name, SOURCE / f"{module.replace('.', '/')}.py"
@@ -151,6 +151,11 @@ def defined(home: str, name: str) -> ast.AST:
 PUBLIC = {
     f"{space}.{name}".lstrip("."): defined(home, name) for space, all_ in NAMES.items() for name, home in all_.items()
 }
+
+
+def test_a_function_is_defined_under_its_public_name() -> None:
+    other = {f"{name} is {node.name}" for name, node in PUBLIC.items() if node.name != name.rpartition(".")[2]}
+    assert not other, "help, tracebacks and pickles name a function as it is defined"
 
 
 def test_every_public_name_has_a_docstring_and_a_title_that_ends() -> None:

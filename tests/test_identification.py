@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.identification.fit import weights
@@ -20,7 +21,6 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredStiffness,
 )
 from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.response import unbalance_response
 
 RIGID = Machine(
     name="rigid", axis="vertical",
@@ -57,7 +57,7 @@ FREE = [
 def changed(machine: Machine, **values: float) -> Machine:
     for parameter in FREE:
         for path in parameter.paths if isinstance(parameter.paths, list) else [parameter.paths]:
-            machine = with_parameter(machine, path, values[parameter.name])
+            machine = with_value_at(machine, path, values[parameter.name])
     return machine
 
 
@@ -65,7 +65,7 @@ def measured_on(machine: Machine) -> list:
     """One of everything."""
     rest, turning = modes(machine), modes(machine, 80.0)
     speeds = np.linspace(50.0, 500.0, 60)
-    response = unbalance_response(machine, speeds, ["top", "foot"])
+    response = ab.rotor.response(machine, speeds, ["top", "foot"])
     found: list = [MeasuredMode(float(rest["frequency"][i]), 0.1, order=i + 1) for i in range(3)]
     found.append(MeasuredMode(float(turning["decay_rate"][0]), 0.1, "decay_rate", speed=80.0))
     found.append(MeasuredMode(float(turning["damping_ratio"][3]), 1e-3, "damping_ratio", speed=80.0, order=4))
@@ -110,12 +110,12 @@ def test_the_uncertainty_of_a_known_frequency_is_that_of_the_formula() -> None:
 @pytest.mark.slow
 def test_fits_of_noisy_data_lie_within_their_uncertainty() -> None:
     speeds = np.linspace(60.0, 140.0, 25)
-    true = unbalance_response(PLANAR, speeds)["semi_major"].values[:, 0]
+    true = ab.rotor.response(PLANAR, speeds)["semi_major"].values[:, 0]
     free = {"rotor.stiffness": (5e4, 2e5), "rotor.damping": (5.0, 200.0), "unbalances[1].moment": (1e-5, 1e-3)}
     target, normal = np.array([9e4, 30.0, 1e-4]), []
     for seed in range(50):
         noisy = true * np.exp(0.02 * np.random.default_rng(seed).standard_normal(25))
-        start = with_parameter(PLANAR, "rotor.stiffness", 9.3e4)
+        start = with_value_at(PLANAR, "rotor.stiffness", 9.3e4)
         data = identify(start, free, [MeasuredResponse(speeds, noisy, 0.02, measure="semi_major")]).data
         normal.append((data["value"].values - target) / data["uncertainty"].values)
     score = np.array(normal)
@@ -126,11 +126,11 @@ def test_fits_of_noisy_data_lie_within_their_uncertainty() -> None:
 
 def test_an_outlier_does_not_move_a_robust_fit() -> None:
     speeds = np.linspace(60.0, 140.0, 25)
-    values = unbalance_response(PLANAR, speeds)["semi_major"].values[:, 0].copy()
+    values = ab.rotor.response(PLANAR, speeds)["semi_major"].values[:, 0].copy()
     values[12] *= 3.0
     free = {"rotor.stiffness": (5e4, 2e5), "rotor.damping": (5.0, 200.0)}
     curve = [MeasuredResponse(speeds, values, 0.02, measure="semi_major")]
-    start = with_parameter(PLANAR, "rotor.damping", 40.0)
+    start = with_value_at(PLANAR, "rotor.damping", 40.0)
     plain, robust = identify(start, free, curve), identify(start, free, curve, loss="cauchy")
     away = [abs(found.machine.rotor.damping - 30.0) / 30.0 for found in (plain, robust)]
     assert away[0] > 0.05
@@ -178,7 +178,7 @@ def test_a_fit_stays_within_its_bounds_and_says_so() -> None:
 
 
 def test_tied_parameters_move_together() -> None:
-    start = with_parameter(RIGID, "rotor.supports[2].stiffness[1]", 8e5)
+    start = with_value_at(RIGID, "rotor.supports[2].stiffness[1]", 8e5)
     seen = modes(start)
     number = seen["name"].values.tolist().index("cylindrical x")
     rows = [MeasuredMode(float(seen["frequency"][number]), 0.1, mode="cylindrical x")]
@@ -206,9 +206,9 @@ def test_modes_are_found_by_direction_and_name() -> None:
 def test_several_starts_find_the_deeper_hollow() -> None:
     """A resonance peak far from the start has no slope there; searches spread over the bounds find it."""
     speeds = np.linspace(60.0, 140.0, 60)
-    true = with_parameter(PLANAR, "rotor.damping", 3.0)
-    curve = unbalance_response(true, speeds)["semi_major"].values[:, 0]
-    start = with_parameter(true, "rotor.stiffness", 1.8e5)
+    true = with_value_at(PLANAR, "rotor.damping", 3.0)
+    curve = ab.rotor.response(true, speeds)["semi_major"].values[:, 0]
+    start = with_value_at(true, "rotor.stiffness", 1.8e5)
     rows = [MeasuredResponse(speeds, curve, 1e-6, measure="semi_major", logarithmic=False)]
     free = {"rotor.stiffness": (4e4, 2e5)}
     one, many = identify(start, free, rows), identify(start, free, rows, starts=16)

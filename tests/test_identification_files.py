@@ -9,11 +9,11 @@ import xarray as xr
 from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.machine_file import load_machine, save_machine
+from autobalancer.files.machine_file import load_race_machine, save_machine
 from autobalancer.files.rigs import rig
-from autobalancer.plots.measured.identification import plot_identification
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from autobalancer.rotordynamics.identification.measurements import (
@@ -23,7 +23,6 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredResponse,
     MeasuredStiffness,
 )
-from autobalancer.rotordynamics.response import unbalance_response
 
 MACHINE = rig("rodrigues_rig")
 DATA = "examples/measurements/rodrigues_critical_speeds.toml"
@@ -128,7 +127,7 @@ def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     shown = CliRunner().invoke(app, ["identify", str(machine), "--measurements", DATA, *options])
     assert shown.exit_code == 0, shown.output
     assert "stiffness along x" in shown.output
-    fitted = load_machine(out)
+    fitted = load_race_machine(out)
     assert "Identified from 6 measured values" in fitted.description
     with xr.open_dataset(numbers) as data:
         assert float(data["value"][0]) == pytest.approx(fitted.rotor.supports[0].stiffness[0])
@@ -149,11 +148,11 @@ def test_the_command_prints_numbers_for_programs_and_frees_more(tmp_path: Path) 
 def test_the_curve_of_the_picture_has_the_peak_that_lies_between_measured_speeds() -> None:
     """The response of the fitted machine, not a line from one measured value to the next."""
     dense, coarse = np.linspace(100.0, 300.0, 4001), np.linspace(100.0, 300.0, 10)
-    peak = unbalance_response(MACHINE, dense, ["B1", "B2"])["mean_of_greatest"].values.max()
-    values = unbalance_response(MACHINE, coarse, ["B1", "B2"])["mean_of_greatest"].values
+    peak = ab.rotor.response(MACHINE, dense, ["B1", "B2"])["mean_of_greatest"].values.max()
+    values = ab.rotor.response(MACHINE, coarse, ["B1", "B2"])["mean_of_greatest"].values
     assert values.max() < 0.7 * peak
     measured = MeasuredResponse(coarse, values, 0.01, ["B1", "B2"], label="both bearings")
-    figure = plot_identification(identify(MACHINE, {"rotor.transverse_inertia": (0.01, 0.02)}, [measured]).data)
+    figure = ab.plot.identification(identify(MACHINE, {"rotor.transverse_inertia": (0.01, 0.02)}, [measured]).data)
     lines = {line.get_label(): np.asarray(line.get_ydata(), float) for line in figure.axes[0].get_lines()}
     assert lines["measured"].size == 10
     assert lines["after the fit"].max() / lines["measured"].max() == pytest.approx(peak / values.max(), rel=0.02)
@@ -161,10 +160,10 @@ def test_the_curve_of_the_picture_has_the_peak_that_lies_between_measured_speeds
 
 def test_the_picture_has_a_panel_for_each_curve() -> None:
     speeds = np.linspace(100.0, 300.0, 30)
-    values = unbalance_response(MACHINE, speeds, ["B1", "B2"])["mean_of_greatest"].values
+    values = ab.rotor.response(MACHINE, speeds, ["B1", "B2"])["mean_of_greatest"].values
     curve = MeasuredResponse(speeds, values, 0.01, ["B1", "B2"], label="both bearings")
     free = {"rotor.transverse_inertia": (0.01, 0.02)}
-    figure = plot_identification(identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data)
+    figure = ab.plot.identification(identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["both bearings", "", "correlation"]
     with pytest.raises(QuestionError, match=r"not a result of rotor\.identify"):
-        plot_identification(unbalance_response(MACHINE, speeds))
+        ab.plot.identification(ab.rotor.response(MACHINE, speeds))

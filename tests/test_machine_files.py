@@ -21,7 +21,7 @@ import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
-from autobalancer.files.machine_file import load_machine, machine_text, parse_machine, read_machine, save_machine
+from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine, save_machine
 from autobalancer.machine import Balls, Friction, Machine, PlanarRotor, Unbalance
 from autobalancer.machine.chamber import ChamberUnbalance
 from autobalancer.machine.schema import Kind, keys, machine_schema
@@ -29,7 +29,7 @@ from autobalancer.units import Given, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted(
-    path for path in (ROOT / "examples" / "machines").glob("*.toml") if isinstance(read_machine(path), Machine)
+    path for path in (ROOT / "examples" / "machines").glob("*.toml") if isinstance(load_machine(path), Machine)
 )
 DISCOIDAL = tomllib.loads((ROOT / "examples" / "machines" / "discoidal.toml").read_text(encoding="utf-8"))
 RACE = ("balancers", 0, "races", 0)
@@ -63,7 +63,7 @@ def refusal(data: dict[str, Any] | str) -> str:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_example_can_be_loaded(path: Path) -> None:
-    machine = load_machine(path)
+    machine = load_race_machine(path)
     assert machine.name
     assert machine.run is not None
     assert resolve(machine)
@@ -237,15 +237,15 @@ def test_text_that_is_not_toml_is_refused() -> None:
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(MachineFileError, match=r"nowhere\.toml: no such file"):
-        load_machine(tmp_path / "nowhere.toml")
+        load_race_machine(tmp_path / "nowhere.toml")
 
 
 def test_a_folder_or_a_picture_is_not_a_machine_file(tmp_path: Path) -> None:
     with pytest.raises(MachineFileError, match="is a folder"):
-        load_machine(tmp_path)
+        load_race_machine(tmp_path)
     (tmp_path / "picture.toml").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(MachineFileError, match=r"picture\.toml: cannot be read"):
-        load_machine(tmp_path / "picture.toml")
+        load_race_machine(tmp_path / "picture.toml")
 
 
 def test_parts_built_in_python_are_refused_in_the_same_words() -> None:
@@ -266,16 +266,16 @@ def test_a_machine_cannot_be_changed_by_accident() -> None:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_file_survives_being_read_and_written(path: Path, tmp_path: Path) -> None:
-    machine = load_machine(path)
+    machine = load_race_machine(path)
     saved = save_machine(machine, tmp_path / "deep" / "copy.toml")
-    again = load_machine(saved)
+    again = load_race_machine(saved)
     assert again == machine
     assert tomllib.loads(saved.read_text(encoding="utf-8")) == tomllib.loads(path.read_text(encoding="utf-8"))
     assert machine_text(again) == machine_text(machine)
 
 
 def test_public_names_are_the_same_functions() -> None:
-    assert ab.load_machine is read_machine
+    assert ab.load_machine is load_machine
     assert ab.save_machine is save_machine
 
 
@@ -419,9 +419,9 @@ def test_a_missing_file_with_the_name_of_a_sample_is_pointed_to(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MachineFileError, match="no such file; 'autobalancer example discoidal' writes"):
-        load_machine("examples/machines/discoidal.toml")
+        load_race_machine("examples/machines/discoidal.toml")
     with pytest.raises(MachineFileError, match=r"other\.toml: no such file$"):
-        load_machine("examples/machines/other.toml")
+        load_race_machine("examples/machines/other.toml")
 
 
 SCHEMA_TOO = ("annotated", "misfit", "chamber")  # the first two with single entries in place of lists

@@ -15,14 +15,11 @@ from tests.references.planar_linear import matrices
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine
-from autobalancer.plots.stability.border_curve import plot_border_curve
-from autobalancer.plots.stability.growth import plot_stability
-from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.host.planar import Plane, plane
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.characteristic import (
@@ -163,8 +160,8 @@ def test_maps_of_unequal_balls_and_orthotropic_supports_are_those_of_eigenvalues
     machine = ab.load_machine(DISCOIDAL)
     balls = [{"count": 1, "mass": f"{mass} g", "diameter": "12 mm"} for mass in (7.0, 9.0)]
     for changed, route in (
-        (with_parameter(machine, "balancers[1].races[1].balls", balls), "eigenvalues"),
-        (with_parameter(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
+        (with_value_at(machine, "balancers[1].races[1].balls", balls), "eigenvalues"),
+        (with_value_at(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
     ):
         assert balanced_states(plane(changed))[0].route == route
         found = ab.stability.map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)
@@ -256,7 +253,7 @@ def labels(figure: Any) -> list[str]:
 
 
 def test_the_picture_of_a_map_names_every_border_and_has_the_units_asked_for(thin_map: xr.Dataset) -> None:
-    figure = plot_map(thin_map, speed_unit="rad/s")
+    figure = ab.plot.map(thin_map, speed_unit="rad/s")
     for name in ("averaged border", "exact border", "exact border, worst case", "release speed", "critical speed"):
         assert name in labels(figure)
     axes = figure.axes[0]
@@ -266,7 +263,7 @@ def test_the_picture_of_a_map_names_every_border_and_has_the_units_asked_for(thi
     assert any(text.get_text() == "silicone oil 0.65" for text in axes.texts)
     exact = next(line for line in axes.get_lines() if line.get_label() == "exact border")
     assert np.allclose(exact.get_xdata(), thin_map["exact_border"])
-    turned = plot_map(thin_map, x="viscosity", speed_unit="Hz", fluids=False).axes[0]
+    turned = ab.plot.map(thin_map, x="viscosity", speed_unit="Hz", fluids=False).axes[0]
     assert "(Hz)" in turned.get_ylabel()
     assert not turned.texts
 
@@ -278,7 +275,7 @@ def absent(figure: Any) -> str:
 def test_a_border_outside_the_picture_has_no_key_but_is_named() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     axes = {"speed": np.linspace(50.0, 130.0, 21), "unbalance": np.linspace(0.0, 1.2e-3, 21)}
-    figure = plot_map(ab.stability.map(machine, axes))
+    figure = ab.plot.map(ab.stability.map(machine, axes))
     assert "averaged border (never)" in absent(figure)
     assert "release speed (above it)" in absent(figure)
     assert "no balanced state" in labels(figure)
@@ -294,7 +291,7 @@ def test_a_map_over_the_temperature_is_in_degrees_celsius() -> None:
         operating_points={"warm": (100.0, "40 degC")},
         borders=3,
     )
-    figure = plot_map(found)
+    figure = ab.plot.map(found)
     axes = figure.axes[0]
     assert axes.get_ylabel() == "temperature of the fluid, $T$ (°C)"
     assert axes.get_ylim() == pytest.approx((10.0, 60.0))
@@ -312,13 +309,13 @@ def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines
     for border in ab.stability.borders(one, only=("release speed", "capture speed"), up_to=150.0):
         table = found[border.name.replace(" ", "_")].transpose("viscosity_of_border", "ball_mass_of_border")
         assert float(table[1, 2]) == pytest.approx(border.speed, rel=1e-12)
-    assert "release speed as high as the speed of the map" in labels(plot_map(found))
+    assert "release speed as high as the speed of the map" in labels(ab.plot.map(found))
 
 
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     found = ab.stability.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
-    figure = plot_border_curve(found, speed_unit="rad/s")
+    figure = ab.plot.border_curve(found, speed_unit="rad/s")
     assert "averaged border (never)" in absent(figure)
     assert "release speed (30" in absent(figure)
     assert "exact border" in labels(figure)
@@ -331,7 +328,7 @@ def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
         (("exact border", "averaged border"), {"averaged and exact border ignore "}),
     )
     for only, words in cases:
-        figure = plot_border_curve(
+        figure = ab.plot.border_curve(
             ab.stability.border_curve("docs/machines/real_race.toml", "stiffness", [9e4, 1e5], only=only)
         )
         assert [word in figure.get_suptitle() for word in words] == [True]
@@ -340,7 +337,7 @@ def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
 
 def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion() -> None:
     found = ab.stability.eigenvalues(DISCOIDAL, list(np.linspace(40.0, 125.0, 60)))
-    figure = plot_stability(found, speed_unit="rad/s")
+    figure = ab.plot.eigenvalues(found, speed_unit="rad/s")
     upper, lower = figure.axes
     assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
     assert any(text.get_text() in set(found["leading_motion"].values) for text in upper.texts)
@@ -351,7 +348,7 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
 def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
     found = ab.stability.eigenvalues(DISCOIDAL, [50.0, 62.0, 71.0, 100.0])
     ranges = ab.stability.ranges(DISCOIDAL, found) if located else None
-    upper = plot_stability(found, speed_unit="rad/s", ranges=ranges).axes[0]
+    upper = ab.plot.eigenvalues(found, speed_unit="rad/s", ranges=ranges).axes[0]
     stable = next(patch for patch in upper.patches if patch.get_label() == "stable")
     begin = stable.get_x()
     line = next(line for line in upper.get_lines() if line.get_label() == "greatest real part")
@@ -362,13 +359,13 @@ def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
 
 def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
     for call, message in (
-        (lambda: plot_map(xr.Dataset()), "not a result of stability.map"),
-        (lambda: plot_map(thin_map, x="drag"), "must be one of speed, viscosity"),
-        (lambda: plot_map(thin_map, speed_unit="mph"), "must be one of rpm"),
-        (lambda: plot_map(thin_map.isel(speed=[0])), "one value along an axis"),
-        (lambda: plot_border_curve(thin_map), "not a result of stability.border_curve"),
-        (lambda: plot_stability(thin_map), "not a result of stability.eigenvalues"),
-        (lambda: plot_stability(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
+        (lambda: ab.plot.map(xr.Dataset()), "not a result of stability.map"),
+        (lambda: ab.plot.map(thin_map, x="drag"), "must be one of speed, viscosity"),
+        (lambda: ab.plot.map(thin_map, speed_unit="mph"), "must be one of rpm"),
+        (lambda: ab.plot.map(thin_map.isel(speed=[0])), "one value along an axis"),
+        (lambda: ab.plot.border_curve(thin_map), "not a result of stability.border_curve"),
+        (lambda: ab.plot.eigenvalues(thin_map), "not a result of stability.eigenvalues"),
+        (lambda: ab.plot.eigenvalues(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
     ):
         with pytest.raises(QuestionError, match=message):
             call()
@@ -429,7 +426,7 @@ def test_a_command_that_makes_no_sense_ends_with_code_2(arguments: tuple[str, ..
 
 
 def test_all_errors_are_of_the_package() -> None:
-    machine = with_parameter(ab.load_machine(DISCOIDAL), "axis", "horizontal")
+    machine = with_value_at(ab.load_machine(DISCOIDAL), "axis", "horizontal")
     assert isinstance(machine, Machine)
     for ask in (ab.stability.borders, ab.stability.minimum_viscosity, ab.stability.stable_windows):
         with pytest.raises(AutobalancerError):

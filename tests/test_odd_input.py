@@ -7,9 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
-from autobalancer.files.machine_file import load_chamber_machine, read_machine
+from autobalancer.files.machine_file import load_chamber_machine, load_machine
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.simulation.chamber.summary import chamber_summary
 from autobalancer.simulation.remarks.input_text import input_notes
@@ -32,7 +32,7 @@ SLIPS: dict[str, tuple[Any, str]] = {
 @pytest.mark.parametrize("path", SLIPS)
 def test_a_number_that_was_meant_in_another_unit_is_said_as_it_was_read(path: str) -> None:
     value, wanted = SLIPS[path]
-    found = bare_numbers(with_parameter(ab.load_machine(DISCOIDAL), path, value))
+    found = bare_numbers(with_value_at(ab.load_machine(DISCOIDAL), path, value))
     assert len(found) == 1
     assert wanted in found[0]
 
@@ -43,7 +43,7 @@ def test_the_same_number_with_its_unit_is_not_mentioned() -> None:
         ("drive.profile", {"kind": "constant", "speed": "1200 rad/s"}),
         (f"{RACE}.orbit_radius", "5 m"),
     ):
-        assert bare_numbers(with_parameter(machine, path, value)) == ()
+        assert bare_numbers(with_value_at(machine, path, value)) == ()
 
 
 def test_usual_numbers_in_si_are_not_mentioned() -> None:
@@ -55,14 +55,14 @@ def test_usual_numbers_in_si_are_not_mentioned() -> None:
         "unbalances": [{"moment": 6e-4}],
     }
     for path, value in usual.items():
-        machine = with_parameter(machine, path, value)
-    machine = with_parameter(machine, "drive.profile", {"kind": "constant", "speed": 125.66})
+        machine = with_value_at(machine, path, value)
+    machine = with_value_at(machine, "drive.profile", {"kind": "constant", "speed": 125.66})
     assert bare_numbers(machine) == ()
 
 
 def test_no_sample_machine_has_a_number_that_is_odd() -> None:
     for path in sorted(Path("examples/machines").glob("*.toml")):
-        machine = read_machine(path)
+        machine = load_machine(path)
         assert bare_numbers(machine) == (), path.name
         if isinstance(machine, ab.machine.Machine):
             assert input_notes(machine, None if machine.run is None else machine.run.duration) == (), path.name
@@ -89,7 +89,7 @@ def test_a_chamber_machine_is_asked_too() -> None:
 def test_many_slips_do_not_fill_the_screen() -> None:
     machine = ab.load_machine(DISCOIDAL)
     for path, (value, _) in SLIPS.items():
-        machine = with_parameter(machine, path, value)
+        machine = with_value_at(machine, path, value)
     found = bare_numbers(machine)
     assert len(found) == 6
     assert found[-1].startswith("and 2 more")
@@ -110,8 +110,8 @@ def test_many_slips_do_not_fill_the_screen() -> None:
     ],
 )
 def test_a_run_that_ends_before_its_run_up_is_said(profile: dict[str, Any], when: str) -> None:
-    machine = with_parameter(ab.load_machine(DISCOIDAL), "drive.profile", profile)
-    short, long = (with_parameter(machine, "run.duration", seconds) for seconds in (61.0, 131.0))
+    machine = with_value_at(ab.load_machine(DISCOIDAL), "drive.profile", profile)
+    short, long = (with_value_at(machine, "run.duration", seconds) for seconds in (61.0, 131.0))
     assert any(when in text for text in ab.check(short).warnings)
     assert not any("speed profile" in text for text in ab.check(long).warnings)
     early = ab.verdict(ab.simulate(long, duration=0.1))
@@ -120,9 +120,9 @@ def test_a_run_that_ends_before_its_run_up_is_said(profile: dict[str, Any], when
 
 def test_a_mass_beside_which_the_balls_are_nothing_is_said_as_it_was_read() -> None:
     machine = ab.example("discoidal")
-    found = input_notes(with_parameter(machine, "rotor.mass", 8000.0), None)
+    found = input_notes(with_value_at(machine, "rotor.mass", 8000.0), None)
     assert len(found) == 1
     assert "rotor.mass = 8000 was read in kg" in found[0]
     assert '"8000 g" if that is meant' in found[0]
-    assert input_notes(with_parameter(machine, "rotor.mass", "8000 kg"), None) == ()
+    assert input_notes(with_value_at(machine, "rotor.mass", "8000 kg"), None) == ()
     assert all(input_notes(ab.example(name), None) == () for name in ("discoidal", "rigid_rotor", "equilibrium_angle"))

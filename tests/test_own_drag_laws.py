@@ -14,7 +14,7 @@ import pytest
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.laws.drag_coefficient import DragLaw, sampled
+from autobalancer.laws.drag_coefficient import DragLaw
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.machine import BallInRace, Drag, Machine, leaves
 from autobalancer.machine.part import key
@@ -85,7 +85,7 @@ def _known_here_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("re", [1e-3, 0.2, 7.0, 480.0, 1.3e4, 1.9e5])
 def test_a_sampled_law_is_its_function(re: float) -> None:
-    law = sampled(cheng)
+    law = ab.laws.sampled_drag_law(cheng)
     assert float(law.coefficient(re)) == pytest.approx(cheng(re), rel=1e-5)
     step = 1e-4
     slope = math.log(cheng(re * math.exp(step)) / cheng(re * math.exp(-step))) / (2.0 * step)
@@ -168,16 +168,19 @@ def test_a_law_of_an_installed_package_is_found(tmp_path: Path, monkeypatch: pyt
 )
 def test_a_function_that_is_no_drag_coefficient_is_named_with_the_place(function: Any, message: str) -> None:
     with pytest.raises(QuestionError, match=message):
-        sampled(function, name="bad")
+        ab.laws.sampled_drag_law(function, name="bad")
     with pytest.raises(MachineError, match=rf"races\[1\]\.drag: drag law 'bad': .*{message}"):
-        resolve(with_drag(broken(lambda ball: sampled(function, name="bad"))))
+        resolve(with_drag(broken(lambda ball: ab.laws.sampled_drag_law(function, name="bad"))))
 
 
 @pytest.mark.parametrize(
     ("function", "message"),
     [
         (lambda ball: 387.0, "'broken' gives 387.0; its 'curve' must return what ab.laws.sampled_drag_law or"),
-        (lambda ball: sampled(lambda re: math.nan), "drag law 'broken': gives c_d = nan at Re = 0.001"),
+        (
+            lambda ball: ab.laws.sampled_drag_law(lambda re: math.nan),
+            "drag law 'broken': gives c_d = nan at Re = 0.001",
+        ),
         (lambda ball: ball.diameter, "'broken' fails: AttributeError"),
         (lambda ball: ab.laws.linear_drag_law(-3.0), "given c_d Re = -3; must be positive"),
     ],
@@ -188,9 +191,9 @@ def test_a_class_that_is_no_drag_law_is_named(function: Any, message: str) -> No
 
 
 def test_a_law_without_a_name_has_the_word_of_its_class() -> None:
-    curve = resolve(with_drag(broken(lambda ball: sampled(cheng))))[0].drag_curve
+    curve = resolve(with_drag(broken(lambda ball: ab.laws.sampled_drag_law(cheng))))[0].drag_curve
     assert curve is not None
-    assert (curve.law.name, curve.law) == ("broken", sampled(cheng, name="broken"))
+    assert (curve.law.name, curve.law) == ("broken", ab.laws.sampled_drag_law(cheng, name="broken"))
 
 
 def test_a_law_for_another_version_is_refused_with_both_versions() -> None:

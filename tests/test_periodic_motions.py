@@ -12,7 +12,7 @@ from tests.references.planar_flow import flow
 from tests.references.stalled_pair import parting_multipliers
 from tests.references.two_balls import RACE, STALL, branch, specials, stall_machine, swinging
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.either_kind import simulate
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.continuation.family import Family
@@ -140,10 +140,10 @@ def released(acceleration: float) -> float:
     """Rotor speed at which hanging balls leave the critical speed in a steady run-up."""
     time = 100.0 / acceleration
     profile = {"kind": "ramp", "start": 300.0, "end": 400.0, "duration": time}
-    machine = with_parameter(STALL, "drive", {"kind": "speed", "profile": profile})
-    machine = with_parameter(machine, f"{RACE}.coincidence", True)
+    machine = with_value_at(STALL, "drive", {"kind": "speed", "profile": profile})
+    machine = with_value_at(machine, f"{RACE}.coincidence", True)
     for key, value in (("start_angles", (0.0, 0.1)), ("start_speeds", (-50.0, -50.0))):
-        machine = with_parameter(machine, f"{RACE}.balls[1].{key}", value)
+        machine = with_value_at(machine, f"{RACE}.balls[1].{key}", value)
     run = simulate(machine, duration=time, save=[Samples(40_001)], mass_spread=0.0)
     speed, balls = run["speed"].values, run["ball_speed_in_space"].values.mean(axis=1)
     hanging = np.abs(balls - 250.0) < 15.0

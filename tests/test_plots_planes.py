@@ -13,7 +13,7 @@ from matplotlib.patches import FancyArrowPatch
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.labels import label_level, label_point, labels_of, stacked
@@ -80,7 +80,7 @@ def test_a_couple_unbalance_is_a_pair_of_opposite_vectors_its_positive_one_at_gr
     assert lower.dashed
     assert upper.value == pytest.approx(1e-5 / 0.25 * np.exp(1j * np.deg2rad(60.0)))
     assert lower.value == -upper.value
-    without = with_parameter(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[2].couple", 0.0)
+    without = with_value_at(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[2].couple", 0.0)
     alone = ab.simulate(without, duration=0.05, save=Samples(11))
     change = vectors(two, 1)[1].value - vectors(alone, 1)[0].value
     assert change == pytest.approx(upper.value, rel=1e-6)
@@ -135,8 +135,8 @@ def tips(figure: Figure, panel: int) -> list[complex]:
 
 
 def test_arrows_of_a_quiet_plane_are_longer_by_the_factor_that_its_panel_gives() -> None:
-    near = with_parameter(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[1].station", "-92 mm")
-    near = with_parameter(near, "unbalances[2].couple", "1e-6 kg*m^2")
+    near = with_value_at(ab.load_machine(MACHINES / "two_plane_rotor.toml"), "unbalances[1].station", "-92 mm")
+    near = with_value_at(near, "unbalances[2].couple", "1e-6 kg*m^2")
     run = ab.simulate(near, duration=0.3, save=(Samples(31),))
     figure = ab.plot.race(run)
     note = next(line for line in words(figure, 1).splitlines() if "arrows" in line)

@@ -11,7 +11,7 @@ from tests.references.race_runs import states_of
 from tests.references.races import races
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.assembly.waves import race_harmonics
 from autobalancer.errors import MachineError
@@ -301,10 +301,10 @@ def test_two_balls_that_touch_are_measured_at_every_speed_where_they_begin_to_st
     turn: float, restitution: float | None
 ) -> None:
     machine, race = rig("rodrigues_rig_fitted"), "balancers[1].races[1]."
-    machine = with_parameter(machine, f"{race}friction", {"rolling_resistance": 0.0005, "adherence": 0.0005})
-    machine = with_parameter(machine, f"{race}balls[1].start_angles", (turn, turn + 0.1113))
+    machine = with_value_at(machine, f"{race}friction", {"rolling_resistance": 0.0005, "adherence": 0.0005})
+    machine = with_value_at(machine, f"{race}balls[1].start_angles", (turn, turn + 0.1113))
     if restitution is not None:
-        machine = with_parameter(machine, f"{race}contact", {"restitution": restitution})
+        machine = with_value_at(machine, f"{race}contact", {"restitution": restitution})
     # the ball that waits is pushed loose and stopped within a step; the last speed sets the stiffness of the contact
     speeds = np.array([*range(600, 1101, 10), 5400]) * math.pi / 30.0
     found = stepped_response(machine, speeds, dwell=0.25, window=0.25, stations=["B1", "B2"], max_steps=20_000)

@@ -10,7 +10,7 @@ import pytest
 
 from autobalancer.assembly.waves import race_harmonics
 from autobalancer.errors import MachineFileError
-from autobalancer.files.machine_file import load_machine, machine_text, parse_machine
+from autobalancer.files.machine_file import load_race_machine, machine_text, parse_machine
 
 MACHINE = """
 name = "measured"
@@ -44,7 +44,7 @@ def oval(count: int = 36, *, repeat: bool = False) -> str:
 
 @pytest.mark.parametrize("repeat", [False, True])
 def test_a_roundness_profile_comes_from_a_file_with_units(tmp_path: Path, repeat: bool) -> None:
-    machine = load_machine(written(tmp_path, ROUND, roundness=oval(repeat=repeat)))
+    machine = load_race_machine(written(tmp_path, ROUND, roundness=oval(repeat=repeat)))
     waves = race_harmonics(machine.balancers[0].races[0])
     expected = np.zeros((5, 2))
     expected[1] = 20e-6 * np.array([math.cos(math.radians(60.0)), math.sin(math.radians(60.0))])
@@ -52,14 +52,14 @@ def test_a_roundness_profile_comes_from_a_file_with_units(tmp_path: Path, repeat
 
 
 def test_a_machine_with_files_is_complete_in_itself(tmp_path: Path) -> None:
-    machine = load_machine(written(tmp_path, ROUND, roundness=oval()))
+    machine = load_race_machine(written(tmp_path, ROUND, roundness=oval()))
     assert ".csv" not in machine_text(machine)
     assert parse_machine(machine_text(machine)) == machine
 
 
 def test_a_recorded_motion_comes_from_a_file_with_units(tmp_path: Path) -> None:
     table = "time [ms]; acceleration [mm/s^2]\n0; 0\n10; 2500,5\n20; 0\n"
-    machine = load_machine(written(tmp_path, SHAKEN, floor=table))
+    machine = load_race_machine(written(tmp_path, SHAKEN, floor=table))
     shake = machine.excitations[0]
     np.testing.assert_allclose(shake.time, [0.0, 0.01, 0.02])
     np.testing.assert_allclose(shake.acceleration, [0.0, 2.5005, 0.0])
@@ -83,10 +83,10 @@ def test_a_profile_that_cannot_be_read_says_why(
     tmp_path: Path, extra: str, files: dict[str, str], message: str
 ) -> None:
     with pytest.raises(MachineFileError, match=message):
-        load_machine(written(tmp_path, extra, **files))
+        load_race_machine(written(tmp_path, extra, **files))
 
 
 def test_a_profile_in_a_file_must_be_closed_too(tmp_path: Path) -> None:
     rows = "\n".join(f"{10 * i}, {i}" for i in range(36))
     with pytest.raises(MachineFileError, match="not closed"):
-        load_machine(written(tmp_path, ROUND, roundness=f"angle [deg], deviation [um]\n{rows}\n"))
+        load_race_machine(written(tmp_path, ROUND, roundness=f"angle [deg], deviation [um]\n{rows}\n"))

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
@@ -73,7 +73,7 @@ def test_every_start_leaves_what_exceeds_the_capability() -> None:
 def test_without_gravity_the_verdicts_are_those_of_the_planar_rule() -> None:
     discoidal = ab.load_machine(MACHINES / "discoidal.toml")
     planar = ab.basin(discoidal, SPEED, random=6)
-    horizontal = with_parameter(with_parameter(discoidal, "axis", "horizontal"), "gravity", 1e-9)
+    horizontal = with_value_at(with_value_at(discoidal, "axis", "horizontal"), "gravity", 1e-9)
     found = ab.basin(horizontal, SPEED, random=6)
     assert "stalled" in planar.attrs["states"]
     assert "stalled" not in found.attrs["states"]
@@ -93,7 +93,7 @@ def test_two_planes_balance_above_both_critical_speeds_and_make_it_worse_below()
 
 def test_the_last_unbalance_counts_from_the_start() -> None:
     schedule = {"time": [5.0, 5.0], "factor": [0.0, 1.0]}
-    late = with_parameter(_drum(), "unbalances[1].schedule", schedule)
+    late = with_value_at(_drum(), "unbalances[1].schedule", schedule)
     found, steady = (ab.basin(machine, SPEED, random=2, hold=2.0) for machine in (late, _drum()))
     assert found["vibration"].values == pytest.approx(steady["vibration"].values)
 
@@ -109,7 +109,7 @@ def test_the_picture_has_bars_of_verdicts_and_both_distributions() -> None:
 
 
 def test_a_slow_run_up_stalls_from_every_start_and_a_fast_one_balances_most() -> None:
-    machine = with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
+    machine = with_value_at(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
     slow, fast = (ab.basin(machine, 330.0, random=8, acceleration=rate, hold=20.0) for rate in (5.0, 5000.0))
     assert float(slow["share"].sel(end="worse than without balls")) == 1.0
     assert float(slow["moving_share"]) == 1.0  # stalled balls circle in the rotor

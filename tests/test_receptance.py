@@ -25,8 +25,7 @@ from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_mat
 from autobalancer.measurement.loop.curve import receptance_loop
 from autobalancer.measurement.loop.growth import receptance_stability
 from autobalancer.measurement.receptance.measured import load_receptance
-from autobalancer.measurement.receptance.rational_fit import fit_receptance, modes_of, pole_model
-from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
+from autobalancer.measurement.receptance.rational_fit import modes_of, pole_model
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
@@ -127,7 +126,7 @@ def test_balls_may_be_weighed_in_before_or_after_the_test() -> None:
 
 def test_a_fit_to_exact_values_finds_the_poles_and_residues() -> None:
     host = chain()
-    fit = fit_receptance(measured(FREQUENCY, host.receptance(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, host.receptance(FREQUENCY)))
     exact, found = host.poles(), pole_model(fit)
     assert fit.attrs["modes"] == 2
     same_values(found.poles, exact.poles, 1e-10)
@@ -138,7 +137,7 @@ def test_a_fit_to_exact_values_finds_the_poles_and_residues() -> None:
 
 
 def test_exact_values_of_a_planar_rotor_give_the_eigenvalues_of_its_full_equations() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     model = pole_model(fit, float(OIL.mass.sum()))
     exact = planar_model(*ROTOR, float(OIL.mass.sum()))
     for speed in (70.0, 90.0, 120.0):
@@ -151,7 +150,7 @@ def test_noise_does_not_add_modes_and_a_mode_beyond_the_band_is_seen_by_its_tail
     sigma = 1j * FREQUENCY
     values = sum(shape**2 / (sigma**2 + 2.0 * zeta * w * sigma + w**2) for w, zeta, shape in modes)
     for seed in range(2):
-        fit = fit_receptance(measured(FREQUENCY, np.asarray(values), 0.01, seed))
+        fit = ab.measure.receptance(measured(FREQUENCY, np.asarray(values), 0.01, seed))
         assert fit.attrs["modes"] == 5
         assert fit.attrs["fit_error"] == pytest.approx(0.01, rel=0.1)
         for (w, zeta, _), (frequency, ratio) in zip(modes[:4], modes_of(fit)[:4], strict=True):
@@ -162,7 +161,7 @@ def test_noise_does_not_add_modes_and_a_mode_beyond_the_band_is_seen_by_its_tail
 
 def test_a_fit_is_stable_has_mass_and_is_real_whatever_the_noise() -> None:
     for seed in range(4):
-        fit = fit_receptance(measured(FREQUENCY, chain().receptance(FREQUENCY), 0.2, seed))
+        fit = ab.measure.receptance(measured(FREQUENCY, chain().receptance(FREQUENCY), 0.2, seed))
         model = pole_model(fit)
         assert model.poles.real.max() < 0.0
         assert abs(model.residues.sum()) < 1e-9 * np.abs(model.residues).max()
@@ -174,7 +173,7 @@ def test_noise_of_equal_size_everywhere_may_be_fitted_as_such() -> None:
     random = np.random.default_rng(5)
     values = planar(FREQUENCY)
     noise = 0.01 * np.abs(values).max() * (random.normal(size=values.size) + 1j * random.normal(size=values.size))
-    fit = fit_receptance(measured(FREQUENCY, values + noise / math.sqrt(2.0)), noise="absolute")
+    fit = ab.measure.receptance(measured(FREQUENCY, values + noise / math.sqrt(2.0)), noise="absolute")
     (frequency, ratio), *more = modes_of(fit)
     assert not more
     assert frequency == pytest.approx(math.sqrt(ROTOR[2] / ROTOR[0]), rel=1e-3)
@@ -188,16 +187,16 @@ def test_lines_without_coherence_do_not_count() -> None:
     bad = good.assign(receptance_real=("frequency", values))
     coherence = np.full(FREQUENCY.size, 0.999)
     coherence[150:160] = 0.001
-    fit = fit_receptance(bad.assign(coherence=("frequency", coherence)))
+    fit = ab.measure.receptance(bad.assign(coherence=("frequency", coherence)))
     assert modes_of(fit)[0][0] == pytest.approx(math.sqrt(ROTOR[2] / ROTOR[0]), rel=1e-3)
 
 
 def test_a_force_of_the_wrong_sign_and_the_other_convention_are_refused() -> None:
     for values in (-planar(FREQUENCY), planar(FREQUENCY).conj()):
         with pytest.raises(QuestionError, match="turn the sign of the force, or take the complex conjugate"):
-            fit_receptance(measured(FREQUENCY, values))
+            ab.measure.receptance(measured(FREQUENCY, values))
     with pytest.raises(QuestionError, match="3 values are too few"):
-        fit_receptance(measured(FREQUENCY[:3], planar(FREQUENCY[:3])))
+        ab.measure.receptance(measured(FREQUENCY[:3], planar(FREQUENCY[:3])))
 
 
 # borders, margins, coverage
@@ -206,7 +205,7 @@ def test_a_force_of_the_wrong_sign_and_the_other_convention_are_refused() -> Non
 @pytest.mark.parametrize("degrees", [100.0, 120.0, 160.0])
 def test_the_border_from_exact_values_is_the_exact_border(degrees: float) -> None:
     cosine = math.cos(math.radians(degrees))
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     found = receptance_border(fit, OIL, balls_on_rotor=False, unbalance=-2.0 * OIL.moment[0] * cosine)
     expected = exact_border(2.0 * abs(2.0 * cosine**2 - 1.0))
     assert found.attrs["exact_border"] == pytest.approx(expected, rel=1e-8)
@@ -215,7 +214,7 @@ def test_the_border_from_exact_values_is_the_exact_border(degrees: float) -> Non
 
 def test_the_worst_case_is_that_of_balls_evenly_spread() -> None:
     thick = OIL.with_drag(3.0)
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     found = receptance_border(fit, thick, balls_on_rotor=False)
     assert found.attrs["state"].startswith("worst case")
     assert found.attrs["exact_border"] == pytest.approx(worst_case_border(balancer(thick)), rel=1e-8)
@@ -238,7 +237,7 @@ def test_a_hammer_test_on_a_simulated_rotor_gives_the_border_within_two_percent(
     hertz = np.fft.rfftfreq(time.size, step)
     values = np.fft.rfft(heard) * step / (mass * 0.1)
     band = (hertz >= 3.0) & (hertz <= 30.0)
-    fit = fit_receptance(measured(2.0 * math.pi * hertz[band], values[band]), noise="absolute")
+    fit = ab.measure.receptance(measured(2.0 * math.pi * hertz[band], values[band]), noise="absolute")
     found = receptance_border(fit, OIL, balls_on_rotor=False, unbalance=500e-6, resamples=8)
     cosine = 500e-6 / (2.0 * OIL.moment[0])
     expected = exact_border(2.0 * abs(2.0 * cosine**2 - 1.0), high=180.0)
@@ -252,7 +251,7 @@ def test_one_percent_of_noise_moves_the_border_of_a_rotor_with_two_modes_by_less
     angles = np.array([0.2, 2.3, -2.1])
     borders = []
     for noise in (0.0, 0.01):
-        fit = fit_receptance(measured(FREQUENCY, host.receptance(FREQUENCY), noise, seed))
+        fit = ab.measure.receptance(measured(FREQUENCY, host.receptance(FREQUENCY), noise, seed))
         borders.append(receptance_border(fit, balls, balls_on_rotor=False, angles=angles).attrs["exact_border"])
     just_below, just_above = (host.eigenvalues(balls, angles, f * borders[0]) for f in (0.999, 1.001))
     assert np.sort(just_below.real)[-2] > 1e-6 > np.sort(just_above.real)[-2]  # one is zero: three balls can be moved
@@ -260,7 +259,7 @@ def test_one_percent_of_noise_moves_the_border_of_a_rotor_with_two_modes_by_less
 
 
 def test_the_least_drag_puts_the_border_at_the_speed() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     at = receptance_stability(fit, OIL, [75.0], balls_on_rotor=False, unbalance=500e-6)
     factor = float(at["drag_factor"][0])
     border = receptance_border(fit, OIL.with_drag(factor), balls_on_rotor=False, unbalance=500e-6)
@@ -270,7 +269,7 @@ def test_the_least_drag_puts_the_border_at_the_speed() -> None:
 
 
 def test_margins_are_where_the_curve_crosses_the_real_axis_and_the_unit_circle() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     loop = receptance_loop(fit, OIL, 90.0, balls_on_rotor=False)
     curve = loop["loop_real"].values + 1j * loop["loop_imag"].values
     crossing = np.flatnonzero(np.diff(np.sign(curve.imag)) != 0.0)
@@ -288,7 +287,7 @@ def test_margins_are_where_the_curve_crosses_the_real_axis_and_the_unit_circle()
 
 
 def test_the_curve_passes_the_critical_point_at_the_border() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     thick = OIL.with_drag(3.0)
     border = worst_case_border(balancer(thick))
     loop = receptance_loop(fit, thick, border, balls_on_rotor=False)
@@ -297,7 +296,7 @@ def test_the_curve_passes_the_critical_point_at_the_border() -> None:
 
 
 def test_measured_values_lie_on_the_curve_of_the_loop() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     loop = receptance_loop(fit, OIL, 90.0, balls_on_rotor=False)
     model = planar_model(*ROTOR, float(OIL.mass.sum()))
     right_angle = np.array([0.75 * math.pi, -0.75 * math.pi])
@@ -310,7 +309,7 @@ def test_measured_values_lie_on_the_curve_of_the_loop() -> None:
 
 
 def test_margins_shrink_to_nothing_at_the_border() -> None:
-    fit = fit_receptance(measured(FREQUENCY, planar(FREQUENCY)))
+    fit = ab.measure.receptance(measured(FREQUENCY, planar(FREQUENCY)))
     border = receptance_border(fit, OIL, balls_on_rotor=False, unbalance=500e-6).attrs["exact_border"]
     at = receptance_stability(fit, OIL, [1.0001 * border, 1.3 * border], balls_on_rotor=False, unbalance=500e-6)
     assert float(at["gain_margin"][0]) == pytest.approx(1.0, abs=5e-3)
@@ -321,7 +320,7 @@ def test_margins_shrink_to_nothing_at_the_border() -> None:
 
 def test_what_was_not_measured_is_said() -> None:
     short = FREQUENCY[FREQUENCY < 70.0]
-    fit = fit_receptance(measured(short, planar(short)))
+    fit = ab.measure.receptance(measured(short, planar(short)))
     within = receptance_stability(fit, OIL, [65.0], balls_on_rotor=False, unbalance=500e-6)
     beyond = receptance_stability(fit, OIL, [65.0, 100.0], balls_on_rotor=False, unbalance=500e-6)
     assert within["covered"].values.tolist() == [True]
@@ -518,12 +517,12 @@ def test_the_command_takes_balls_unbalance_and_oil_from_a_machine(tmp_path: Path
 
 
 def test_pictures_show_fit_and_loop(tmp_path: Path) -> None:
-    fit = fit_receptance(load_receptance(hammer_file(tmp_path)))
-    assert len(plot_receptance(fit).axes) == 2
+    fit = ab.measure.receptance(load_receptance(hammer_file(tmp_path)))
+    assert len(ab.plot.receptance(fit).axes) == 2
     for speed in (70.0, 100.0):
-        title = plot_nyquist(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
+        title = ab.plot.nyquist(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
         assert ("unstable" in title) == (speed == 70.0)
     with pytest.raises(QuestionError, match=r"not a result of measure\.receptance_loop"):
-        plot_nyquist(fit)
+        ab.plot.nyquist(fit)
     with pytest.raises(QuestionError, match=r"not a result of measure\.receptance"):
-        plot_receptance(load_receptance(hammer_file(tmp_path)))
+        ab.plot.receptance(load_receptance(hammer_file(tmp_path)))

@@ -19,8 +19,6 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop.balls import equal_balls
 from autobalancer.measurement.loop.border import receptance_border
 from autobalancer.measurement.receptance.measured import receptance_dataset
-from autobalancer.measurement.receptance.rational_fit import fit_receptance
-from autobalancer.plots.measured.receptance import plot_receptance
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
 MASS, DAMPING, STIFFNESS = 12.27, 68.37, 44654.0  # Spannan (2021), table 6.4
@@ -48,7 +46,7 @@ def test_noise_of_an_accelerometer_adds_no_modes_and_the_uncertainties_are_true(
     """Five standard deviations for the worst of 24 values; their mean square is one within the scatter of so few."""
     deviations = []
     for seed in range(4):
-        fit = fit_receptance(accelerance(FREQUENCY, (ONE, TWO)[count - 1], floor, 0.005, seed))
+        fit = ab.measure.receptance(accelerance(FREQUENCY, (ONE, TWO)[count - 1], floor, 0.005, seed))
         assert fit.attrs["modes"] == count
         for name, exact in zip(QUANTITIES, exact_modes(count), strict=True):
             deviations.append((fit[name].values - exact) / fit[f"{name}_deviation"].values)
@@ -62,7 +60,7 @@ def test_a_peak_one_line_wide_leaves_its_line_its_noise() -> None:
     frequency = 2.0 * math.pi * 0.5 * np.arange(1, 201)
     narrow = 1.0 / (mass * (natural**2 - frequency**2 + 2j * ratio * natural * frequency))
     for seed in range(3):
-        fit = fit_receptance(accelerance(frequency, narrow, 1e-2, 0.01, seed))
+        fit = ab.measure.receptance(accelerance(frequency, narrow, 1e-2, 0.01, seed))
         assert fit.attrs["modes"] == 1
         for name, exact in zip(QUANTITIES, (natural, ratio, mass), strict=True):
             assert abs(float(fit[name][0]) - exact) < 5.0 * float(fit[f"{name}_deviation"][0])
@@ -70,7 +68,7 @@ def test_a_peak_one_line_wide_leaves_its_line_its_noise() -> None:
 
 def test_the_noise_that_is_found_is_the_noise_that_is_there() -> None:
     floor, share = 3e-3, 0.01
-    fit = fit_receptance(accelerance(FREQUENCY, ONE, floor, share, 0))
+    fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, floor, share, 0))
     true = np.hypot(share * np.abs(ONE), floor / FREQUENCY**2)
     assert np.abs(np.log(fit["noise_deviation"].values / true)).max() < math.log(1.35)
     assert float(fit["noise_deviation"][0]) > 5.0 * abs(ONE[0])  # at 0.25 Hz nothing else is measured
@@ -80,7 +78,7 @@ def test_the_noise_that_is_found_is_the_noise_that_is_there() -> None:
 def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(seed: int) -> None:
     """Of a machine file with this rotor, by the eigenvalues of its full equations."""
     rig = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
-    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
+    fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
     unbalance = abs(largest_unbalance(ab.load_machine(rig)))
     found = receptance_border(fit, ab.measure.balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
     exact = {border.name: border.speed for border in ab.stability.borders(rig)}["exact border"]
@@ -90,7 +88,7 @@ def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(see
 
 def test_the_border_of_a_rotor_with_two_modes_is_where_its_full_equations_become_stable() -> None:
     host, angles = chain(), np.array([2.1, -2.1])
-    fit = fit_receptance(accelerance(FREQUENCY, TWO, 1e-2, 0.005, 0))
+    fit = ab.measure.receptance(accelerance(FREQUENCY, TWO, 1e-2, 0.005, 0))
     found = receptance_border(fit, BALLS, balls_on_rotor=False, angles=angles, resamples=10)
 
     def rate(speed: float) -> float:
@@ -128,7 +126,7 @@ def test_blows_in_time_with_noise_and_drift_give_one_mode(with_coherence: bool) 
     band = slice(1, 1601)  # to 200 Hz
     coherence = (np.abs(cross) ** 2 / (power * answer))[band] if with_coherence else None
     test = receptance_dataset(frequency[band], (cross / power)[band], "accelerance", title="blows", coherence=coherence)
-    fit = fit_receptance(test)
+    fit = ab.measure.receptance(test)
     assert fit.attrs["modes"] == 1
     assert fit["mode_frequency"].values == pytest.approx(math.sqrt(STIFFNESS / MASS), rel=1e-3)
     assert fit["mode_mass"].values == pytest.approx(MASS, rel=0.01)
@@ -137,16 +135,16 @@ def test_blows_in_time_with_noise_and_drift_give_one_mode(with_coherence: bool) 
 
 def test_a_band_fits_the_lines_in_it_only() -> None:
     noisy = accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1)
-    fit = fit_receptance(noisy, band=("5 Hz", "40 Hz"))
+    fit = ab.measure.receptance(noisy, band=("5 Hz", "40 Hz"))
     hertz = FREQUENCY / (2.0 * math.pi)
     assert fit["used"].values.astype(bool).tolist() == ((hertz >= 5.0) & (hertz <= 40.0)).tolist()
     assert fit.attrs["band_low"] == pytest.approx(10.0 * math.pi)
     assert fit.attrs["modes"] == 1
     assert fit.attrs["warnings"] == ""
     with pytest.raises(QuestionError, match=r"5 values are too few.*measured from 0\.25 to 100 Hz"):
-        fit_receptance(noisy, band=("5 Hz", "6 Hz"))
+        ab.measure.receptance(noisy, band=("5 Hz", "6 Hz"))
     with pytest.raises(QuestionError, match="band: given"):
-        fit_receptance(noisy, band=("6 Hz", "5 Hz"))
+        ab.measure.receptance(noisy, band=("6 Hz", "5 Hz"))
 
 
 @pytest.mark.parametrize("width", [1, 2])
@@ -155,7 +153,7 @@ def test_mains_hum_is_no_mode_and_its_lines_are_left_out(width: int) -> None:
     at = int(np.argmin(np.abs(FREQUENCY - 100.0 * math.pi)))
     values = noisy["receptance_real"].values.copy()
     values[at : at + width] += 0.3 / FREQUENCY[at] ** 2
-    fit = fit_receptance(noisy.assign(receptance_real=("frequency", values)))
+    fit = ab.measure.receptance(noisy.assign(receptance_real=("frequency", values)))
     assert fit.attrs["modes"] == 1
     assert set(range(at, at + width)) <= set(np.flatnonzero(fit["used"].values == 0).tolist())
     assert fit["used"].values.sum() > FREQUENCY.size - 6
@@ -166,7 +164,7 @@ def test_a_lightly_damped_mode_between_two_lines_is_not_taken_for_hum() -> None:
     """Its half-power band is a tenth of the distance of two lines."""
     natural = 2.0 * math.pi * 50.13
     narrow = 1.0 / (30.0 * (natural**2 - FREQUENCY**2 + 2j * 0.00025 * natural * FREQUENCY))
-    fit = fit_receptance(accelerance(FREQUENCY, ONE + narrow, 1e-3, 0.005, 0))
+    fit = ab.measure.receptance(accelerance(FREQUENCY, ONE + narrow, 1e-3, 0.005, 0))
     assert fit.attrs["modes"] == 2
     assert fit["mode_frequency"].values[1] == pytest.approx(natural, rel=1e-4)
     assert fit["mode_mass"].values[1] == pytest.approx(30.0, rel=0.02)
@@ -181,13 +179,13 @@ def test_three_modes_that_are_far_from_equal_are_found_whatever_the_order_before
         1.0 / (m * (w**2 - frequency**2 + 2j * z * w * frequency)) for w, (_, z, m) in zip(natural, modes, strict=True)
     )
     for seed in range(3):
-        fit = fit_receptance(accelerance(frequency, np.asarray(values), 0.013, 0.007, seed))
+        fit = ab.measure.receptance(accelerance(frequency, np.asarray(values), 0.013, 0.007, seed))
         assert fit.attrs["modes"] == 3
         assert fit["mode_frequency"].values == pytest.approx(natural, rel=2e-3)
 
 
 def test_more_modes_than_there_are_are_given_if_asked_for_and_said_to_be_none() -> None:
-    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), modes=3)
+    fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), modes=3)
     assert fit.attrs["modes"] == 3
     assert "Give fewer --modes" in fit.attrs["warnings"]
 
@@ -197,9 +195,9 @@ def test_a_force_at_another_place_feeds_energy_and_this_is_said() -> None:
     host, across = chain(), np.array([0.0, 1.0])
     dynamic = -host.mass * FREQUENCY[:, None, None] ** 2 + 1j * FREQUENCY[:, None, None] * host.damping + host.stiffness
     transfer = np.linalg.solve(dynamic, np.broadcast_to(across, (FREQUENCY.size, 2))[..., None])[:, 0, 0]
-    fit = fit_receptance(measured(FREQUENCY, transfer, 0.005), band=("1 Hz", "24 Hz"))
+    fit = ab.measure.receptance(measured(FREQUENCY, transfer, 0.005), band=("1 Hz", "24 Hz"))
     assert "feeds energy" in fit.attrs["warnings"]
-    driving = fit_receptance(measured(FREQUENCY, TWO, 0.005))
+    driving = ab.measure.receptance(measured(FREQUENCY, TWO, 0.005))
     assert "feeds energy" not in driving.attrs["warnings"]
 
 
@@ -223,8 +221,8 @@ def test_the_command_says_where_the_noise_is_and_how_to_leave_it_out(tmp_path: P
 
 
 def test_the_picture_shows_the_noise_and_what_was_left_out_and_its_phase_does_not_jump() -> None:
-    fit = fit_receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), band=("2 Hz", "100 Hz"))
-    above, below = plot_receptance(fit).axes
+    fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), band=("2 Hz", "100 Hz"))
+    above, below = ab.plot.receptance(fit).axes
     named = [text.get_text() for text in above.get_legend().get_texts()]
     assert named == ["measured", "not used", "fitted", "noise"]
     points, curve = (np.asarray(line.get_ydata(), float) for line in below.get_lines())

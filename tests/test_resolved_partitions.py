@@ -10,7 +10,7 @@ import pytest
 from tests.references.race_runs import states_of
 from tests.references.resolved import chamber, run
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.resolved.balls import ball_states
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
@@ -88,7 +88,7 @@ def test_a_ball_that_is_told_to_start_in_a_partition_is_refused_and_one_that_is_
     for start in (0.1 + 1e-3, 0.1 - 1e-3):
         with pytest.raises(MachineError, match="overlaps the partition beside it"):
             assemble(split(start=start, start_gap=1e-3))
-    many = with_parameter(split(100, start=0.1 + math.pi / 100), "balancers[1].races[1].balls[1].start_angles", None)
+    many = with_value_at(split(100, start=0.1 + math.pi / 100), "balancers[1].races[1].balls[1].start_angles", None)
     width, half = 2.0 * math.pi / 100, math.asin(RADIUS / ORBIT)
     for seed in range(20):
         assembly = assemble(many, seed=seed)

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import CatalogError
 from autobalancer.files.rigs import rig, rig_text, rigs
@@ -52,7 +52,7 @@ def test_the_cfrp_rig_is_the_planar_oscillator_of_its_table() -> None:
     machine = rig("cfrp_rig")
     damped, free = (
         equivalent_planar(m, frequency="natural").data.sel(way="static", direction="x")
-        for m in (machine, with_parameter(machine, "rotor.supports[2].damping", 1e-9))
+        for m in (machine, with_value_at(machine, "rotor.supports[2].damping", 1e-9))
     )
     assert float(damped["stiffness"]) == pytest.approx(2543.0, rel=1e-3)
     # the table has the measured 3.4 Hz, the rig the simulated 3.5 Hz
@@ -73,7 +73,7 @@ def test_two_balls_balance_the_cfrp_rotor_above_its_critical_speed() -> None:
     between = np.linspace(15.0, 40.0, 2501)
     forward = np.interp(between, [row[0] for row in CFRP], [row[2] for row in CFRP])
     assert first == pytest.approx(between[np.argmin(np.abs(HERTZ * forward - between))], rel=0.01)
-    run, bare = ab.simulate(machine), ab.simulate(with_parameter(machine, "balancers", ()))
+    run, bare = ab.simulate(machine), ab.simulate(with_value_at(machine, "balancers", ()))
     assert run.attrs["outcome"] == "finished"
     assert float(run["deflection"][-1]) < 1e-6 * float(bare["deflection"][-1])
     # both balls stand symmetrically to the light side and make 300 g mm together
@@ -83,7 +83,7 @@ def test_two_balls_balance_the_cfrp_rotor_above_its_critical_speed() -> None:
 
 
 def test_the_discoidal_rig_follows_its_test_to_nominal_speed() -> None:
-    run = ab.simulate(with_parameter(rig("discoidal_rig"), "balancers", ()))
+    run = ab.simulate(with_value_at(rig("discoidal_rig"), "balancers", ()))
     speed = np.interp([70.0, 140.0], run["time"].values, run["speed"].values)
     assert speed[0] / HERTZ == pytest.approx(10.7, abs=0.05)
     assert speed[1] == pytest.approx(1200.0 * math.pi / 30.0)

@@ -15,13 +15,13 @@ from tests.references.pictures import size_of
 from tests.test_rotordynamics_modes import MACHINES, RIG
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.results.store import load_run
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.peaks import response_peaks
-from autobalancer.rotordynamics.response import unbalance_response
 
 RIG_FILE = files("autobalancer") / "catalog" / "data" / "rigs" / "rodrigues_rig.toml"
 RPM = math.pi / 30.0
@@ -107,7 +107,7 @@ def test_response_as_json_is_that_of_the_python_interface() -> None:
         "velocity",
     )
     found = json.loads(say("response", str(RIG_FILE), *arguments, "--json"))
-    expected = unbalance_response(RIG, np.linspace(10, 100, 4), [-0.02], 1e-5, balls=True, quantity="velocity")
+    expected = ab.rotor.response(RIG, np.linspace(10, 100, 4), [-0.02], 1e-5, balls=True, quantity="velocity")
     assert found["speed"] == expected["speed"].values.tolist()
     assert found["semi_major"] == expected["semi_major"].values.tolist()
     assert found["quantity"] == "velocity"

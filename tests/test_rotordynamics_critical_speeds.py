@@ -11,11 +11,11 @@ import pytest
 from tests.test_rotordynamics_modes import ARM, MASS, RIG, SPRING, TRANSVERSE, planar, rigid
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
@@ -28,7 +28,7 @@ MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
 def tabled(stiffness: list[Any], speeds: list[float], **how: Any) -> Any:
     table = {"speed": speeds, "stiffness": stiffness, "damping": [0.0] * len(speeds)}
-    return with_parameter(rigid(**how), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)])
+    return with_value_at(rigid(**how), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)])
 
 
 def by_name(found: Any) -> dict[str, float]:
@@ -122,7 +122,7 @@ def test_damping_moves_the_crossing_to_the_damped_frequency() -> None:
 
 
 def test_balls_count_as_mass_only_if_asked() -> None:
-    machine = with_parameter(planar(), "balancers", [{"races": [{
+    machine = with_value_at(planar(), "balancers", [{"races": [{
         "orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "balls": [{"mass": 0.1, "motion": "point", "count": 2}],
     }]}])  # fmt: skip
     assert critical_speeds(machine, balls=False)["critical_speed"].values == pytest.approx([math.sqrt(4e3)] * 2)
@@ -140,7 +140,7 @@ def test_the_greatest_response_of_a_planar_rotor_is_above_its_natural_frequency(
 
 def test_a_fluid_film_needs_a_speed_up_to_which_to_search() -> None:
     support = {"position": 0.0, "stiffness": SPRING, "cross_stiffness": [800.0, -800.0], "tilt_stiffness": 2e3}
-    machine = with_parameter(rigid(0.001), "rotor.supports", [support])
+    machine = with_value_at(rigid(0.001), "rotor.supports", [support])
     with pytest.raises(QuestionError, match="cross-coupled stiffness"):
         critical_speeds(machine)
     found = by_name(critical_speeds(machine, highest=200.0))
@@ -197,7 +197,7 @@ def test_a_rotor_on_tabled_supports_has_the_same_critical_speeds_in_runs_borders
 
 @pytest.mark.parametrize("name", ["two_plane_rotor", "disk_like_rotor", "discoidal"])
 def test_a_run_the_stability_and_the_rotor_alone_have_the_same_critical_speeds(name: str) -> None:
-    machine = load_machine(MACHINES / f"{name}.toml")
+    machine = load_race_machine(MACHINES / f"{name}.toml")
     forward = critical_speeds(machine)
     expected = np.unique(forward["critical_speed"].values[forward["whirl"].values != "backward"].round(9))
     np.testing.assert_allclose(stations(machine).critical_speeds, expected, rtol=1e-9)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.rigs import rig
@@ -163,7 +163,7 @@ def test_conical_modes_have_a_node_and_cylindrical_ones_none() -> None:
 
 def test_the_whirl_turns_round_where_the_part_along_x_or_y_has_a_node() -> None:
     stations = [float(z) for z in np.linspace(-0.15, 0.11, 501)]
-    found = modes(with_parameter(RIG, "rotor.stiffness_proportional_damping", 0.0), 200.0,
+    found = modes(with_value_at(RIG, "rotor.stiffness_proportional_damping", 0.0), 200.0,
                              stations=stations)  # fmt: skip
     assert list(found["whirl"].values) == ["mixed"] * 4
     for number, turns in enumerate((1, 1, 2, 2)):
@@ -202,7 +202,7 @@ def test_overdamped_motions_are_listed_apart() -> None:
 
 def test_a_fluid_film_drives_the_forward_whirl() -> None:
     support = {"position": 0.0, "stiffness": SPRING, "cross_stiffness": [800.0, -800.0], "tilt_stiffness": 2e3}
-    machine = with_parameter(rigid(polar=0.001), "rotor.supports", [support])
+    machine = with_value_at(rigid(polar=0.001), "rotor.supports", [support])
     found = modes(machine, 100.0)
     rates = dict(zip(found["name"].values, found["decay_rate"].values, strict=True))
     lateral = math.sqrt(SPRING / MASS)
@@ -212,7 +212,7 @@ def test_a_fluid_film_drives_the_forward_whirl() -> None:
 
 def test_tables_are_read_at_the_speed() -> None:
     table = {"speed": [0.0, 400.0], "stiffness": [SPRING, 3.0 * SPRING], "damping": [0.0, 0.0]}
-    machine = with_parameter(rigid(), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)])
+    machine = with_value_at(rigid(), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)])
     found = modes(machine, 200.0)
     assert float(found["frequency"][0]) == pytest.approx(math.sqrt(2.0 * 2.0 * SPRING / MASS), rel=1e-12)
     with pytest.raises(QuestionError, match="tables of the rotor end at 400 rad/s"):
@@ -266,7 +266,7 @@ def test_a_branch_changes_little_from_speed_to_speed() -> None:
 
 def test_a_branch_that_stops_to_oscillate_ends() -> None:
     table = {"speed": [0.0, 100.0], "stiffness": [SPRING] * 2, "damping": [[0.0, 0.0], [0.0, 2000.0]]}
-    machine = with_parameter(
+    machine = with_value_at(
         rigid(polar=1e-9), "rotor.supports", [{"position": arm, "table": table} for arm in (-ARM, ARM)]
     )
     found = campbell(machine, np.linspace(0.0, 100.0, 42))

@@ -17,21 +17,17 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.end_labels import End, joint_name, moved_apart
 from autobalancer.plots.drawing.labels import labels_of
-from autobalancer.plots.rotor.campbell import THINNEST, WHIRL, plot_campbell
-from autobalancer.plots.rotor.modes import plot_modes
-from autobalancer.plots.rotor.unbalance_response import plot_polar_response, plot_unbalance_response
-from autobalancer.plots.rotor.whirl import plot_whirl_along_axis, plot_whirl_orbits
+from autobalancer.plots.rotor.campbell import THINNEST, WHIRL
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.response import unbalance_response
 
 RPM = math.pi / 30.0
 
 
 @pytest.fixture(scope="module")
 def response() -> xr.Dataset:
-    return unbalance_response(RIG, np.linspace(600.0, 5500.0, 801) * RPM, ["B1", "B2"])
+    return ab.rotor.response(RIG, np.linspace(600.0, 5500.0, 801) * RPM, ["B1", "B2"])
 
 
 def lines(axes: Any) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -40,7 +36,7 @@ def lines(axes: Any) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def test_the_campbell_diagram_colors_forward_and_backward_whirl_and_marks_the_critical_speeds() -> None:
     found = campbell(rigid(), np.linspace(0.0, 900.0, 61))
-    axes = plot_campbell(found, speed_unit="rad/s", frequency_unit="rad/s").axes[0]
+    axes = ab.plot.campbell(found, speed_unit="rad/s", frequency_unit="rad/s").axes[0]
     branches = [c for c in axes.collections if isinstance(c, LineCollection)]
     assert len(branches) == 4
     for number, branch in enumerate(branches):
@@ -59,7 +55,7 @@ def test_the_campbell_diagram_colors_forward_and_backward_whirl_and_marks_the_cr
 
 def test_the_campbell_diagram_draws_damped_branches_thicker() -> None:
     thin, thick = (
-        plot_campbell(campbell(planar(damping=damping), [0.0, 100.0])).axes[0].collections[0].get_linewidths()[0]
+        ab.plot.campbell(campbell(planar(damping=damping), [0.0, 100.0])).axes[0].collections[0].get_linewidths()[0]
         for damping in (0.0, 60.0)
     )
     assert thin == pytest.approx(THINNEST)
@@ -68,7 +64,7 @@ def test_the_campbell_diagram_draws_damped_branches_thicker() -> None:
 
 def test_units_of_the_campbell_diagram_are_chosen() -> None:
     found = campbell(RIG, np.linspace(0.0, 300.0, 31))
-    axes = plot_campbell(found).axes[0]
+    axes = ab.plot.campbell(found).axes[0]
     assert "(rpm)" in axes.get_xlabel()
     assert "(Hz)" in axes.get_ylabel()
     level = np.array(axes.collections[0].get_segments()[0])
@@ -76,7 +72,7 @@ def test_units_of_the_campbell_diagram_are_chosen() -> None:
 
 
 def test_titles_of_modes_stay_within_their_panels() -> None:
-    figure = plot_modes(modes(RIG, 150.0), modes=4)
+    figure = ab.plot.modes(modes(RIG, 150.0), modes=4)
     figure.draw_without_rendering()
     boxes = [axes._left_title.get_window_extent() for axes in figure.axes]
     for i, box in enumerate(boxes):
@@ -90,18 +86,18 @@ def test_titles_of_modes_stay_within_their_panels() -> None:
 
 def test_mode_shapes_are_drawn_at_their_greatest_deflection() -> None:
     found = modes(RIG, 200.0)
-    figure = plot_modes(found, modes=4)
+    figure = ab.plot.modes(found, modes=4)
     assert len(figure.axes) == 4
     first = lines(figure.axes[0])["along y"]
     assert first[0] == pytest.approx(found["place"].values * 1e3)
     assert np.abs(first[1]).max() == pytest.approx(1.0, rel=1e-3)
     assert figure.axes[0].get_title("left").startswith("cylindrical y, ")
     assert f"{found['frequency'].values[0] / (2.0 * math.pi):.4g} Hz" in figure.axes[0].get_title("left")
-    assert len(plot_modes(modes(planar(), 0.0)).axes) == 2
+    assert len(ab.plot.modes(modes(planar(), 0.0)).axes) == 2
 
 
 def test_the_bode_diagram_has_amplitude_and_phase_of_every_station(response: xr.Dataset) -> None:
-    above, below = plot_unbalance_response(response, deflection_unit="mm").axes
+    above, below = ab.plot.response(response, deflection_unit="mm").axes
     drawn = lines(above)
     size = np.hypot(response["x_real"], response["x_imag"]).values[:, 0] * 1e3
     assert drawn["B1, x"][0] == pytest.approx(response["speed"].values / RPM)
@@ -119,7 +115,7 @@ def test_the_bode_diagram_has_amplitude_and_phase_of_every_station(response: xr.
 
 
 def test_backward_whirl_is_underlaid_where_it_is(response: xr.Dataset) -> None:
-    above = plot_unbalance_response(response).axes[0]
+    above = ab.plot.response(response).axes[0]
     shaded = [(p.get_x(), p.get_x() + p.get_width()) for p in above.patches]
     assert shaded
     speed = response["speed"].values / RPM
@@ -130,8 +126,8 @@ def test_backward_whirl_is_underlaid_where_it_is(response: xr.Dataset) -> None:
 
 
 def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalance_to_its_opposite() -> None:
-    found = unbalance_response(planar(), np.linspace(5.0, 600.0, 2000), unbalance=1e-4)
-    drawn = [line for line in plot_polar_response(found).axes[0].get_lines() if len(line.get_xdata()) > 2000]
+    found = ab.rotor.response(planar(), np.linspace(5.0, 600.0, 2000), unbalance=1e-4)
+    drawn = [line for line in ab.plot.polar_response(found).axes[0].get_lines() if len(line.get_xdata()) > 2000]
     assert len(drawn) == 1
     curve = np.asarray(drawn[0].get_xdata()) + 1j * np.asarray(drawn[0].get_ydata())
     assert curve[0].real > 0.0 > curve[-1].real
@@ -140,7 +136,7 @@ def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalan
 
 def test_orbits_have_their_direction_in_title_and_color() -> None:
     found = whirl_orbits(RIG, 1675.0 * RPM)
-    figure = plot_whirl_orbits(found, deflection_unit="um")
+    figure = ab.plot.whirl_orbits(found, deflection_unit="um")
     for number, axes in enumerate(figure.axes):
         word = str(found["whirl"].values[number])
         assert axes.get_title("left") == f"{found['station'].values[number]}: {word}"
@@ -154,14 +150,14 @@ def test_orbits_have_their_direction_in_title_and_color() -> None:
 
 def test_the_orbits_along_the_axis_are_drawn_in_space() -> None:
     found = whirl_orbits(RIG, 1675.0 * RPM)
-    axes = plot_whirl_along_axis(found, deflection_unit="mm").axes[0]
+    axes = ab.plot.whirl_along_axis(found, deflection_unit="mm").axes[0]
     at_zero = next(line for line in axes.get_lines() if line.get_label() == "rotor angle 0")
     place, x, y = at_zero.get_data_3d()
     assert place == pytest.approx(found["place"].values * 1e3)
     assert x == pytest.approx(found["axis_x"].values[:, 0] * 1e3)
     assert y == pytest.approx(found["axis_y"].values[:, 0] * 1e3)
     with pytest.raises(QuestionError, match="one plane only"):
-        plot_whirl_along_axis(whirl_orbits(planar(), 50.0, unbalance=1e-4))
+        ab.plot.whirl_along_axis(whirl_orbits(planar(), 50.0, unbalance=1e-4))
 
 
 @pytest.mark.parametrize(
@@ -174,17 +170,17 @@ def test_another_result_is_refused_by_name(name: str) -> None:
 
 def test_unknown_units_and_parts_are_refused(response: xr.Dataset) -> None:
     with pytest.raises(QuestionError, match="must be one of rpm"):
-        plot_unbalance_response(response, speed_unit="knots")
+        ab.plot.response(response, speed_unit="knots")
     with pytest.raises(QuestionError, match="must be forward, x or y"):
-        plot_polar_response(response, part="z")
+        ab.plot.polar_response(response, part="z")
     with pytest.raises(QuestionError, match="one speed only"):
-        plot_unbalance_response(response.isel(speed=[0]))
+        ab.plot.response(response.isel(speed=[0]))
 
 
 def test_the_polar_line_between_a_few_speeds_is_that_of_many() -> None:
-    few, many = (unbalance_response(planar(), np.linspace(20.0, 90.0, n), unbalance=1e-4) for n in (51, 401))
-    (drawn,) = [line for line in plot_polar_response(few).axes[0].get_lines() if len(line.get_xdata()) == 401]
-    exact = plot_polar_response(many).axes[0].get_lines()
+    few, many = (ab.rotor.response(planar(), np.linspace(20.0, 90.0, n), unbalance=1e-4) for n in (51, 401))
+    (drawn,) = [line for line in ab.plot.polar_response(few).axes[0].get_lines() if len(line.get_xdata()) == 401]
+    exact = ab.plot.polar_response(many).axes[0].get_lines()
     (close,) = [line for line in exact if len(line.get_xdata()) > 401]
     one, other = (np.asarray(line.get_xdata()) + 1j * np.asarray(line.get_ydata()) for line in (drawn, close))
     assert np.abs(one - other[::8]).max() < 0.02 * np.abs(other).max()
@@ -195,7 +191,7 @@ def test_the_polar_line_between_a_few_speeds_is_that_of_many() -> None:
 
 def test_numbers_of_close_critical_speeds_do_not_cover_each_other() -> None:
     found = campbell(RIG, np.linspace(0.0, 5000.0, 61) * RPM)
-    figure = plot_campbell(found)
+    figure = ab.plot.campbell(found)
     figure.draw_without_rendering()
     placed = labels_of(figure.axes[0]).placed
     assert len(placed) == found["intersection_speed"].size == 4
@@ -206,7 +202,7 @@ def test_numbers_of_close_critical_speeds_do_not_cover_each_other() -> None:
 def test_only_whirls_that_are_drawn_stand_in_the_legend_of_a_campbell_diagram() -> None:
     found = campbell(RIG, np.linspace(0.0, 5000.0, 61) * RPM)
     assert (found["whirl"].values[:, 0] == "straight").all()  # at standstill only
-    words = [text.get_text() for text in plot_campbell(found).axes[0].get_legend().get_texts()]
+    words = [text.get_text() for text in ab.plot.campbell(found).axes[0].get_legend().get_texts()]
     assert "straight" not in words
     assert "mixed" in words
 
@@ -217,7 +213,7 @@ def end_names(axes: Any) -> list[Any]:
 
 
 def test_branches_on_one_another_have_one_name_and_both_colors() -> None:
-    axes = plot_campbell(campbell(planar(damping=60.0), np.linspace(0.0, 100.0, 21))).axes[0]
+    axes = ab.plot.campbell(campbell(planar(damping=60.0), np.linspace(0.0, 100.0, 21))).axes[0]
     (name,) = end_names(axes)
     assert name.get_text().startswith("cylindrical forward, backward, ")
     dashes = [line for line in axes.get_lines() if to_hex(line.get_color()).upper() in WHIRL.values()]
@@ -231,7 +227,7 @@ def test_branches_on_one_another_have_one_name_and_both_colors() -> None:
 @pytest.mark.parametrize("highest", [900.0, 5000.0, 20000.0])
 def test_names_of_close_branches_do_not_cover_each_other(highest: float) -> None:
     found = campbell(rigid(), np.linspace(0.0, highest, 61))
-    names = end_names(plot_campbell(found).axes[0])
+    names = end_names(ab.plot.campbell(found).axes[0])
     boxes = [Text.get_window_extent(name) for name in names]  # without the line to the branch
     heights = [name.xy[1] for name in names]
     assert heights == sorted(heights)
@@ -253,8 +249,8 @@ def test_a_picture_of_a_few_speeds_shows_the_peak_in_full_and_plain_numbers(damp
     """Of an oscillator the peak is U/(2 D M sqrt(1 - D^2)); with the lighter damping it is 900 times narrower than a step."""
     share = damping / (2.0 * math.sqrt(3.0 * 12e3))
     speeds = np.linspace(20.0, 200.0, 4 if damping < 1.0 else 100)
-    found = unbalance_response(planar(damping=damping), speeds, unbalance=1e-4, smooth=True)
-    above = plot_unbalance_response(found, deflection_unit="um").axes[0]
+    found = ab.rotor.response(planar(damping=damping), speeds, unbalance=1e-4, smooth=True)
+    above = ab.plot.response(found, deflection_unit="um").axes[0]
     peak = 1e6 * 1e-4 / (2.0 * share * 3.0 * math.sqrt(1.0 - share**2))
     assert np.max(lines(above)["greatest"][1]) == pytest.approx(peak, rel=2e-3)
     assert np.isin(speeds, found["speed"].values).all()
@@ -269,6 +265,6 @@ def test_a_smooth_response_ends_where_nothing_limits_the_resonance() -> None:
     """The critical speed is in the middle of the speeds asked for; there the response has no value."""
     model = planar(damping=0.0)
     critical = math.sqrt(12e3 / 3.0)
-    found = unbalance_response(model, [0.5 * critical, 1.5 * critical], unbalance=1e-4, smooth=True)
+    found = ab.rotor.response(model, [0.5 * critical, 1.5 * critical], unbalance=1e-4, smooth=True)
     assert 10 < found.sizes["speed"] < 3000
     assert np.isfinite(found["semi_major"].values).all()

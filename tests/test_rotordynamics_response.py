@@ -12,12 +12,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.test_rotordynamics_modes import ARM, MASS, POLAR, RIG, SPRING, TRANSVERSE, planar, rigid
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
 
 RPM = math.pi / 30.0
@@ -66,7 +66,7 @@ def integrated(speed: float, turns: int = 60) -> np.ndarray:
 
 @pytest.mark.parametrize("speed", [20.0, 63.0, 64.0, 200.0])
 def test_the_planar_rotor_answers_as_an_oscillator(speed: float) -> None:
-    found = unbalance_response(planar(), [speed], unbalance=SIZE)
+    found = ab.rotor.response(planar(), [speed], unbalance=SIZE)
     expected = speed**2 * SIZE / (12e3 - 3.0 * speed**2 + 20j * speed)
     assert complex_of(found, "x")[0, 0] == pytest.approx(expected, rel=1e-12)
     assert complex_of(found, "y")[0, 0] == pytest.approx(-1j * expected, rel=1e-12)
@@ -77,7 +77,7 @@ def test_the_planar_rotor_answers_as_an_oscillator(speed: float) -> None:
 
 def test_a_rigid_rotor_answers_to_unbalance_and_couple_as_its_complex_equations() -> None:
     machine, arms = rigid(damping=25.0, arms=(-0.15, ARM)), np.array([-0.15, ARM])
-    found = unbalance_response(machine, [50.0, 180.0, 900.0], [0.3], [POINT, COUPLE])
+    found = ab.rotor.response(machine, [50.0, 180.0, 900.0], [0.3], [POINT, COUPLE])
     for i, w in enumerate((50.0, 180.0, 900.0)):
         spring = SPRING + 25j * w
         matrix = spring * np.array([[2.0, arms.sum()], [arms.sum(), (arms**2).sum()]])
@@ -88,7 +88,7 @@ def test_a_rigid_rotor_answers_to_unbalance_and_couple_as_its_complex_equations(
 
 
 def test_an_isotropic_rotor_whirls_forward_on_circles_only() -> None:
-    found = unbalance_response(rigid(damping=25.0), np.linspace(1.0, 900.0, 50), [-0.2, 0.0, 0.1], [POINT, COUPLE])
+    found = ab.rotor.response(rigid(damping=25.0), np.linspace(1.0, 900.0, 50), [-0.2, 0.0, 0.1], [POINT, COUPLE])
     assert (found["whirl"].values == "forward").all()
     assert (found["backward"].values == 0.0).all()
     assert (found["semi_major"].values == found["semi_minor"].values).all()
@@ -97,8 +97,8 @@ def test_an_isotropic_rotor_whirls_forward_on_circles_only() -> None:
 
 def test_turning_the_unbalance_turns_the_response() -> None:
     machine = rigid(stiffness=(SPRING, 0.6 * SPRING), damping=25.0)
-    here = unbalance_response(machine, [170.0], [0.1], POINT)
-    there = unbalance_response(machine, [170.0], [0.1], POINT.model_copy(update={"angle": 0.7 + 1.3}))
+    here = ab.rotor.response(machine, [170.0], [0.1], POINT)
+    there = ab.rotor.response(machine, [170.0], [0.1], POINT.model_copy(update={"angle": 0.7 + 1.3}))
     assert complex_of(there, "x") == pytest.approx(complex_of(here, "x") * cmath.exp(1.3j), rel=1e-12)
     for name in ("phase", "x_phase", "y_phase", "semi_major", "semi_minor", "inclination"):
         assert there[name].values == pytest.approx(here[name].values, rel=1e-9)
@@ -106,9 +106,9 @@ def test_turning_the_unbalance_turns_the_response() -> None:
 
 def test_turning_the_supports_by_a_right_angle_turns_the_orbit() -> None:
     flat, upright = ((SPRING, 0.6 * SPRING), (0.6 * SPRING, SPRING))
-    one = unbalance_response(rigid(stiffness=flat, damping=25.0), [170.0], [0.1], POINT)
+    one = ab.rotor.response(rigid(stiffness=flat, damping=25.0), [170.0], [0.1], POINT)
     quarter = POINT.model_copy(update={"angle": 0.7 + math.pi / 2.0})
-    other = unbalance_response(rigid(stiffness=upright, damping=25.0), [170.0], [0.1], quarter)
+    other = ab.rotor.response(rigid(stiffness=upright, damping=25.0), [170.0], [0.1], quarter)
     assert complex_of(other, "y") == pytest.approx(complex_of(one, "x"), rel=1e-12)
     assert complex_of(other, "x") == pytest.approx(-complex_of(one, "y"), rel=1e-12)
     turned = one["inclination"].item() + math.pi / 2.0
@@ -117,7 +117,7 @@ def test_turning_the_supports_by_a_right_angle_turns_the_orbit() -> None:
 
 def test_the_dampers_take_the_power_that_the_unbalance_brings() -> None:
     machine, w = rigid(stiffness=(SPRING, 0.6 * SPRING), damping=(25.0, 40.0)), 190.0
-    found = unbalance_response(machine, [w], [-ARM, ARM, 0.05], POINT)
+    found = ab.rotor.response(machine, [w], [-ARM, ARM, 0.05], POINT)
     x, y = complex_of(found, "x")[0], complex_of(found, "y")[0]
     lost = 0.5 * w**2 * (25.0 * np.abs(x[:2]) ** 2 + 40.0 * np.abs(y[:2]) ** 2).sum()
     force = w**2 * SIZE
@@ -127,22 +127,22 @@ def test_the_dampers_take_the_power_that_the_unbalance_brings() -> None:
 
 def test_the_rotor_follows_the_unbalance_below_and_opposes_it_above_the_critical_speed() -> None:
     critical = math.sqrt(4e3)
-    found = unbalance_response(planar(damping=0.02), [0.2 * critical, 0.99 * critical, 1.01 * critical, 9.0 * critical],
+    found = ab.rotor.response(planar(damping=0.02), [0.2 * critical, 0.99 * critical, 1.01 * critical, 9.0 * critical],
                                unbalance=SIZE)  # fmt: skip
     assert np.degrees(found["phase"].values[:, 0]) == pytest.approx([0.0, 0.0, -180.0, -180.0], abs=3.0)
-    damped = unbalance_response(planar(), [critical], unbalance=SIZE)
+    damped = ab.rotor.response(planar(), [critical], unbalance=SIZE)
     assert damped["phase"].item() == pytest.approx(-math.pi / 2.0, rel=1e-9)
 
 
 def test_far_above_the_critical_speeds_the_rotor_turns_about_its_mass_center() -> None:
-    found = unbalance_response(rigid(0.001, damping=5.0), [1e6], [0.0], Unbalance(moment=SIZE.real, station=0.0))
+    found = ab.rotor.response(rigid(0.001, damping=5.0), [1e6], [0.0], Unbalance(moment=SIZE.real, station=0.0))
     assert complex_of(found, "x").item() == pytest.approx(-SIZE.real / MASS, rel=1e-5)
 
 
 def test_between_split_critical_speeds_the_whirl_is_backward() -> None:
     machine = planar(stiffness=[12e3, 27e3], damping=0.5)
     low, high = math.sqrt(4e3), math.sqrt(9e3)
-    found = unbalance_response(machine, [0.9 * low, 1.1 * low, 0.9 * high, 1.1 * high], unbalance=1e-4)
+    found = ab.rotor.response(machine, [0.9 * low, 1.1 * low, 0.9 * high, 1.1 * high], unbalance=1e-4)
     assert list(found["whirl"].values[:, 0]) == ["forward", "backward", "backward", "forward"]
     orbit = whirl_orbits(machine, 1.1 * low, unbalance=1e-4)
     x, y = orbit["x"].values[0], orbit["y"].values[0]
@@ -151,7 +151,7 @@ def test_between_split_critical_speeds_the_whirl_is_backward() -> None:
 
 def test_the_orbit_leans_to_one_side_at_all_speeds_where_one_support_is_the_softer() -> None:
     """Damping and forward rotation leave one sign only: Re(X conj Y) has that of -sin of the difference of the lags."""
-    found = unbalance_response(planar(stiffness=[27e3, 12e3]), np.linspace(5.0, 400.0, 200), unbalance=1e-4)
+    found = ab.rotor.response(planar(stiffness=[27e3, 12e3]), np.linspace(5.0, 400.0, 200), unbalance=1e-4)
     assert (found["inclination"].values[1:] * -1.0 > 0.0).all()
 
 
@@ -161,7 +161,7 @@ def test_the_orbit_leans_to_one_side_at_all_speeds_where_one_support_is_the_soft
 @pytest.mark.parametrize("rpm", [1300.0, 1600.0, 1910.0, 2285.0, 4500.0])
 def test_the_response_is_what_direct_integration_ends_in(rpm: float) -> None:
     theta, *motion = integrated(rpm * RPM, turns=int(rpm / 60.0 * 8.0))
-    found = unbalance_response(RIG, [rpm * RPM], ["B1", "B2"])
+    found = ab.rotor.response(RIG, [rpm * RPM], ["B1", "B2"])
     turn = np.exp(1j * theta)
     lines = [(complex_of(found, name)[0, p] * turn).real for p in range(2) for name in "xy"]
     size = np.abs(motion).max()
@@ -175,47 +175,47 @@ def test_the_response_is_what_direct_integration_ends_in(rpm: float) -> None:
 
 
 def test_the_two_measures_differ_where_the_bearings_peak_at_different_moments() -> None:
-    found = unbalance_response(RIG, [500.0 * RPM, 2000.0 * RPM], ["B1", "B2"])
+    found = ab.rotor.response(RIG, [500.0 * RPM, 2000.0 * RPM], ["B1", "B2"])
     ratio = found["mean_of_greatest"].values / found["greatest_mean"].values
     assert 1.0 <= ratio[0] < 1.005
     assert ratio[1] > 1.2
-    alone = unbalance_response(RIG, [2000.0 * RPM], "B1")
+    alone = ab.rotor.response(RIG, [2000.0 * RPM], "B1")
     assert alone["greatest_mean"].item() == pytest.approx(alone["semi_major"].item(), rel=1e-12)
 
 
 def test_velocity_and_acceleration_are_the_rates_of_the_displacement() -> None:
     speeds = np.array([100.0, 200.0])
-    x, v, a = (complex_of(unbalance_response(RIG, speeds, quantity=q), "y")  # type: ignore[arg-type]
+    x, v, a = (complex_of(ab.rotor.response(RIG, speeds, quantity=q), "y")  # type: ignore[arg-type]
                for q in ("displacement", "velocity", "acceleration"))  # fmt: skip
     assert v == pytest.approx(1j * speeds[:, None] * x, rel=1e-13)
     assert a == pytest.approx(-(speeds[:, None] ** 2) * x, rel=1e-13)
-    assert unbalance_response(RIG, speeds, quantity="velocity")["semi_major"].attrs["units"] == "m/s"
+    assert ab.rotor.response(RIG, speeds, quantity="velocity")["semi_major"].attrs["units"] == "m/s"
 
 
 def test_balls_at_rest_opposite_to_the_unbalance_balance_a_plane() -> None:
-    machine = with_parameter(planar(), "balancers", [{"races": [{
+    machine = with_value_at(planar(), "balancers", [{"races": [{
         "orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "balls": [{"mass": 2e-3, "motion": "point", "count": 2}],
     }]}])  # fmt: skip
     angle = math.acos(-3e-4 / (2.0 * 2e-4))
-    left = unbalance_response(machine, [100.0], unbalance=3e-4, ball_angles=[angle, -angle])
-    plain = unbalance_response(machine, [100.0], unbalance=3e-4)
+    left = ab.rotor.response(machine, [100.0], unbalance=3e-4, ball_angles=[angle, -angle])
+    plain = ab.rotor.response(machine, [100.0], unbalance=3e-4)
     assert left["semi_major"].item() < 1e-12 * plain["semi_major"].item()
-    heavy = unbalance_response(machine, [100.0], unbalance=3e-4, balls=True)
+    heavy = ab.rotor.response(machine, [100.0], unbalance=3e-4, balls=True)
     expected = 100.0**2 * 3e-4 / (12e3 - 3.004 * 100.0**2 + 2000j)
     assert complex_of(heavy, "x").item() == pytest.approx(expected, rel=1e-12)
-    added = unbalance_response(machine, [100.0], unbalance=3e-4, ball_angles=[0.0, 0.0])
+    added = ab.rotor.response(machine, [100.0], unbalance=3e-4, ball_angles=[0.0, 0.0])
     assert complex_of(added, "x").item() == pytest.approx(expected * 7.0 / 3.0, rel=1e-12)
 
 
 def test_a_standing_rotor_does_not_whirl() -> None:
-    found = unbalance_response(RIG, [0.0])
+    found = ab.rotor.response(RIG, [0.0])
     assert (found["semi_major"].values == 0.0).all()
     assert (found["whirl"].values == "straight").all()
 
 
 def test_orbits_are_the_response_over_a_turn() -> None:
     speed = 1675.0 * RPM
-    found, orbit = unbalance_response(RIG, [speed]), whirl_orbits(RIG, speed)
+    found, orbit = ab.rotor.response(RIG, [speed]), whirl_orbits(RIG, speed)
     turn = np.exp(1j * orbit["rotor_angle"].values)
     for name in "xy":
         assert orbit[name].values == pytest.approx((complex_of(found, name)[0][:, None] * turn).real, abs=1e-18)
@@ -244,7 +244,7 @@ def test_the_greatest_mean_is_found_between_its_samples() -> None:
 
 
 def test_the_response_can_be_saved_and_names_its_units(tmp_path: Path) -> None:
-    found = unbalance_response(RIG, [100.0, 150.0])
+    found = ab.rotor.response(RIG, [100.0, 150.0])
     for name in found.data_vars:
         assert found[name].attrs["long_name"]
         assert "units" in found[name].attrs
@@ -253,22 +253,22 @@ def test_the_response_can_be_saved_and_names_its_units(tmp_path: Path) -> None:
 
 
 def bare() -> Machine:
-    return with_parameter(RIG, "unbalances", ())
+    return with_value_at(RIG, "unbalances", ())
 
 
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda: unbalance_response(RIG, []), "speeds: given none"),
-        (lambda: unbalance_response(RIG, [-5.0]), "given -5 rad/s"),
-        (lambda: unbalance_response(RIG, [math.inf]), "must be finite"),
-        (lambda: unbalance_response(RIG, [5.0], []), "stations: given none"),
-        (lambda: unbalance_response(RIG, [5.0], ["B7"]), "no station is named 'B7'"),
-        (lambda: unbalance_response(bare(), [5.0]), "no unbalance"),
-        (lambda: unbalance_response(RIG, [5.0], unbalance=math.nan), "must be finite, in kg m"),
-        (lambda: unbalance_response(RIG, [5.0], quantity="jerk"), "given 'jerk'"),  # type: ignore[arg-type]
-        (lambda: unbalance_response(RIG, [5.0], ball_angles=[0.0]), "given 1 for 2 balls"),
-        (lambda: unbalance_response(planar(stiffness=12.0, damping=0.0), [2.0], unbalance=1e-3), "critical speed"),
+        (lambda: ab.rotor.response(RIG, []), "speeds: given none"),
+        (lambda: ab.rotor.response(RIG, [-5.0]), "given -5 rad/s"),
+        (lambda: ab.rotor.response(RIG, [math.inf]), "must be finite"),
+        (lambda: ab.rotor.response(RIG, [5.0], []), "stations: given none"),
+        (lambda: ab.rotor.response(RIG, [5.0], ["B7"]), "no station is named 'B7'"),
+        (lambda: ab.rotor.response(bare(), [5.0]), "no unbalance"),
+        (lambda: ab.rotor.response(RIG, [5.0], unbalance=math.nan), "must be finite, in kg m"),
+        (lambda: ab.rotor.response(RIG, [5.0], quantity="jerk"), "given 'jerk'"),  # type: ignore[arg-type]
+        (lambda: ab.rotor.response(RIG, [5.0], ball_angles=[0.0]), "given 1 for 2 balls"),
+        (lambda: ab.rotor.response(planar(stiffness=12.0, damping=0.0), [2.0], unbalance=1e-3), "critical speed"),
         (lambda: whirl_orbits(RIG, 5.0, points=3), "given 3"),
     ],
 )
@@ -279,4 +279,4 @@ def test_a_question_that_makes_no_sense_is_refused(ask: Any, message: str) -> No
 
 def test_a_place_off_a_planar_rotor_is_refused() -> None:
     with pytest.raises(MachineError, match="one plane only"):
-        unbalance_response(planar(), [5.0], [0.1], unbalance=1e-3)
+        ab.rotor.response(planar(), [5.0], [0.1], unbalance=1e-3)

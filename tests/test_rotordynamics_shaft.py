@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import autobalancer as ab
 from autobalancer.errors import MachineError
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
@@ -15,7 +16,6 @@ from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.modes import modes
 from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.response import unbalance_response
 
 LENGTH, DIAMETER, DENSITY, MODULUS = 2.0, 0.02, 7800.0, 2.1e11
 BEAM = math.sqrt(MODULUS * DIAMETER**2 / (16.0 * DENSITY)) / LENGTH**2  # sqrt(E I / rho A) / L^2
@@ -81,7 +81,7 @@ def test_branches_of_a_shaft_are_followed_over_crossings_of_all_its_modes() -> N
 def test_the_response_of_a_shaft_passes_its_critical_speed_and_bends_into_the_shape_of_the_mode() -> None:
     machine = shaft(1e8, stiffness_proportional_damping=1e-4)
     critical = float(critical_speeds(machine, highest=80.0)["critical_speed"][0])
-    found = unbalance_response(machine, [0.5 * critical, critical, 1.5 * critical])
+    found = ab.rotor.response(machine, [0.5 * critical, critical, 1.5 * critical])
     phase = np.degrees(found["phase"].sel(station="middle").values)
     assert phase[0] == pytest.approx(0.0, abs=1.0)
     assert phase[1] == pytest.approx(-90.0, abs=3.0)  # the higher modes follow the unbalance
@@ -106,7 +106,7 @@ def test_motions_of_a_damped_shaft_that_creep_are_no_modes() -> None:
 
 def test_a_place_outside_the_shaft_is_refused() -> None:
     with pytest.raises(MachineError, match="stations"):
-        unbalance_response(shaft(1e8), [5.0], [3.0])
+        ab.rotor.response(shaft(1e8), [5.0], [3.0])
 
 
 def test_axial_and_torsional_modes_of_a_rig_are_named_and_do_not_whirl() -> None:

@@ -122,7 +122,7 @@ def test_a_link_is_followed_and_stays_a_link(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("autobalancer.files.machine_file.read_machine", lambda path: pytest.fail("it began"))
+    monkeypatch.setattr("autobalancer.files.machine_file.load_machine", lambda path: pytest.fail("it began"))
     (tmp_path / "file").write_text("in the way")
     out = str(tmp_path / "file" / "r.nc")
     file = str(MACHINES / "discoidal.toml")

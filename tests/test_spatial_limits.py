@@ -17,13 +17,13 @@ from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import assemble
 from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
-from autobalancer.files.machine_file import read_machine
+from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor
 
 MACHINES = {
     path.stem: machine
     for path in sorted(Path("examples/machines").glob("*.toml"))
-    if isinstance(machine := read_machine(path), Machine)
+    if isinstance(machine := load_machine(path), Machine)
 }
 PLANAR = [name for name, m in MACHINES.items() if isinstance(m.rotor, PlanarRotor) and not assemble(m).general]
 

@@ -16,7 +16,7 @@ from tests.references.tilting import Tilting
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.files.rigs import rig
@@ -311,7 +311,7 @@ def test_a_planar_rotor_as_one_station_has_the_states_and_eigenvalues_of_the_pla
 
 
 def test_a_balancer_in_the_plane_of_the_mass_center_of_a_symmetric_rotor_has_the_planar_border() -> None:
-    flat = with_parameter(planar(), "balancers[1].races[1].balls", (Balls(count=2, mass=0.003, motion="point"),))
+    flat = with_value_at(planar(), "balancers[1].races[1].balls", (Balls(count=2, mass=0.003, motion="point"),))
     rotor = RigidRotor(
         mass=10.0,
         transverse_inertia=0.2,

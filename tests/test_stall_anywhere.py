@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.machine import (
@@ -201,7 +201,7 @@ def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_
 
 def test_balls_between_partitions_do_not_stall() -> None:
     m = machine(rotor(), (0.03,))
-    walls = with_parameter(m, "balancers[1].races[1].partitions", {"count": 2})
+    walls = with_value_at(m, "balancers[1].races[1].partitions", {"count": 2})
     (border,) = ab.stability.borders(walls, only=BOTH)
     assert math.isnan(border.speed)
     assert "between partitions are carried along" in border.note
@@ -238,12 +238,12 @@ def test_a_weaker_ball_settles_before_the_stronger_one_and_lets_it_go_earlier() 
 def run(m: Machine, low: float, high: float, rate: float, start: float) -> xr.Dataset:
     """A slow change of the speed; all balls start in line at the speed ``start`` in space."""
     time = abs(high - low) / rate
-    m = with_parameter(m, "drive.profile", {"kind": "table", "time": [0.0, time], "speed": [low, high]})
+    m = with_value_at(m, "drive.profile", {"kind": "table", "time": [0.0, time], "speed": [low, high]})
     for b, balancer in enumerate(m.balancers, 1):
         for g, group in enumerate(balancer.races[0].balls, 1):
             place = f"balancers[{b}].races[1].balls[{g}]"
-            m = with_parameter(m, f"{place}.start_speeds", [start - low] * group.count)
-            m = with_parameter(m, f"{place}.start_angles", [0.25 * (i + g) for i in range(group.count)])
+            m = with_value_at(m, f"{place}.start_speeds", [start - low] * group.count)
+            m = with_value_at(m, f"{place}.start_angles", [0.25 * (i + g) for i in range(group.count)])
     return ab.simulate(m, duration=time, save=Samples(int(20 * time) + 1), tolerance=1e-7, max_steps=10**6)
 
 
@@ -253,7 +253,7 @@ def uneven(m: Machine) -> Machine:
         (group,) = balancer.races[0].balls
         one = group.model_dump(exclude_unset=True) | {"count": 1}
         pair = [one, one | {"mass": float(one["mass"]) * (1.0 + 1e-4)}]
-        m = with_parameter(m, f"balancers[{b}].races[1].balls", pair)
+        m = with_value_at(m, f"balancers[{b}].races[1].balls", pair)
     return m
 
 
@@ -298,14 +298,14 @@ def test_unequal_balls_are_released_where_their_joint_balance_says() -> None:
 
 @pytest.mark.slow
 def test_balls_in_one_plane_leave_the_nutation_where_it_has_risen_to() -> None:
-    m = with_parameter(machine(rotor(0.02), (0.15,), beta=2e-4), "drive.profile.speed", 420.0)
+    m = with_value_at(machine(rotor(0.02), (0.15,), beta=2e-4), "drive.profile.speed", 420.0)
     wanted = found(m)["release speed"].speed
     assert passes(run(uneven(m), 138.5, 260.0, 0.2, 136.5)) == pytest.approx(wanted, rel=0.015)
 
 
 @pytest.mark.slow
 def test_of_two_planes_that_hang_at_the_nutation_one_is_released_first_and_the_other_later() -> None:
-    m = with_parameter(machine(rotor(0.02), (-0.1, 0.15), beta=2e-4), "drive.profile.speed", 420.0)
+    m = with_value_at(machine(rotor(0.02), (-0.1, 0.15), beta=2e-4), "drive.profile.speed", 420.0)
     wanted = found(m)["release speed"].speed
     made = run(uneven(m), 138.5, 260.0, 0.4, 136.5)
     hangs = (made["ball_speed_in_space"] < 0.85 * made["speed"]).values
@@ -330,7 +330,7 @@ def test_curves_have_release_and_capture_over_what_only_real_races_have() -> Non
 
 
 def test_warm_oil_lets_go_later() -> None:
-    m = with_parameter(machine(rotor(), (0.03,)), "balancers[1].races[1].fluid", {"name": "silicone oil 1"})
+    m = with_value_at(machine(rotor(), (0.03,)), "balancers[1].races[1].fluid", {"name": "silicone oil 1"})
     release = ab.stability.border_curve(m, "temperature", ["10 degC", "50 degC"], only=["release speed"])[
         "release_speed"
     ].values

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Balancer, Constant, Machine, PrescribedSpeed, Race, RigidRotor, Support
 from autobalancer.simulation.sampling import Samples
 
@@ -53,7 +53,7 @@ def equal(numbers: tuple[Any, ...]) -> Machine:
     """Two equal balls in each plane."""
     m = machine(numbers, (1.0,))
     for b in (1, 2):
-        m = with_parameter(m, f"balancers[{b}].races[1].balls[1].count", 2)
+        m = with_value_at(m, f"balancers[{b}].races[1].balls[1].count", 2)
     return m
 
 
@@ -65,12 +65,12 @@ def border(m: Machine, name: str) -> ab.Border:
 def driven(m: Machine, speeds: list[tuple[float, float]], angles: list[list[float]], start: float) -> xr.Dataset:
     """A run over (time, speed); all balls start at the speed ``start``."""
     time, speed = (list(column) for column in zip(*speeds, strict=True))
-    m = with_parameter(m, "drive.profile", {"kind": "table", "time": time, "speed": speed})
+    m = with_value_at(m, "drive.profile", {"kind": "table", "time": time, "speed": speed})
     for b in (1, 2):
         for g, angle in enumerate(angles[b - 1], 1):
             place = f"balancers[{b}].races[1].balls[{g}]"
-            m = with_parameter(m, f"{place}.start_speeds", [start - speed[0]])
-            m = with_parameter(m, f"{place}.start_angles", [angle])
+            m = with_value_at(m, f"{place}.start_speeds", [start - speed[0]])
+            m = with_value_at(m, f"{place}.start_angles", [angle])
     return ab.simulate(m, duration=time[-1], save=Samples(int(40 * time[-1]) + 1), tolerance=1e-8, max_steps=10**8)
 
 

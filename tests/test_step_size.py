@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import zeta as scipy_zeta
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.laws.central_collision import contact_time, edge_error, energy_error, zeta
-from autobalancer.studies.step_size import _collide, step_size_study
+from autobalancer.studies.step_size import _collide
 
 K = 1e10
 SPEED = 4.0
@@ -53,7 +54,7 @@ def test_the_energy_error_of_each_phase_follows_the_closed_form(step: float) -> 
 
 
 def test_the_error_shrinks_with_the_power_two_and_a_half_of_the_step() -> None:
-    found = step_size_study(np.linspace(4.0, 10.0, 40), [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30)
+    found = ab.chamber.step_size(np.linspace(4.0, 10.0, 40), [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30)
     size = np.sqrt((found["root_mean_square"].values ** 2).mean(axis=0))
     assert size[0] / size[1] == pytest.approx(4.0**2.5, rel=0.2)
     np.testing.assert_allclose(
@@ -63,7 +64,7 @@ def test_the_error_shrinks_with_the_power_two_and_a_half_of_the_step() -> None:
 
 
 def test_a_collision_gains_energy_as_often_as_it_loses() -> None:
-    found = step_size_study([4.0, 10.0], [1e-6, 3e-7], stiffness_over_mass=K, phases=1000)
+    found = ab.chamber.step_size([4.0, 10.0], [1e-6, 3e-7], stiffness_over_mass=K, phases=1000)
     np.testing.assert_allclose(found["share_of_gains"], 0.5, atol=0.08)
     assert np.all(np.abs(found["mean"]) < 0.15 * found["root_mean_square"])
     assert np.all(found["greatest"] > 0.0)
@@ -78,7 +79,7 @@ def test_the_rebound_has_the_restitution_of_the_law() -> None:
 
 def test_verlet_has_an_error_of_the_same_order() -> None:
     speeds = np.linspace(4.0, 10.0, 40)
-    found = step_size_study(speeds, [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30, scheme="velocity_verlet")
+    found = ab.chamber.step_size(speeds, [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30, scheme="velocity_verlet")
     size = np.sqrt((found["root_mean_square"].values ** 2).mean(axis=0))
     assert size[0] / size[1] == pytest.approx(4.0**2.5, rel=0.2)
 
@@ -95,4 +96,4 @@ def test_verlet_has_an_error_of_the_same_order() -> None:
 )
 def test_a_study_that_makes_no_sense_is_refused(wrong: dict[str, object], told: str) -> None:
     with pytest.raises(QuestionError, match=told):
-        step_size_study(**({"stiffness_over_mass": K} | wrong))  # type: ignore[arg-type]
+        ab.chamber.step_size(**({"stiffness_over_mass": K} | wrong))  # type: ignore[arg-type]

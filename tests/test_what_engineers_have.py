@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import parameter_unit, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
@@ -111,7 +111,7 @@ def test_the_half_power_bandwidth_is_that_of_the_computed_resonance() -> None:
 def test_every_analysis_sees_the_same_springs() -> None:
     words = machine('critical_speed = "600 rpm", damping_ratio = 0.04')
     springs = planar_rotor(words)
-    typed = with_parameter(words, "rotor", PlanarRotor(mass=12.0, stiffness=springs.stiffness, damping=springs.damping))
+    typed = with_value_at(words, "rotor", PlanarRotor(mass=12.0, stiffness=springs.stiffness, damping=springs.damping))
     assert [b.speed for b in ab.stability.borders(words)] == [b.speed for b in ab.stability.borders(typed)]
     runs = [ab.simulate(one, duration=0.2, seed=3) for one in (words, typed)]
     assert np.array_equal(runs[0]["x"].values, runs[1]["x"].values)
@@ -124,7 +124,7 @@ def test_every_analysis_sees_the_same_springs() -> None:
 def test_springs_stay_when_something_else_is_changed() -> None:
     words = machine('critical_speed = "600 rpm", damping_ratio = 0.04')
     before = planar_rotor(words)
-    for changed in (with_quantity(words, "ball_mass", "50 g"), with_parameter(words, "rotor.mass", "13 kg")):
+    for changed in (with_quantity(words, "ball_mass", "50 g"), with_value_at(words, "rotor.mass", "13 kg")):
         assert planar_rotor(changed).stiffness_xy == before.stiffness_xy
         assert planar_rotor(changed).damping_xy == before.damping_xy
     assert value_of(words, "stiffness") == value_of(words, "rotor.stiffness") == before.stiffness_xy[0]
@@ -132,13 +132,13 @@ def test_springs_stay_when_something_else_is_changed() -> None:
 
 def test_what_gives_the_springs_can_be_changed_by_its_path() -> None:
     words = machine('critical_speed = "600 rpm", damping_ratio = 0.04')
-    faster = with_parameter(words, "rotor.critical_speed", "700 rpm")
+    faster = with_value_at(words, "rotor.critical_speed", "700 rpm")
     assert ab.check(faster).critical_speeds == pytest.approx([700.0 * pi / 30.0])
     assert ab.check(faster).damping_ratios == pytest.approx([0.04])
-    stiff = with_parameter(words, "rotor.stiffness", "50 kN/m")
+    stiff = with_value_at(words, "rotor.stiffness", "50 kN/m")
     assert planar_rotor(stiff).stiffness_xy == (5e4, 5e4)
     assert planar_rotor(stiff).damping_xy == planar_rotor(words).damping_xy
-    back = with_parameter(with_parameter(words, "rotor.mass", "13 kg"), "rotor.critical_speed", "600 rpm")
+    back = with_value_at(with_value_at(words, "rotor.mass", "13 kg"), "rotor.critical_speed", "600 rpm")
     assert ab.check(back).critical_speeds == pytest.approx([20.0 * pi])
     assert parameter_unit(words, "rotor.critical_speed") == "rad/s"
 

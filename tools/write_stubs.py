@@ -31,8 +31,7 @@ def _stub(space: str) -> str:
         above, _, last = f"autobalancer.{home}".rpartition(".")
         lines.append(f"from {above} import {last} as {name}")
     for name, home in NAMES[space].items():
-        module, _, attribute = home.partition(":")
-        lines.append(f"from autobalancer.{module} import {attribute or name} as {name}")
+        lines.append(f"from autobalancer.{home} import {name} as {name}")
     listed = "".join(f'    "{name}",\n' for name in sorted([*NAMES[space], *modules]))
     version = "__version__: str\n\n" if not space else ""
     return f"{HEAD}{chr(10).join(sorted(lines))}\n\n{version}__all__ = [\n{listed}]\n"

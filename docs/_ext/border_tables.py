@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine
 
@@ -26,7 +26,7 @@ def borders_over_oil() -> str:
     text = "| silicone oil | S | averaged border | exact border | exact border, worst case | release speed |\n"
     text += "|---|---|---|---|---|---|\n"
     for oil in OILS:
-        found = ab.check(with_parameter(machine, "balancers[1].races[1].fluid.name", f"silicone oil {oil:g}"))
+        found = ab.check(with_value_at(machine, "balancers[1].races[1].fluid.name", f"silicone oil {oil:g}"))
         speeds = {border.name: border.speed for border in found.borders}
         names = ("averaged border", "exact border", "exact border, worst case", "release speed")
         cells = [f"{oil:g} mm²/s", f"{found.sommerfeld_number:.3g}", *(_speed(speeds[name]) for name in names)]
@@ -55,7 +55,7 @@ def _balls_of_table_6_4(machine: Machine) -> Machine:
     balls = {"count": 2, "mass": "6.656 g", "diameter": "12.3 mm"}
     drag = {"law": "beta", "beta": resolve(machine)[0].drag}
     changed = {"orbit_radius": race.orbit_radius, "drag": drag, "balls": [balls]}
-    return with_parameter(machine, "balancers[1].races", [changed])
+    return with_value_at(machine, "balancers[1].races", [changed])
 
 
 def _exact(machine: Machine, unbalance: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import autobalancer as ab
+from autobalancer.public_names import NAMES
 
 
 def pages() -> dict[str, str]:
@@ -13,8 +14,7 @@ def pages() -> dict[str, str]:
 def pictures() -> str:
     """Every public function that draws, with the first line of its docstring."""
     text = "| function | what it draws |\n|---|---|\n"
-    for name in ab.__all__:
-        if name.startswith("plot_"):
-            first = (getattr(ab, name).__doc__ or "").strip().splitlines()[0]
-            text += f"| {{py:func}}`~autobalancer.{name}` | {first} |\n"
+    for name in NAMES["plot"]:
+        first = (getattr(ab.plot, name).__doc__ or "").strip().splitlines()[0]
+        text += f"| {{py:func}}`ab.plot.{name} <autobalancer.plot.{name}>` | {first} |\n"
     return text

@@ -8,7 +8,7 @@ import xarray as xr
 from sphinx.util import logging
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
 from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, KINDS
@@ -51,13 +51,13 @@ FREE_BALL = {
     "balls": [{"mass": "3 g", "diameter": "10 mm"}],
     "resolved": CONTACT,
 }
-RUBBING = with_parameter(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
+RUBBING = with_value_at(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
 CHAMBER = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
 ROD = {"body": "pendulum", "mass": "3 g", "inertia": "1e-6 kg*m^2"}
-SWINGING = with_parameter(SMALL, "balancers[1].races[1].balls", [ROD])
+SWINGING = with_value_at(SMALL, "balancers[1].races[1].balls", [ROD])
 SPRING = {"kind": "radial_spring", "stiffness": "10 N/m", "free_length": "50 mm"}
-SPRUNG = with_parameter(SMALL, "balancers[1].races[1].forces", [SPRING])
-RESOLVED = with_parameter(SMALL, "balancers[1].races[1]", FREE_BALL)
+SPRUNG = with_value_at(SMALL, "balancers[1].races[1].forces", [SPRING])
+RESOLVED = with_value_at(SMALL, "balancers[1].races[1]", FREE_BALL)
 
 
 def pages() -> dict[str, str]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.periodic.stalled import stalled_orbits
@@ -112,7 +112,9 @@ def run(
 
 def stalled_start(path: Path) -> float:
     """One turn of the stalled balls at 300 rad/s as a first guess; returns the period in 1/w_c."""
-    problem, u = next(stalled_orbits(Range(Family(load_machine(STALL), ["speed"]), 300.0, 301.0), ((0, 1),), 0.0, 60))
+    problem, u = next(
+        stalled_orbits(Range(Family(load_race_machine(STALL), ["speed"]), 300.0, 301.0), ((0, 1),), 0.0, 60)
+    )
     period = problem.period(u)
     turn = problem.mesh.interpolated(problem.states(u) * problem.scale, np.linspace(0.0, 1.0, 2001))
     turn[:, 4] -= 2.0 * np.pi * np.round(turn[0, 4] / (2.0 * np.pi))

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.files.machine_file import load_machine
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.stability.branches import plot_branches
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
 from reproductions import Found, compared_all
@@ -54,7 +54,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for number, speed in enumerate(SWINGING_FOLDS, 1):
         obtained = nearest(swinging, "fold", speed)
         rows.append(external("swinging balls", f"fold {number}", "rad/s", speed, obtained, SPEED))
-    stalled = branches(load_machine(STALL), "speed", 255.0, 450.0, from_state="stalled", intervals=60)
+    stalled = branches(load_race_machine(STALL), "speed", 255.0, 450.0, from_state="stalled", intervals=60)
     names = ("release", *(f"fold {number} of the unstable orbits" for number in (2, 3, 4)), "least speed")
     for name, speed in zip(names, STALLED_FOLDS, strict=True):
         rows.append(external("stalled balls", name, "rad/s", speed, nearest(stalled, "fold", speed), SPEED))
@@ -69,8 +69,8 @@ def external(figure: str, quantity: str, unit: str, target: float, obtained: flo
 
 def machine(drag: float) -> Machine:
     """Stall and release with 85 % of the unbalance that the balls can balance, and another drag."""
-    smaller = with_parameter(load_machine(STALL), "unbalances[1].mass", 0.85 * 5e-3)
-    return with_parameter(smaller, "balancers[1].races[1].drag.beta", drag)
+    smaller = with_value_at(load_race_machine(STALL), "unbalances[1].mass", 0.85 * 5e-3)
+    return with_value_at(smaller, "balancers[1].races[1].drag.beta", drag)
 
 
 def nearest(found: xr.Dataset, kind: str, speed: float, name: str = "special_parameter") -> float:
@@ -82,7 +82,7 @@ def nearest(found: xr.Dataset, kind: str, speed: float, name: str = "special_par
 def draw(stalled: xr.Dataset, out: Path) -> None:
     """The branch of stalled balls; lines mark the folds that AUTO finds."""
     titled = stalled.assign_attrs(title="Stalled balls; dotted: folds by AUTO-07p")
-    figure = plot_branches(titled, speed_unit="rad/s")
+    figure = ab.plot.branches(titled, speed_unit="rad/s")
     for axes in figure.axes:
         for speed in STALLED_FOLDS:
             axes.axvline(speed, color="#D55E00", lw=0.7, ls=":", zorder=1.0)

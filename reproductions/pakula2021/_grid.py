@@ -17,8 +17,8 @@ from typing import Any
 
 import xarray as xr
 
+import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
 from autobalancer.studies.chamber_grid import Cell, gathered
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
@@ -47,7 +47,7 @@ def wanted() -> list[Cell]:
 
 def run(cell: Cell) -> dict[str, Any]:
     """Outcome and measures of one run."""
-    found = chamber_amplitudes(
+    found = ab.chamber.amplitudes(
         load_chamber_machine(MACHINE),
         [cell.balls],
         [cell.friction],

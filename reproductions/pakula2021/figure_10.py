@@ -20,7 +20,7 @@ from typing import Any
 
 import xarray as xr
 
-from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried
+import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.studies.chamber_means import over_seeds, pick_up_borders
 from reproductions import Found, compared_all
@@ -34,8 +34,10 @@ TITLE = "Reference machine (Pakuła 2021, figure 10)"
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Who is carried, and how many balls and how much friction it takes."""
     study = table()
-    save_picture(plot_amplitudes(study.sel(friction=[0.3, 0.5, 0.7]), title=TITLE), out / "figure_10.png")
-    save_picture(plot_carried(_borders(study), title="Balls picked up from the bottom"), out / "figure_10_carried.png")
+    save_picture(ab.plot.chamber_amplitudes(study.sel(friction=[0.3, 0.5, 0.7]), title=TITLE), out / "figure_10.png")
+    save_picture(
+        ab.plot.chamber_carried(_borders(study), title="Balls picked up from the bottom"), out / "figure_10_carried.png"
+    )
     means = over_seeds(study)
     carried = 100.0 * means["share_carried"]
     slippery = carried.sel(friction=0.3)

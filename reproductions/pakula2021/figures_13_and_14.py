@@ -20,14 +20,13 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.chamber.reactions import plot_reactions
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.chamber.balls import ball_settling_time
 from autobalancer.results.chamber.measures import chamber_measures
 from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.studies.chamber_machines import chamber_variant
 from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import MACHINE
 
@@ -39,13 +38,13 @@ CHATTER = "the source has the chatter of a friction that changes its sign at eve
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Greatest motion of the loose body and reactions, against the printed ones."""
-    machine = chamber_variant(load_chamber_machine(MACHINE), balls=12, friction=0.5)
+    machine = ab.chamber.variant(load_chamber_machine(MACHINE), balls=12, friction=0.5)
     run = simulate_chamber(machine, duration=16.0)
     settled = float(ball_settling_time(run, last=1.0).max())
     body = pakula_body(HEIGHT)
     title = "12 balls, friction 0.5 (Pakuła 2021, figures 13 and 14)"
-    save_picture(plot_reactions(run, title=title), out / "figure_13.png")
-    save_picture(plot_reactions(run, body, until=settled, title=title), out / "figure_14.png")
+    save_picture(ab.plot.chamber_reactions(run, title=title), out / "figure_13.png")
+    save_picture(ab.plot.chamber_reactions(run, body, until=settled, title=title), out / "figure_14.png")
     moved = unconstrained_motion(run, body, settled)
     greatest = {name: float(np.abs(moved[name].values).max()) for name in ("x", "rotation_y", "rotation_z")}
     steady = chamber_measures(run, last=1.0).sel(stage="steady")

@@ -12,12 +12,11 @@ from typing import Any
 
 import xarray as xr
 
+import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.chamber.arrangement import plot_arrangement
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.chamber.balls import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.studies.chamber_machines import chamber_variant
 from reproductions import compared_all, said
 from reproductions.pakula2021._grid import MACHINE
 
@@ -25,7 +24,9 @@ from reproductions.pakula2021._grid import MACHINE
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Places of the balls as pictures, and what the source says of them."""
     stages = _run("deep", 20, 0.7, 10.0)
-    picture = plot_arrangement(stages, [0.0, 0.5, 10.0], title="Start-up with 20 balls (Pakuła 2021, figure 9)")
+    picture = ab.plot.chamber_arrangement(
+        stages, [0.0, 0.5, 10.0], title="Start-up with 20 balls (Pakuła 2021, figure 9)"
+    )
     save_picture(picture, out / "figure_9.png")
     found = {}
     for layers, balls, friction, duration in (
@@ -37,7 +38,9 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         run = found[layers, balls] = _run(layers, balls, friction, duration)
         name = {"single": "single layer", "deep": "deep chamber"}[layers]
         title = f"{balls} balls, {name}, friction {friction:g} (Pakuła 2021, figure 11)"
-        save_picture(plot_arrangement(run, [0.0, duration], title=title), out / f"figure_11_{layers}_{balls}.png")
+        save_picture(
+            ab.plot.chamber_arrangement(run, [0.0, duration], title=title), out / f"figure_11_{layers}_{balls}.png"
+        )
     rows = [
         said("most of 20 balls in the deep chamber on the light side in the end", _on_heavy_side(stages) < 50.0),
         said("9 balls in the deep chamber are all carried, friction 0.7", bool(balls_carried(found["deep", 9]).all())),
@@ -49,7 +52,9 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def _run(layers: str, balls: int, friction: float, duration: float) -> xr.Dataset:
     machine = load_chamber_machine(MACHINE)
-    return simulate_chamber(chamber_variant(machine, balls=balls, friction=friction, layers=layers), duration=duration)
+    return simulate_chamber(
+        ab.chamber.variant(machine, balls=balls, friction=friction, layers=layers), duration=duration
+    )
 
 
 def _on_heavy_side(run: xr.Dataset) -> float:

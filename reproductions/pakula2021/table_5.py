@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.plots.chamber.study import plot_step_sizes
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.studies.step_size import step_size_study
 from reproductions import Found, compared_all
 
 DATA = Path(__file__).parent / "data" / "central_collision_table5.csv"
@@ -29,7 +29,7 @@ SPEEDS, STEPS = (4.0, 6.0, 8.0, 10.0), (1e-4, 1e-5, 1e-6, 1e-7)
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Root mean square over phases against the table, per step; growth with the step; sign."""
-    found = step_size_study(SPEEDS, STEPS, stiffness_over_mass=STIFFNESS_OVER_MASS, phases=200)
+    found = ab.chamber.step_size(SPEEDS, STEPS, stiffness_over_mass=STIFFNESS_OVER_MASS, phases=200)
     figure = plot_step_sizes(found, title="Central elastic collision (Pakuła 2021, table 5)")
     printed = table()
     panel = figure.axes[0]

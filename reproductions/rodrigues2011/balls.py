@@ -13,7 +13,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.studies.stepped_response import stepped_response
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, fitted
@@ -35,8 +35,8 @@ def with_balls(damping: float, washers: int = 3, *, off: float = OFF) -> Machine
         machine = with_unbalance(machine, 2.893e-5 * washers / 3.0, -math.atan2(couple.imag, couple.real), abs(couple))
     heavy = float(machine.unbalances[0].angle)
     balls = {"count": 2, "mass": BALL, "motion": "point", "start_angles": (heavy, heavy + off)}
-    machine = with_parameter(machine, f"{RACE}balls[1]", balls)
-    return with_parameter(machine, f"{RACE}drag.beta", damping * BALL * ORBIT**2 * REFERENCE * RPM)
+    machine = with_value_at(machine, f"{RACE}balls[1]", balls)
+    return with_value_at(machine, f"{RACE}drag.beta", damping * BALL * ORBIT**2 * REFERENCE * RPM)
 
 
 def as_measured(washers: int, *, run_out: bool = True) -> Machine:
@@ -50,11 +50,11 @@ def as_measured(washers: int, *, run_out: bool = True) -> Machine:
         "motion": "rolling",
         "start_angles": (heavy - 0.1, heavy + 0.1),
     }
-    machine = with_parameter(machine, f"{RACE}balls[1]", balls)
+    machine = with_value_at(machine, f"{RACE}balls[1]", balls)
     if not run_out:
         return machine
-    machine = with_parameter(machine, f"{RACE}eccentricity", RUN_OUT)
-    return with_parameter(machine, f"{RACE}eccentricity_angle", heavy + AHEAD)
+    machine = with_value_at(machine, f"{RACE}eccentricity", RUN_OUT)
+    return with_value_at(machine, f"{RACE}eccentricity_angle", heavy + AHEAD)
 
 
 def with_unbalance(machine: Machine, eccentricity: float, angle: float, misalignment: float) -> Machine:
@@ -64,7 +64,7 @@ def with_unbalance(machine: Machine, eccentricity: float, angle: float, misalign
         ("unbalances[1].angle", angle),
         ("unbalances[2].misalignment", misalignment),
     ):
-        machine = with_parameter(machine, path, value)
+        machine = with_value_at(machine, path, value)
     return machine
 
 

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look, picture
-from autobalancer.plots.run.stepped_response import plot_stepped_response
 from autobalancer.results.series import wrapped
-from autobalancer.rotordynamics.response import unbalance_response
 from autobalancer.studies.stepped_response import stepped_response
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import (
@@ -48,7 +47,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Amplitudes against the curves, motions in words, angles and phases against the curves, pictures."""
     rows, balls = [], {}
     above = np.arange(2700.0, 5401.0, 30.0)
-    plain = unbalance_response(without_balls(with_balls(0.1, 2)), above * RPM, BEARINGS)["greatest_mean"].values
+    plain = ab.rotor.response(without_balls(with_balls(0.1, 2)), above * RPM, BEARINGS)["greatest_mean"].values
     for name, (dwell, window) in TIMES.items():
         speeds, printed, maxima = vertices(name, FIGURE)
         found = balls[name] = from_heavy_spot(with_balls(float(name), 2), speeds, dwell=dwell, window=window)
@@ -90,9 +89,9 @@ def with_other_numbers(out: Path) -> list[Found]:
     """What the source computed with other numbers than those of table 2: the plain rotor, and ball angles."""
     machine = with_unbalance(with_balls(0.1, 2), 1.93e-5, math.radians(210.0), 4.584e-5)
     heavy = math.radians(210.0)
-    machine = with_parameter(machine, f"{RACE}balls[1].start_angles", (heavy, heavy + OFF))
+    machine = with_value_at(machine, f"{RACE}balls[1].start_angles", (heavy, heavy + OFF))
     speed, amplitude = columns("fig14_sim_plain_2washers")
-    plain = unbalance_response(without_balls(machine), speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
+    plain = ab.rotor.response(without_balls(machine), speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
     deviation = 100.0 * (plain / amplitude - 1.0)
     speed, phase = columns("fig14b_phase_plain_disk")
     disk = stepped_response(
@@ -184,7 +183,7 @@ def draw_angles(speeds: np.ndarray, ours: np.ndarray, printed: np.ndarray, out: 
 
 def drawn_motion(found: xr.Dataset, machine: Machine) -> Any:
     """Amplitudes and ball angles with their motions, table 2."""
-    figure = plot_stepped_response(found, deflection_unit="mm", zero=light_spot(machine))
+    figure = ab.plot.stepped_response(found, deflection_unit="mm", zero=light_spot(machine))
     figure.axes[0].set_title("Rodrigues 2011, figure 14: two washers, c_b = 0.1", loc="left")
     figure.axes[1].set_ylabel("ball angle from the light spot (°)")
     return figure

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
 from autobalancer.rotordynamics.peaks import response_peaks
-from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 
@@ -28,7 +28,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Curve, peaks, and the picture with the measured points."""
     machine = fitted()
     speed, amplitude = columns("fig08_sim_plain_3washers")
-    obtained = unbalance_response(machine, speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
+    obtained = ab.rotor.response(machine, speed * RPM, BEARINGS)["greatest_mean"].values * 1e3
     deviation = 100.0 * (obtained / amplitude - 1.0)
     kept = speed != OFF
     worst = deviation[kept][np.argmax(np.abs(deviation[kept]))]
@@ -49,7 +49,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def _draw(out: Path) -> None:
     grid = np.linspace(600.0, 5500.0, 3000)
-    found = unbalance_response(fitted(), grid * RPM, BEARINGS)
+    found = ab.rotor.response(fitted(), grid * RPM, BEARINGS)
     with look():
         figure = picture(8.0, 4.6)
         axes = figure.subplots()

@@ -13,9 +13,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import UNBALANCE
-from autobalancer.plots.run.stepped_response import plot_stepped_response
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.balls import as_measured, geometric_mean, level, stepped
 from reproductions.rodrigues2011.rig import columns
@@ -42,7 +42,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         )
         text = f"run-up over run-down from {low:g} to {high:g} rpm"
         rows.append(Found("fitted", text, "1", theirs, ours, WITHIN * theirs, FRICTION if low > 2000.0 else ""))
-    figure = plot_stepped_response(found, deflection_unit="mm")
+    figure = ab.plot.stepped_response(found, deflection_unit="mm")
     for way, mark in (("up", "^"), ("down", "v")):
         speed, amplitude = columns(f"fig09_abb_3washers_run{way}")
         kept = speed > 590.0

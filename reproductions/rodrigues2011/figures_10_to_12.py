@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from autobalancer.results.series import wrapped
-from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import STEPS, as_measured, geometric_mean, level, stepped, without_balls
 from reproductions.rodrigues2011.rig import BEARINGS, DATA, RPM, columns
@@ -49,7 +49,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             rows.append(Found("printed", f"{about}, two balls", "1", 1.0, ours[n][1] / theirs[n][1], WITHIN, FRICTION))
     raised = [theirs[n][1] > theirs[n][0] for n in WASHERS] == [ours[n][1] > ours[n][0] for n in WASHERS]
     rows.append(said("balls raise that level without washers, and reduce it with any", raised, FRICTION))
-    still = unbalance_response(without_balls(as_measured(0)), np.array([4500.0]) * RPM, BEARINGS)["mean_of_greatest"]
+    still = ab.rotor.response(without_balls(as_measured(0)), np.array([4500.0]) * RPM, BEARINGS)["mean_of_greatest"]
     theory = float(columns("fig12_theory_plain")[1][0])
     rows.append(Found("printed", "theory without washers, 4500 rpm", "mm", theory, 1e3 * float(still[0]), 0.02 * theory,
                       figure="12"))  # fmt: skip
@@ -61,7 +61,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def amplitudes(washers: int) -> np.ndarray:
     """Of the plain rotor at the speeds of the experiment, mm."""
-    found = unbalance_response(without_balls(as_measured(washers)), STEPS * RPM, BEARINGS)
+    found = ab.rotor.response(without_balls(as_measured(washers)), STEPS * RPM, BEARINGS)
     return np.asarray(found["mean_of_greatest"].values * 1e3)
 
 

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import ALL_BALLS, look, picture
 from autobalancer.plots.rotor.campbell import WHIRL
 from autobalancer.results.display_units import length_axis
 from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.response import unbalance_response
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 
@@ -72,7 +72,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             ),
         ]
     between = np.linspace(1458.0, 1698.0, 121)
-    words = unbalance_response(machine, between * RPM, BEARINGS)["whirl"].values
+    words = ab.rotor.response(machine, between * RPM, BEARINGS)["whirl"].values
     rows.append(
         said("backward whirl at both bearings between the first peaks", bool((words == "backward").all(axis=1).any()))
     )

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import root
 
+import autobalancer as ab
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.modes import modes
 from reproductions import Found, compared_all
@@ -48,7 +48,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     stiff = critical_speeds(rig("rodrigues_rig"), balls=False)["critical_speed"].values / RPM
     farthest = 100.0 * float(np.abs(found / stiff - 1.0).max())
     rows.append(Found("internal", "critical speeds below, farthest from the rigid rotor", "%", 0.0, farthest, 2.0))
-    save_picture(plot_modes(modes(machine, 0.0, modes=6)), out / "first_bending.png")
+    save_picture(ab.plot.modes(modes(machine, 0.0, modes=6)), out / "first_bending.png")
     return compared_all("Rodrigues 2011", "section 4", rows)
 
 

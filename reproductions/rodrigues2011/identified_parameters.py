@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.files.rigs import rig
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.measured.identification import plot_identification
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from reproductions import Found, Kind, compared_all
@@ -54,6 +54,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         quantity = f"{name}, identified from the simulated curve"
         kind: Kind = "fitted" if key.startswith("stiffness") else "printed"
         rows.append(Found(kind, quantity, unit, target, factor * float(values[key]), tolerance))
-    save_picture(plot_identification(speeds), out / "identified_from_critical_speeds.png")
-    save_picture(plot_identification(curve), out / "identified_from_figure_8.png")
+    save_picture(ab.plot.identification(speeds), out / "identified_from_critical_speeds.png")
+    save_picture(ab.plot.identification(curve), out / "identified_from_figure_8.png")
     return compared_all("Rodrigues 2011", "8, tables 2 and 3", rows)

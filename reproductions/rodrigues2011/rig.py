@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 
@@ -27,7 +27,7 @@ def fitted() -> Machine:
         ("unbalances[1].angle", "223.6 deg"),
         ("unbalances[2].misalignment", "6.79e-5 rad"),
     ):
-        machine = with_parameter(machine, path, value)
+        machine = with_value_at(machine, path, value)
     return machine
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
@@ -76,13 +76,13 @@ def frequencies(machine: Machine, speed: float) -> np.ndarray:
 
 def of_steel(machine: Machine) -> tuple[Machine, float]:
     """The rig with a shaft of steel, and the offset (m) that fits all frequencies best."""
-    machine = with_parameter(machine, "rotor.material.youngs_modulus", STEEL)
+    machine = with_value_at(machine, "rotor.material.youngs_modulus", STEEL)
 
     def miss(offset: float) -> float:
-        return float((misses(with_parameter(machine, OFFSET, offset), SIMULATED) ** 2).sum())
+        return float((misses(with_value_at(machine, OFFSET, offset), SIMULATED) ** 2).sum())
 
     best = float(minimize_scalar(miss, bounds=(0.0, 0.1), method="bounded").x)
-    return with_parameter(machine, OFFSET, best), best
+    return with_value_at(machine, OFFSET, best), best
 
 
 def draw(machine: Machine, out: Path) -> None:

@@ -10,16 +10,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.laws.drag import annulus_cd_re
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.measured.drag import plot_drag_laws
 from reproductions import Found, compared_all
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Printed coefficients, and the picture."""
-    save_picture(plot_drag_laws(), out / "drag_laws.png")
+    save_picture(ab.plot.drag_laws(), out / "drag_laws.png")
     print_of = discoidal(0.74)
     rows = [Found("printed", "c_d Re for W1/rb = 2.10, rb/eps = 0.07", "1", 327.0, annulus_cd_re(2.10, 0.07), 1.0,
                   figure="5.22")]  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 from reproductions import Found, compared_all
@@ -25,7 +25,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Size and direction of the forward whirl, for both supports."""
     rows = []
     for name, stiffness in SUPPORTS.items():
-        machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", stiffness)
+        machine = with_value_at(ab.load_machine(MACHINE), "rotor.stiffness", stiffness)
         run = ab.simulate(machine, save=(Samples(), Envelope(), LastRevolutions(20)))
         save_picture(ab.plot.orbit(run), out / f"figure_4_3_{name}.png")
         z = run["turn_x"].values + 1j * run["turn_y"].values

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.stability.growth import plot_stability
 from autobalancer.stability.maps.windows import stable_windows
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
@@ -32,7 +32,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     found = stable_windows(machine, 2.0 * high, lowest=0.8 * low)
     edges = [edge for window in found.windows for edge in window]
     speeds = np.linspace(0.85 * low, 1.3 * high, 161)
-    save_picture(plot_stability(eigenvalues(machine, list(speeds)), speed_unit="rad/s"), out / "figure_4_4.png")
+    save_picture(ab.plot.eigenvalues(eigenvalues(machine, list(speeds)), speed_unit="rad/s"), out / "figure_4_4.png")
     rows = [Found("words", "ranges", "1", 2.0, float(len(found.windows)), 0.0)]
     names = ("lower range begins at w_x", "lower range ends at w_r (4.71)", "upper range begins at w_y")
     rows += [

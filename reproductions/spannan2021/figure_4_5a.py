@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.averaged.border import averaged_border
-from autobalancer.stability.maps.stability_map import stability_map
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
@@ -29,13 +27,13 @@ BALL, CRITICAL, DAMPING = 2.5e-3 * 0.1, 250.0, 100.0  # kg m, rad/s, N s/m
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """(4.70) against (4.74), simulated growth against the exact border, and the picture."""
-    machine = with_parameter(ab.load_machine(MACHINE), "unbalances[1].mass", "4.5 g")
+    machine = with_value_at(ab.load_machine(MACHINE), "unbalances[1].mass", "4.5 g")
     drag = float(machine.balancers[0].races[0].drag.beta)  # type: ignore[attr-defined]
     share = (BALL * CRITICAL) ** 2 / (DAMPING * drag)
     axes = {"speed": np.linspace(220.0, 500.0, 281), "drag": np.geomspace(2e-5, 2e-3, 241)}
     points = {"figure 4.2 in kind": (250.0 * (1.0 + 2.0 * share), drag)}
-    found = stability_map(machine, axes, operating_points=points)
-    save_picture(plot_map(found, speed_unit="rad/s"), out / "figure_4_5a.png")
+    found = ab.stability.map(machine, axes, operating_points=points)
+    save_picture(ab.plot.map(found, speed_unit="rad/s"), out / "figure_4_5a.png")
     exact = next(border.speed for border in ab.stability.borders(machine) if border.name == "exact border")
     rows = [
         Found(
@@ -73,7 +71,7 @@ def simulated_growth(machine: Machine, speed: float) -> float:
         ("drive", {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}),
         ("balancers[1].races[1].balls[1].start_angles", tuple(angles + np.array([1e-6, 0.5e-6]))),
     ):
-        machine = with_parameter(machine, path, value)
+        machine = with_value_at(machine, path, value)
     run = ab.simulate(machine, duration=16.0, save=(Samples(160_001),), tolerance=1e-11)
     time, slip = run["time"].values, np.abs(run["ball_speed_in_rotor"].values).max(axis=1)
     bins = [(a, a + 0.25) for a in np.arange(8.0, 15.9, 0.25)]

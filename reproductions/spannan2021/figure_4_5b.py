@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, look, picture
@@ -31,7 +31,7 @@ BRACKETS = {1e-3: [(280.0, 360.0)], 3e-3: [(235.0, 245.0), (249.0, 252.0), (295.
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Edges of the stable ranges with much drag, and the map."""
-    machine = with_parameter(ab.load_machine(MACHINE), "rotor.stiffness", SUPPORTS["orthotropic"])
+    machine = with_value_at(ab.load_machine(MACHINE), "rotor.stiffness", SUPPORTS["orthotropic"])
     averaged = np.array(averaged_edges(machine, HEAVY))
     exact = {drag: [exact_edge(machine, drag, *ends) for ends in pairs] for drag, pairs in BRACKETS.items()}
     exact[HEAVY] = [exact_edge(machine, HEAVY, edge - NEAR, edge + NEAR) for edge in averaged]
@@ -47,7 +47,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def with_drag(machine: Machine, drag: float) -> Machine:
     """The machine with another drag torque over ball speed, N m s."""
-    return with_parameter(machine, "balancers[1].races[1].drag.beta", drag)
+    return with_value_at(machine, "balancers[1].races[1].drag.beta", drag)
 
 
 def averaged_rates(machine: Machine, drag: float) -> np.ndarray:

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.files.machine_file import load_machine
+import autobalancer as ab
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.question import annulus_flow
 from autobalancer.machine import Ramp
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.measured.flow import plot_velocity_profiles
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "discoidal.toml"
@@ -29,9 +29,9 @@ HARD = 870.0  # rad/s^2, a thousand times as much as in the source, to see somet
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Straightness at constant speed, spin-up of thin oil, and the picture."""
-    annulus = replace(annulus_of(load_machine(MACHINE)), viscosity=715e-6)
+    annulus = replace(annulus_of(load_race_machine(MACHINE)), viscosity=715e-6)
     hard = annulus_flow(annulus, Ramp(end=120.0, duration=120.0 / HARD), duration=0.5, times=[0.03, 0.06, 0.1, 0.5])
-    save_picture(plot_velocity_profiles(hard), out / "figure_5_6.png")
+    save_picture(ab.plot.velocity_profiles(hard), out / "figure_5_6.png")
     thin = replace(annulus, viscosity=0.65e-6)
     theory = thin.height / (2.0 * math.sqrt(thin.viscosity * 60.0))
     spin_up = annulus_flow(thin, 60.0, initial_speed=59.4, duration=2.0 * theory, samples=1001)

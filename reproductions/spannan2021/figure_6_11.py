@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.rotor.campbell import plot_campbell
-from autobalancer.plots.rotor.modes import plot_modes
 from autobalancer.rotordynamics.campbell import campbell
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.eigenproblem import free_motions
@@ -55,8 +54,8 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
               "6.10"),
     ]  # fmt: skip
     diagram = campbell(machine, np.linspace(0.0, TOP, 64), balls=False, modes=6)
-    save_picture(plot_campbell(diagram), out / "figure_6_11.png")
-    save_picture(plot_modes(rest, modes=6), out / "figure_6_11_modes.png")
+    save_picture(ab.plot.campbell(diagram), out / "figure_6_11.png")
+    save_picture(ab.plot.modes(rest, modes=6), out / "figure_6_11_modes.png")
     return compared_all("Spannan 2021", "6.11", rows)
 
 
@@ -82,7 +81,7 @@ def shear_shares(machine: Machine) -> tuple[float, float]:
     """Share of shear of the bushings in the elastic energy of the first two modes at rest."""
     model = lateral_model(machine)
     joint = machine.rotor.joints[5]
-    half = with_parameter(machine, BUSHINGS + "shear_stiffness", 0.5 * float(joint.shear_stiffness))
+    half = with_value_at(machine, BUSHINGS + "shear_stiffness", 0.5 * float(joint.shear_stiffness))
     sheared = 2.0 * (model.stiffness[0] - lateral_model(half).stiffness[0])
     vectors = free_motions(model, 0.0).lowest(4).vector[[0, 2]]
     first, second = (float((v.conj() @ sheared @ v).real / (v.conj() @ model.stiffness[0] @ v).real) for v in vectors)

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
@@ -40,7 +40,7 @@ RESONANCE, STIFFER = 9.6, 1.39
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Phase, for both kinds of rubber, and the picture of the figure."""
-    machine = with_parameter(rig("discoidal_rig"), "balancers", ())
+    machine = with_value_at(rig("discoidal_rig"), "balancers", ())
     rows = []
     for rubber, model, kind, note in (
         (
@@ -70,7 +70,7 @@ def run_up_and_down(machine: Machine) -> xr.Dataset:
     at_seen = JUMP + RATE * (SEEN - START)
     rest = DOWN + (UNSEEN - DOWN) * NOMINAL / (NOMINAL - at_seen)
     table = {"time": [0.0, START, REACHED, DOWN, rest], "speed": [0.0, JUMP, NOMINAL, NOMINAL, 0.0]}
-    machine = with_parameter(machine, "drive.profile", {"kind": "table", **table})
+    machine = with_value_at(machine, "drive.profile", {"kind": "table", **table})
     return ab.simulate(machine, duration=rest, save=ab.Samples(round(rest * 200.0)))
 
 
@@ -87,7 +87,7 @@ def tabled(machine: Machine) -> Machine:
             "damping": damping.tolist(),
         }
     kept = {key: value for key, value in bushing.model_dump().items() if key.split("_")[0] not in ("shear", "axial")}
-    return with_parameter(machine, "rotor.joints[6]", kept | changes)
+    return with_value_at(machine, "rotor.joints[6]", kept | changes)
 
 
 def seen_by_laser(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture
 from reproductions import Found, Kind, compared_all
@@ -64,7 +64,7 @@ def slowest(rolling: float) -> np.ndarray:
         (f"{balls}start_speeds", (0.0, 0.0)),
         ("start", {}),
     ):
-        stepped = with_parameter(stepped, path, value)
+        stepped = with_value_at(stepped, path, value)
     run = ab.simulate(stepped, duration=float(times[-1]), save=ab.Samples(2 * round(times[-1]) + 1), tolerance=1e-7)
     angle = (run["rotor_angle"] + run["ball_angle_in_rotor"]).transpose("time", ...).values
     at = np.array([np.interp([end - RECORD, end], run["time"].values, ball) for ball in angle.T for end in ends])

@@ -20,10 +20,8 @@ from autobalancer.laws.drag import linear_drag
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS
-from autobalancer.plots.stability.stability_map import plot_map
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.maps.curve import border_curve
-from autobalancer.stability.maps.stability_map import stability_map
 from reproductions import Found, compared_all, said
 
 MASS, STIFFNESS, DAMPING = 12.27, 44654.0, 68.37  # table 6.4
@@ -82,8 +80,8 @@ def draw(out: Path) -> None:
     drags = [drag_of(nu) for nu in viscosities]
     axes = {"speed": np.linspace(50.0, 130.0, 321), "drag": drags}
     points = {"measured border": (MEASURED, drag_of(VISCOSITY))}
-    found = as_viscosity(stability_map(rig(VISCOSITY), axes, operating_points=points))
-    figure = plot_map(found, speed_unit="rad/s", title="Discoidal rotor, table 6.4 (Spannan 2021, figure 6.24)")
+    found = as_viscosity(ab.stability.map(rig(VISCOSITY), axes, operating_points=points))
+    figure = ab.plot.map(found, speed_unit="rad/s", title="Discoidal rotor, table 6.4 (Spannan 2021, figure 6.24)")
     curve = border_curve(rig(VISCOSITY, damping=50.0 * DAMPING), "drag", drags)
     figure.axes[0].plot(curve["averaged_border"], 1e6 * viscosities, color=BALLS[0], lw=1.0)
     figure.axes[0].annotate("averaged / 50", (63.0, 0.8), color=BALLS[0], fontsize=8)

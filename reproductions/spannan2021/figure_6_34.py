@@ -14,8 +14,6 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.stability.stability_map import plot_map
-from autobalancer.stability.maps.stability_map import stability_map
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "cfrp_planar.toml"
 DAMPING = {"with piston dampers": 12.8, "without piston dampers": 0.7}  # N s/m
@@ -27,6 +25,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     for name, damping in DAMPING.items():
         rig = with_quantity(machine, "damping", damping)
         axes = {"speed": np.linspace(15.0, 60.0, 361), "viscosity": np.geomspace(0.05e-6, 100e-6, 241)}
-        figure = plot_map(stability_map(rig, axes), speed_unit="rad/s", title=f"CFRP rotor {name}, table 6.6")
+        figure = ab.plot.map(ab.stability.map(rig, axes), speed_unit="rad/s", title=f"CFRP rotor {name}, table 6.6")
         save_picture(figure, out / f"figure_6_34_{name.split()[0]}.png")
     return []

@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Samples
@@ -58,10 +58,10 @@ def rests(oval: float) -> np.ndarray:
     found = np.empty((SECTORS, RUNS))
     random = np.random.default_rng(1)
     for i, angle in enumerate(unbalances()):
-        turned = with_parameter(machine, "unbalances[1].angle", float(angle))
+        turned = with_value_at(machine, "unbalances[1].angle", float(angle))
         for k in range(RUNS):
             start = [float(random.uniform(0.0, TURN))]
-            one = with_parameter(turned, "balancers[1].races[1].balls[1].start_angles", start)
+            one = with_value_at(turned, "balancers[1].races[1].balls[1].start_angles", start)
             run = ab.simulate(one, duration=33.0, save=Samples(2), tolerance=1e-6)
             found[i, k] = float(run["ball_angle_in_rotor"][-1, 0])
     return found
@@ -70,11 +70,11 @@ def rests(oval: float) -> np.ndarray:
 def race_of(machine: Machine, oval: float) -> Machine:
     """The machine with its race rough, oval, and run up in 30 s."""
     race = "balancers[1].races[1]"
-    machine = with_parameter(machine, f"{race}.friction", FRICTION)
+    machine = with_value_at(machine, f"{race}.friction", FRICTION)
     if oval:
-        machine = with_parameter(machine, f"{race}.harmonics", [{"order": 2, "amplitude": oval, "angle": WIDE}])
+        machine = with_value_at(machine, f"{race}.harmonics", [{"order": 2, "amplitude": oval, "angle": WIDE}])
     profile = {"kind": "ramp", "end": "1200 rpm", "duration": 30.0}
-    return with_parameter(machine, "drive.profile", profile)
+    return with_value_at(machine, "drive.profile", profile)
 
 
 def share(angles: np.ndarray, place: float) -> float:

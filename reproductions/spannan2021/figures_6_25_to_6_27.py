@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
@@ -36,12 +36,12 @@ TURN = 2.0 * math.pi
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Ball position, residual deflection with the ball against without, turns before capture."""
-    machine = with_parameter(ab.load_machine(MACHINE), "balancers[1].races[1].drag", {"law": "discoidal"})
-    bare = ab.simulate(with_parameter(machine, "balancers", ()))
+    machine = with_value_at(ab.load_machine(MACHINE), "balancers[1].races[1].drag", {"law": "discoidal"})
+    bare = ab.simulate(with_value_at(machine, "balancers", ()))
     turns, farthest, misses = [], 0.0, []
     for viscosity, density in DENSITY.items():
         race = "balancers[1].races[1].fluid"
-        oil = with_parameter(with_parameter(machine, f"{race}.viscosity", viscosity * 1e-6), f"{race}.density", density)
+        oil = with_value_at(with_value_at(machine, f"{race}.viscosity", viscosity * 1e-6), f"{race}.density", density)
         run = ab.simulate(oil)
         save_picture(ab.plot.run_up(run), out / f"one_ball_{viscosity}_mm2_s.png")
         moment = 1e6 * float(run["ball_moment"][0])
@@ -68,7 +68,7 @@ def turns_of(machine: Machine) -> tuple[float, float]:
     profile = machine.drive.profile
     end = float(np.interp(HELD, profile.speed, profile.time))
     for start in STARTS:
-        one = with_parameter(machine, "balancers[1].races[1].balls[1].start_angles", [float(start)])
+        one = with_value_at(machine, "balancers[1].races[1].balls[1].start_angles", [float(start)])
         run = ab.simulate(one, duration=end, save=ab.Samples(2))
         found.append((abs(float(run["ball_angle_in_rotor"][-1, 0]) - start) / TURN, drifted(one, ball, start, end)))
     simulated, alone = np.array(found).mean(axis=0)

@@ -12,9 +12,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+import autobalancer as ab
 from autobalancer.files.rigs import rig
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify
@@ -52,7 +52,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     height = 1e3 * float(fitted.rotor.joints[5].position)
     where = f"with the bushings at {height:.0f} mm, identified"
     rows += [row("fitted", name, where, float(static[name]), CLOSE[name]) for name in CLOSE]
-    save_picture(plot_equivalent_planar(found.data), out / "table_6_4.png")
+    save_picture(ab.plot.equivalent_planar(found.data), out / "table_6_4.png")
     return compared_all("Spannan 2021", "Table 6.4", rows)
 
 

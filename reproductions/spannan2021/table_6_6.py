@@ -9,10 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from autobalancer.assembly.parameters import with_parameter
+import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.files.rigs import rig
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from reproductions import Found, compared_all
 
@@ -24,9 +24,9 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """k, M, b at the annulus by static stiffness and natural frequency."""
     machine = rig("cfrp_rig")
     damped = equivalent_planar(machine, "annulus", frequency="natural")
-    free = equivalent_planar(with_parameter(machine, DAMPER, 1e-6), "annulus", frequency="natural")
+    free = equivalent_planar(with_value_at(machine, DAMPER, 1e-6), "annulus", frequency="natural")
     with_dampers, without = (found.data.sel(way="static", direction="x") for found in (damped, free))
-    save_picture(plot_equivalent_planar(damped.data), out / "table_6_6.png")
+    save_picture(ab.plot.equivalent_planar(damped.data), out / "table_6_6.png")
     found = [
         ("stiffness", "N/m", 2543.0, float(with_dampers["stiffness"]), 0.01),
         ("mass", "kg", 5.573, float(with_dampers["mass"]), WITHIN),

@@ -6,13 +6,13 @@ from autobalancer.results.chamber.balls import residual_of_balls as residual_of_
 from autobalancer.results.chamber.measures import collision_statistics as collision_statistics
 from autobalancer.results.chamber.shape import unbalance_of as unbalance_of
 from autobalancer.results.chamber.unconstrained import unconstrained_motion as unconstrained_motion
-from autobalancer.studies.chamber_amplitudes import chamber_amplitudes as amplitudes
-from autobalancer.studies.chamber_machines import chamber_variant as variant
+from autobalancer.studies.chamber_amplitudes import amplitudes as amplitudes
+from autobalancer.studies.chamber_machines import variant as variant
 from autobalancer.studies.chamber_means import optimal_means as optimal_means
 from autobalancer.studies.chamber_means import over_seeds as over_seeds
 from autobalancer.studies.chamber_means import pick_up_borders as pick_up_borders
 from autobalancer.studies.chamber_runs import archived_run as archived_run
-from autobalancer.studies.step_size import step_size_study as step_size
+from autobalancer.studies.step_size import step_size as step_size
 
 __all__ = [
     "Archive",

@@ -16,8 +16,8 @@ from autobalancer.measurement.loop.border import receptance_border as receptance
 from autobalancer.measurement.loop.curve import receptance_loop as receptance_loop
 from autobalancer.measurement.loop.growth import receptance_stability as receptance_stability
 from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
-from autobalancer.measurement.receptance.rational_fit import fit_receptance as receptance
 from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
+from autobalancer.measurement.receptance.rational_fit import receptance as receptance
 
 __all__ = [
     "RaceBalls",

@@ -26,23 +26,10 @@ def public(space: str, names: dict[str, Any]) -> tuple[Callable[[str], Any], Cal
         if name in modules:
             value: Any = import_module(f"{PACKAGE}.{modules[name]}")
         elif name in homes:
-            module, _, attribute = homes[name].partition(":")
-            value = getattr(import_module(f"{PACKAGE}.{module}"), attribute or name)
-            if attribute:
-                _rename(value, name, names["__name__"])
+            value = getattr(import_module(f"{PACKAGE}.{homes[name]}"), name)
         else:
             raise AttributeError(f"module {names['__name__']!r} has no attribute {name!r}{hint(space, name)}")
         names[name] = value
         return value
 
     return get, lambda: sorted([*listed, *(["__version__"] if not space else [])]), listed
-
-
-def _rename(function: Any, name: str, module: str) -> None:
-    """Give a function the name under which users know it, for ``help()``, tracebacks, progress bars and pickles."""
-    while function is not None:
-        function.__name__ = function.__qualname__ = name
-        if hasattr(function, "__code__"):  # from which a traceback takes it
-            function.__code__ = function.__code__.replace(co_name=name, co_qualname=name)
-        function.__module__ = module
-        function = getattr(function, "__wrapped__", None)

@@ -16,7 +16,7 @@ from autobalancer.rotordynamics.identification.measurements import MeasuredStiff
 from autobalancer.rotordynamics.modes import modes as modes
 from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
 from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
-from autobalancer.rotordynamics.response import unbalance_response as response
+from autobalancer.rotordynamics.response import response as response
 
 __all__ = [
     "FreeParameter",

@@ -8,25 +8,25 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.files.machine_file import load_machine
+from autobalancer.assembly.parameters import with_value_at
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Balls, Machine
 from autobalancer.stability.diagrams.branches import branches
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
-DISCOIDAL, STALL = (load_machine(MACHINES / f"{name}.toml") for name in ("discoidal", "stall_and_release"))
+DISCOIDAL, STALL = (load_race_machine(MACHINES / f"{name}.toml") for name in ("discoidal", "stall_and_release"))
 RACE = "balancers[1].races[1]"
 
 
 def stall_machine(share: float, drag: float) -> Machine:
     """The stall-and-release machine with a share of the unbalance that its balls can balance, and another drag."""
-    machine = with_parameter(STALL, "unbalances[1].mass", share * 5e-3)
-    return with_parameter(machine, f"{RACE}.drag.beta", drag)
+    machine = with_value_at(STALL, "unbalances[1].mass", share * 5e-3)
+    return with_value_at(machine, f"{RACE}.drag.beta", drag)
 
 
 def with_balls(count: int, mass: str) -> Machine:
     balls = Balls(count=count, mass=mass, material="steel", motion="rolling")
-    return with_parameter(STALL, f"{RACE}.balls", (balls,))
+    return with_value_at(STALL, f"{RACE}.balls", (balls,))
 
 
 def specials(found: xr.Dataset, kind: str, branch: int | None = None) -> list[xr.Dataset]:

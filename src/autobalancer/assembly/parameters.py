@@ -10,7 +10,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import number_at, with_entry
 
 
-def with_parameter(machine: Machine, path: str, value: Any) -> Machine:
+def with_value_at(machine: Machine, path: str, value: Any) -> Machine:
     """A machine in which the entry at ``path`` is ``value``.
 
     Parameters

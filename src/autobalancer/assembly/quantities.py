@@ -18,7 +18,7 @@ from autobalancer.assembly.changed_parts import (
     race_with_temperature,
     race_with_viscosity,
 )
-from autobalancer.assembly.parameters import parameter_of, with_parameter
+from autobalancer.assembly.parameters import parameter_of, with_value_at
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.catalog.resolve_springs import settled
@@ -47,7 +47,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
         Left as it is.
     name
         A name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, which concerns all races and all balls at once, or a
-        path of :func:`~autobalancer.assembly.parameters.with_parameter`. Another viscosity keeps the density of the fluid;
+        path of :func:`~autobalancer.assembly.parameters.with_value_at`. Another viscosity keeps the density of the fluid;
         another temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
         and its schedules are dropped; on rotors that tilt or bend all unbalances and couples change in proportion, and their
@@ -66,15 +66,15 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     if len(parts_of(name)) > 1:
         return _together(machine, name, value)
     if _is_path(name):
-        return with_parameter(machine, name, value)
+        return with_value_at(machine, name, value)
     value = si_value(machine, name, value)
     if name in ("damping", "stiffness"):
-        return with_parameter(machine, f"rotor.{name}", value)
+        return with_value_at(machine, f"rotor.{name}", value)
     if name == "unbalance" and not isinstance(machine.rotor, PlanarRotor):
         return _with_unbalances(machine, value)
     if name == "unbalance":
         angle = cmath.phase(sum(u.vector for u in machine.unbalances))
-        return with_parameter(machine, "unbalances", (Unbalance(moment=value, angle=angle),) if value > 0.0 else ())
+        return with_value_at(machine, "unbalances", (Unbalance(moment=value, angle=angle),) if value > 0.0 else ())
     if not machine.balancers:
         raise QuestionError(f"quantity {name!r}: the machine has no balancer")
     if name == "viscosity":
@@ -101,7 +101,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     return _with_races(machine, changed)
 
 
-def with_named(machine: Machine, name: str, value: Any) -> Machine:
+def with_parameter(machine: Machine, name: str, value: Any) -> Machine:
     """A machine in which a parameter has another value.
 
     Parameters
@@ -125,7 +125,7 @@ def with_named(machine: Machine, name: str, value: Any) -> Machine:
         return with_quantity(machine, name, value)
     if meant := _near_quantity(machine, name):
         raise QuestionError(f"parameter {name!r}: no such name; there are {', '.join(QUANTITIES)}, and paths{meant}")
-    return with_parameter(machine, name, value)
+    return with_value_at(machine, name, value)
 
 
 def _near_quantity(machine: Machine, name: str) -> str:
@@ -158,7 +158,7 @@ def si_value(machine: Machine, name: str, value: Any) -> float:
     """A value of a quantity or path as a number in SI; of several that change together, of the first."""
     name, *_ = parts_of(name)
     if _is_path(name):
-        return parameter_of(with_parameter(machine, name, value), name)
+        return parameter_of(with_value_at(machine, name, value), name)
     if name == "count":
         number = float(to_si(value if isinstance(value, str) else float(value), ""))
         if number != int(number) or number < 1.0:
@@ -252,18 +252,18 @@ def _with_unbalances(machine: Machine, value: float) -> Machine:
             "the path of one, such as 'unbalances[1].moment', or of a couple, 'unbalances[1].couple'"
         )
     if value == 0.0:
-        return with_parameter(machine, "unbalances", ())
+        return with_value_at(machine, "unbalances", ())
     sizes = ("moment", "radius", "couple", "misalignment")  # not the mass, which belongs to the rotor
     parts = []
     for part in machine.unbalances:
         given = {key: float(getattr(part, key)) * value / now for key in sizes if getattr(part, key) is not None}
         parts.append(changed_part(part, **given))
-    return with_parameter(machine, "unbalances", tuple(parts))
+    return with_value_at(machine, "unbalances", tuple(parts))
 
 
 def _with_races(machine: Machine, change: Callable[[str, Race], dict[str, Any]]) -> Machine:
     for b, balancer in enumerate(machine.balancers, 1):
         for r, race in enumerate(balancer.races, 1):
             where = f"balancers[{b}].races[{r}]"
-            machine = with_parameter(machine, where, changed_part(race, **change(where, race)))
+            machine = with_value_at(machine, where, changed_part(race, **change(where, race)))
     return machine

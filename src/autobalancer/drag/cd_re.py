@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from autobalancer.laws.drag_coefficient import DragLaw, joined, linear
+from autobalancer.laws.drag_coefficient import DragLaw, joined, linear_drag_law
 from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Positive
@@ -34,4 +34,4 @@ class CoefficientDrag(Drag):
     def curve(self, ball: BallInRace) -> DragLaw:
         """The constant, joined to the plateau over the whole range."""
         cd_re = float(self.cd_re)
-        return joined(cd_re, float(self.plateau or 0.0)) if self.range == "whole" else linear(cd_re)
+        return joined(cd_re, float(self.plateau or 0.0)) if self.range == "whole" else linear_drag_law(cd_re)

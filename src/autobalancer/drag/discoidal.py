@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from autobalancer.laws.drag_coefficient import CubicLaw, DragLaw, joined, linear
+from autobalancer.laws.drag_coefficient import CubicLaw, DragLaw, joined, linear_drag_law
 from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Positive
@@ -22,7 +22,7 @@ class DiscoidalDrag(Drag):
 
     def curve(self, ball: BallInRace) -> DragLaw:
         """See :func:`discoidal`."""
-        return discoidal(float(self.plateau)) if self.range == "whole" else linear(STOKES_CD_RE)
+        return discoidal(float(self.plateau)) if self.range == "whole" else linear_drag_law(STOKES_CD_RE)
 
     @classmethod
     def listed(cls) -> tuple[DragLaw, ...]:

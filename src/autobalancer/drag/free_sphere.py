@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from autobalancer.laws.drag_coefficient import CRISIS, DragLaw, Floats, linear
+from autobalancer.laws.drag_coefficient import CRISIS, DragLaw, Floats, linear_drag_law
 from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 
@@ -23,7 +23,7 @@ class FreeSphereDrag(Drag):
 
     def curve(self, ball: BallInRace) -> DragLaw:
         """See :func:`free_sphere`."""
-        return free_sphere() if self.range == "whole" else linear(STOKES_CD_RE)
+        return free_sphere() if self.range == "whole" else linear_drag_law(STOKES_CD_RE)
 
     @classmethod
     def listed(cls) -> tuple[DragLaw, ...]:

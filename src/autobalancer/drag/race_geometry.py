@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from autobalancer.laws.drag import annulus_cd_re
-from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, joined, linear
+from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, joined, linear_drag_law
 from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 from autobalancer.machine.quantity import Length, Positive
@@ -35,7 +35,7 @@ class AnnulusDrag(Drag):
         """(5.22) for this ball, see :func:`race_geometry`."""
         cd_re = annulus_cd_re(float(self.clear_width) / ball.radius, ball.radius / ball.orbit_radius)
         plateau = PLANE_PLATEAU if self.plateau is None else float(self.plateau)
-        return race_geometry(cd_re, plateau) if self.range == "whole" else linear(cd_re)
+        return race_geometry(cd_re, plateau) if self.range == "whole" else linear_drag_law(cd_re)
 
 
 def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:

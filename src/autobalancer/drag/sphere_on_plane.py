@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from autobalancer.laws.drag_coefficient import CRISIS, PLANE_PLATEAU, CubicLaw, DragLaw, linear
+from autobalancer.laws.drag_coefficient import CRISIS, PLANE_PLATEAU, CubicLaw, DragLaw, linear_drag_law
 from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 
@@ -22,7 +22,7 @@ class PlaneDrag(Drag):
 
     def curve(self, ball: BallInRace) -> DragLaw:
         """See :func:`sphere_on_plane`."""
-        return sphere_on_plane() if self.range == "whole" else linear(STOKES_CD_RE)
+        return sphere_on_plane() if self.range == "whole" else linear_drag_law(STOKES_CD_RE)
 
     @classmethod
     def listed(cls) -> tuple[DragLaw, ...]:

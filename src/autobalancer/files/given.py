@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import FREE_BALLS, load_machine, read_machine
+from autobalancer.files.machine_file import FREE_BALLS, load_machine, load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.units import shortened
@@ -24,7 +24,7 @@ def any_machine(given: Machine | ChamberMachine | str | Path) -> Machine | Chamb
     if isinstance(given, Machine | ChamberMachine):
         return given
     if isinstance(given, str | Path):
-        return read_machine(given)
+        return load_machine(given)
     raise QuestionError(_wanted(given))
 
 
@@ -35,7 +35,7 @@ def balls_in_races(given: Machine | ChamberMachine | str | Path) -> Machine:
     if isinstance(given, ChamberMachine):
         raise QuestionError(f"machine: {FREE_BALLS}")
     if isinstance(given, str | Path):
-        return load_machine(given)
+        return load_race_machine(given)
     raise QuestionError(_wanted(given))
 
 

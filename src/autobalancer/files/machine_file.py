@@ -24,15 +24,15 @@ FREE_BALLS = (
 )
 
 
-def load_machine(path: str | Path) -> Machine:
+def load_race_machine(path: str | Path) -> Machine:
     """Read the file of a machine with ball races.
 
     Raises
     ------
     MachineFileError
-        As :func:`read_machine`; also for a file with chambers.
+        As :func:`load_machine`; also for a file with chambers.
     """
-    return _plain_machine(read_machine(path), str(path))
+    return _plain_machine(load_machine(path), str(path))
 
 
 def load_chamber_machine(path: str | Path) -> ChamberMachine:
@@ -41,15 +41,15 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
     Raises
     ------
     MachineFileError
-        As :func:`read_machine`; also for a file without chambers.
+        As :func:`load_machine`; also for a file without chambers.
     """
-    found = read_machine(path)
+    found = load_machine(path)
     if not isinstance(found, ChamberMachine):
         raise MachineFileError(f"{path}: has no 'chambers'; its balls run in races, read it with load_machine")
     return found
 
 
-def read_machine(path: str | Path) -> Machine | ChamberMachine:
+def load_machine(path: str | Path) -> Machine | ChamberMachine:
     """Read a machine file, with ball races or deep chambers.
 
     Parameters
@@ -86,12 +86,12 @@ def _refuse_result(path: Path) -> None:
 
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:
-    """Like :func:`load_machine`, from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
+    """Balls in races from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
     return _plain_machine(parse_any(text, source, folder=folder), source)
 
 
 def parse_any(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
-    """Like :func:`read_machine`, from a string."""
+    """Like :func:`load_machine`, from a string."""
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as reason:  # also a number of thousands of digits

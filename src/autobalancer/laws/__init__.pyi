@@ -11,8 +11,8 @@ from autobalancer.laws.balance_quality import permissible_unbalance as permissib
 from autobalancer.laws.ball_capability import capability as capability
 from autobalancer.laws.ball_capability import largest_count as largest_count
 from autobalancer.laws.ball_capability import largest_useful_count as largest_useful_count
-from autobalancer.laws.drag_coefficient import linear as linear_drag_law
-from autobalancer.laws.drag_coefficient import sampled as sampled_drag_law
+from autobalancer.laws.drag_coefficient import linear_drag_law as linear_drag_law
+from autobalancer.laws.drag_coefficient import sampled_drag_law as sampled_drag_law
 from autobalancer.laws.drag_curve import DragCurve as DragCurve
 from autobalancer.laws.held_by_friction import held_whirl as held_whirl
 from autobalancer.laws.resting import rest_interval as rest_interval

@@ -130,7 +130,7 @@ class SampledLaw(TableLaw):
     """Points that were computed, so near to each other that the curve between them is the law."""
 
 
-def linear(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
+def linear_drag_law(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
     """A constant c_d Re: drag linear in the velocity at any Reynolds number.
 
     Parameters
@@ -201,7 +201,7 @@ def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -
     return TableLaw("table", source, float(re[0] * cd[0]), first, last, last, *points)
 
 
-def sampled(
+def sampled_drag_law(
     coefficient: Callable[[float], float],
     *,
     name: str = UNNAMED,

@@ -19,7 +19,7 @@ TIMES = ("time", "envelope_time", "turn_time")
 OF_RACES = "plot.run_up, race and orbit"
 
 
-def race_run(given: Given, asked: str) -> xr.Dataset:
+def given_race_run(given: Given, asked: str) -> xr.Dataset:
     """The run of balls in races, opened if ``given`` is a path; ``asked`` is the public name of the function.
 
     Raises
@@ -35,8 +35,8 @@ def race_run(given: Given, asked: str) -> xr.Dataset:
     return run
 
 
-def chamber_run(given: Given, asked: str) -> xr.Dataset:
-    """The run of deep chambers, opened if ``given`` is a path; raises as :func:`race_run`."""
+def given_chamber_run(given: Given, asked: str) -> xr.Dataset:
+    """The run of deep chambers, opened if ``given`` is a path; raises as :func:`given_race_run`."""
     run = _run(given, asked)
     if not is_chamber_run(run):
         raise QuestionError(f"{asked}: given a run of balls in races; it draws deep chambers. There are {OF_RACES}")

@@ -32,7 +32,7 @@ def whirl_orbits(
     Parameters
     ----------
     machine, stations, unbalance, balls, ball_angles
-        As for :func:`~autobalancer.rotordynamics.response.unbalance_response`.
+        As for :func:`~autobalancer.rotordynamics.response.response`.
     speed
         Rotor speed, rad/s.
     points
@@ -48,7 +48,7 @@ def whirl_orbits(
     Raises
     ------
     QuestionError
-        As for ``unbalance_response``, and for fewer than 9 points.
+        As for :func:`~autobalancer.rotordynamics.response.response`, and for fewer than 9 points.
     """
     ball_angles = None if ball_angles is None else list_argument("ball_angles", ball_angles, "rad")
     speed = argument("speed", speed, "rad/s")

@@ -40,7 +40,7 @@ def response_peaks(
     Parameters
     ----------
     machine, stations, unbalance, balls, quantity
-        As for :func:`~autobalancer.rotordynamics.response.unbalance_response`.
+        As for :func:`~autobalancer.rotordynamics.response.response`.
     lowest, highest
         Rotor speeds, rad/s.
     measure
@@ -56,7 +56,7 @@ def response_peaks(
     Raises
     ------
     QuestionError
-        If the speeds do not ascend from zero, a measure is unknown, or as for ``unbalance_response``.
+        If the speeds do not ascend from zero, a measure is unknown, or as for ``response``.
     """
     lowest = argument("lowest", lowest, "rad/s")
     highest = argument("highest", highest, "rad/s")

@@ -25,7 +25,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # eac
 AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved together
 
 
-def unbalance_response(
+def response(
     machine: Machine | str | Path,
     speeds: Sequence[float | str] | Floats,
     stations: Sequence[str | float] | str | float | None = None,

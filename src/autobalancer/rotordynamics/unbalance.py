@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import LateralModel, balancer_rows, reference, unbalance_load
 from autobalancer.assembly.rotors.model import Complexes
@@ -52,7 +52,7 @@ def load_of(
     else:
         if unbalance is not None:
             parts = [unbalance] if isinstance(unbalance, Unbalance) else list(unbalance)
-            machine = with_parameter(machine, "unbalances", tuple(parts))
+            machine = with_value_at(machine, "unbalances", tuple(parts))
         load = unbalance_load(machine, model)
         for part in machine.unbalances:
             factor = unbalance_factor(part, np.inf)

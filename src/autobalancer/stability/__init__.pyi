@@ -9,8 +9,8 @@ from autobalancer.stability.maps.averaged import averaged_border as averaged_bor
 from autobalancer.stability.maps.curve import border_curve as border_curve
 from autobalancer.stability.maps.minimum import minimum_drag as minimum_drag
 from autobalancer.stability.maps.minimum import minimum_viscosity as minimum_viscosity
-from autobalancer.stability.maps.speeds import border_speeds as borders
-from autobalancer.stability.maps.stability_map import stability_map as map
+from autobalancer.stability.maps.speeds import borders as borders
+from autobalancer.stability.maps.stability_map import map as map
 from autobalancer.stability.maps.windows import stable_windows as stable_windows
 from autobalancer.stability.states.questions import eigenvalues as eigenvalues
 from autobalancer.stability.states.questions import equilibria as equilibria

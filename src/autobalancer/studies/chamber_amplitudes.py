@@ -17,14 +17,14 @@ from autobalancer.results.archive.folder import Archive
 from autobalancer.results.chamber.measures import catalog_numbers, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_grid import Cell, gathered
-from autobalancer.studies.chamber_machines import chamber_variant
+from autobalancer.studies.chamber_machines import variant
 from autobalancer.studies.chamber_runs import archived_run
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.ranges import listed, whole
 
 
-def chamber_amplitudes(
+def amplitudes(
     machine: ChamberMachine | str | Path,
     counts: Sequence[int] | Mapping[str, Sequence[int]] | str,
     frictions: Sequence[float] | str,
@@ -91,8 +91,8 @@ def chamber_amplitudes(
 
     def one(cell: Cell) -> dict[str, Any]:
         try:
-            variant = chamber_variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
-            return _measured(variant, kept, cell, duration, step, sample, last)
+            varied = variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
+            return _measured(varied, kept, cell, duration, step, sample, last)
         except MachineError as reason:
             return {"outcome": f"does not fit: {reason}"}
 

@@ -14,7 +14,7 @@ from autobalancer.machine.chamber import ChamberMachine
 LAYERS = ("deep", "single")
 
 
-def chamber_variant(
+def variant(
     machine: ChamberMachine | str | Path, *, balls: int, friction: float | None = None, layers: str = "deep"
 ) -> ChamberMachine:
     """A machine with another number of balls of the same total mass, in its deep chamber or in one of a single layer.

@@ -69,7 +69,7 @@ def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
     Parameters
     ----------
     study
-        From :func:`chamber_amplitudes`.
+        From :func:`amplitudes`.
     share
         Share of the balls that must go around, in the mean over the seeds.
 

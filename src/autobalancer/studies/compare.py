@@ -23,7 +23,7 @@ from autobalancer.results.recorded_of import recorded_of
 from autobalancer.results.verdict.judged import verdict
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
-from autobalancer.stability.maps.speeds import border_speeds
+from autobalancer.stability.maps.speeds import borders
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import list_argument, optional_argument
 
@@ -153,10 +153,10 @@ def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
 def _border(machine: Machine) -> tuple[float, str]:
     """Speed and note of the exact border."""
     try:
-        borders = border_speeds(machine, only=(BORDER,))
+        found = borders(machine, only=(BORDER,))
     except QuestionError as refused:
         return math.nan, f"border not known, {refused}"
-    return (borders[0].speed, borders[0].note) if borders else (math.nan, "")
+    return (found[0].speed, found[0].note) if found else (math.nan, "")
 
 
 def _dataset(named: Mapping[str, Machine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.resolved.balls import is_resolved
 from autobalancer.assembly.starts import start_angles
@@ -83,7 +83,7 @@ def random_starts(
         )
     hold = hold or long_enough(machine, speed)
     ramp = speed / acceleration if acceleration else 0.0
-    steady = with_parameter(driven_to(machine, speed, ramp), "run", {"duration": ramp + hold})
+    steady = with_value_at(driven_to(machine, speed, ramp), "run", {"duration": ramp + hold})
     runs = sweep(
         steady,
         {},
@@ -123,16 +123,16 @@ def random_starts(
 def driven_to(machine: Machine, speed: float, ramp: float) -> Machine:
     """The machine with its last unbalance and no start angles, at a speed after a ramp from rest of this duration, s."""
     profile = {"kind": "ramp", "end": speed, "duration": ramp} if ramp else {"kind": "constant", "speed": speed}
-    machine = with_parameter(machine, "start", {})
-    machine = with_parameter(machine, "drive", {"kind": "speed", "profile": profile})
+    machine = with_value_at(machine, "start", {})
+    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
     for i, unbalance in enumerate(machine.unbalances, start=1):
         if unbalance.schedule is not None:
             last = {"time": [0.0], "factor": [unbalance_factor(unbalance, math.inf)]}
-            machine = with_parameter(machine, f"unbalances[{i}].schedule", last)
+            machine = with_value_at(machine, f"unbalances[{i}].schedule", last)
     for i, balancer in enumerate(machine.balancers, start=1):
         for j, race in enumerate(balancer.races, start=1):
             balls = tuple(group.model_copy(update={"start_angles": None}) for group in race.balls)
-            machine = with_parameter(machine, f"balancers[{i}].races[{j}].balls", balls)
+            machine = with_value_at(machine, f"balancers[{i}].races[{j}].balls", balls)
     return machine
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import Floats, Matrix
@@ -25,7 +25,7 @@ def at_constant_speed(machine: Machine, speed: float) -> Machine:
     for number, unbalance in enumerate(machine.unbalances, start=1):
         if unbalance.schedule is not None:
             last = Schedule(time=(0.0,), factor=unbalance.schedule.factor[-1:])
-            machine = with_parameter(machine, f"unbalances[{number}].schedule", last)
+            machine = with_value_at(machine, f"unbalances[{number}].schedule", last)
     return machine
 
 

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 SCHEMES = ("runge_kutta", "velocity_verlet")
 
 
-def step_size_study(
+def step_size(
     speeds: Sequence[float | str] = (4.0, 6.0, 8.0, 10.0),
     steps: Sequence[float | str] = (1e-4, 1e-5, 1e-6, 1e-7),
     *,

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_parameter
-from autobalancer.assembly.quantities import parameter_unit, si_value, with_named
+from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import parameter_unit, si_value, with_parameter
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
@@ -27,7 +27,7 @@ def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any
         If a value is impossible.
     """
     for path, value in zip(variations, point, strict=True):
-        machine = with_named(machine, path, float(value) if isinstance(value, np.floating) else value)
+        machine = with_parameter(machine, path, float(value) if isinstance(value, np.floating) else value)
     return machine
 
 
@@ -59,7 +59,7 @@ def _number(machine: Machine, path: str, value: Any) -> Any:
         return value
     if path in QUANTITIES or len(parts_of(path)) > 1:
         return si_value(machine, path, value)
-    entry = entry_at(with_parameter(machine, path, value), path)
+    entry = entry_at(with_value_at(machine, path, value), path)
     return float(entry) if isinstance(entry, float) else entry
 
 

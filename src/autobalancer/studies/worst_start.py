@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
@@ -44,8 +44,6 @@ def worst_start(found: xr.Dataset) -> Machine:
             for group in race.balls:
                 own, angles = angles[: group.count], angles[group.count :]
                 groups.append(group.model_copy(update={"start_angles": tuple(own)}))
-            machine = with_parameter(machine, f"balancers[{i}].races[{j}].balls", tuple(groups))
+            machine = with_value_at(machine, f"balancers[{i}].races[{j}].balls", tuple(groups))
     text = f"Start {number + 1} of {found.sizes['run']} random starts, the worst"
-    return with_parameter(
-        with_parameter(machine, "description", text), "run", {"duration": ramp + float(about["hold"])}
-    )
+    return with_value_at(with_value_at(machine, "description", text), "run", {"duration": ramp + float(about["hold"])})

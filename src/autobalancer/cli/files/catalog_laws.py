@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.files.catalog_fluids import FluidName, Temperature, fluid_density
 from autobalancer.cli.terminal.options import Csv, Json
 from autobalancer.cli.terminal.output import one_form, print_csv, print_json
@@ -69,9 +70,8 @@ def drag(
     ]
     if plot is not None:
         from autobalancer.plots.drawing.save import save_picture
-        from autobalancer.plots.measured.drag import plot_drag_laws
 
-        save_picture(plot_drag_laws(laws), plot)
+        save_picture(ab.plot.drag_laws(laws), plot)
     if as_json:
         print_json(rows)
         return

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_number, speed_sign
 
@@ -51,17 +52,16 @@ def angle(
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.plots.measured.equilibrium_angle import plot_equilibrium_angles, plot_measured_drag
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     if measured is None:
         found = _curve(machine, speeds, simulate, duration)
-        files.save(found, lambda: plot_equilibrium_angles(found, speed_unit=speed_unit))
+        files.save(found, lambda: ab.plot.equilibrium_angle(found, speed_unit=speed_unit))
     else:
         found = _evaluated(machine, measured, rolling, resamples, bool(speeds or simulate))
         way = "included" if pressure else "left out"
-        files.save(found, lambda: plot_measured_drag(found, pressure_force=way, speed_unit=speed_unit))
+        files.save(found, lambda: ab.plot.measured_drag(found, pressure_force=way, speed_unit=speed_unit))
     if as_json:
         print_json({"machine": str(machine), **_numbers(found)})
         return

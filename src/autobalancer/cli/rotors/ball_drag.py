@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot
 from autobalancer.cli.terminal.words import say
 
@@ -48,7 +49,6 @@ def ball_drag(
     from autobalancer.cli.terminal.progress import of_time, progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.flow.ball.question import ball_drag as solved
-    from autobalancer.plots.measured.ball_drag import plot_ball_drag
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -66,7 +66,7 @@ def ball_drag(
             race=race,
             progress=of_time(update),
         )
-    files.save(found, lambda: plot_ball_drag(found))
+    files.save(found, lambda: ab.plot.ball_drag(found))
     if as_json:
         names = ("reynolds", *(name for name in found.data_vars if found[name].dims == ("reynolds",)))
         print_json(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign, speed_text
 
@@ -41,18 +42,17 @@ def equivalent(
     from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.quantities import quantity
     from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.rotor.equivalent_planar import plot_equivalent_planar
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 
     one_form(as_json, as_csv)
     files = Files(out, plot, (*MACHINE, *RESULT))
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     names = {entry.name for entry in described.stations}
     place = station if station is None or station in names else float(quantity("--station", station, "m"))
     found = equivalent_planar(described, place, method=method, frequency=frequency)  # type: ignore[arg-type]
     data = found.data
-    files.save(data, lambda: plot_equivalent_planar(data), machine=found.machine)
+    files.save(data, lambda: ab.plot.equivalent_planar(data), machine=found.machine)
     rows = []
     for way in data["way"].values:
         for direction in data["direction"].values:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_number, speed_sign, speed_text
 
@@ -45,7 +46,6 @@ def flow(
     from autobalancer.cli.terminal.progress import of_time, progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.flow.question import annulus_flow
-    from autobalancer.plots.measured.flow import plot_flow
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -63,7 +63,7 @@ def flow(
             race=race,
             progress=of_time(update),
         )
-    files.save(found, lambda: plot_flow(found, speed_unit=speed_unit))
+    files.save(found, lambda: ab.plot.flow(found, speed_unit=speed_unit))
     if as_json:
         print_json({"machine": str(machine), **_numbers(found)})
         return

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot
 from autobalancer.cli.terminal.words import note, say
 
@@ -45,18 +46,17 @@ def identify(
       --out fitted.toml --out fit.nc
     """
     from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.measured.identification import plot_identification
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.identification.identify import identify as fit
     from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
     one_form(as_json, as_csv)
     files = Files(out, plot, (*MACHINE, *RESULT))
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     parameters, measured = load_measurements(measurements)
     parameters += [_free(text, described) for text in free or []]
     found = fit(described, parameters, measured, loss=loss, loss_scale=loss_scale, starts=starts)  # type: ignore[arg-type]
-    files.save(_storable(found.data), lambda: plot_identification(found.data), machine=found.machine)
+    files.save(_storable(found.data), lambda: ab.plot.identification(found.data), machine=found.machine)
     if as_json:
         print_json(_numbers(found.data))
         return

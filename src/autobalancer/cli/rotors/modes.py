@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, FrequencyUnit, Json, MachineFile, Outs, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import speed_text
 
@@ -44,7 +45,7 @@ def modes(
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.campbell import campbell as diagram
     from autobalancer.rotordynamics.modes import modes
     from autobalancer.units.ranges import range_values
@@ -55,7 +56,7 @@ def modes(
     files = Files(out, plot)
     omega = optional("--speed", speed, "rad/s") or 0.0
     span = range_values("--speeds", speeds, "rad/s") if speeds else None
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     answer: dict[str, Any]
     found: Any
     if span is not None:
@@ -98,12 +99,10 @@ def _critical(machine: Any, balls: bool) -> xr.Dataset | None:
 
 
 def _picture(found: xr.Dataset, speed_unit: str, frequency_unit: str) -> Any:
-    from autobalancer.plots.rotor.campbell import plot_campbell
-    from autobalancer.plots.rotor.modes import plot_modes
 
     if "branch" in found.dims:
-        return plot_campbell(found, speed_unit=speed_unit, frequency_unit=frequency_unit)
-    return plot_modes(found, frequency_unit=frequency_unit)
+        return ab.plot.campbell(found, speed_unit=speed_unit, frequency_unit=frequency_unit)
+    return ab.plot.modes(found, frequency_unit=frequency_unit)
 
 
 def _records(found: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, Outs, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, speed_number, speed_sign, speed_text
 
@@ -62,8 +63,6 @@ def receptance(
     from autobalancer.measurement.loop.curve import receptance_loop
     from autobalancer.measurement.loop.growth import receptance_stability
     from autobalancer.measurement.receptance.measured import load_receptance
-    from autobalancer.measurement.receptance.rational_fit import fit_receptance
-    from autobalancer.plots.measured.receptance import plot_nyquist, plot_receptance
     from autobalancer.units.ranges import ends
 
     one_form(as_json, as_csv)
@@ -75,13 +74,13 @@ def receptance(
     used = ends("--band", band, "rad/s") if band else None
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
     with progress_bar("fit") as update:
-        fit = fit_receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]
+        fit = ab.measure.receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]
     with progress_bar("border") as update:
         border = receptance_border(fit, chosen, searched=searched, resamples=resamples, progress=update, **how)
     at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
     loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
     files.save(
-        fit if at_speeds is None else at_speeds, lambda: plot_nyquist(loops[0]) if loops else plot_receptance(fit)
+        fit if at_speeds is None else at_speeds, lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit)
     )
     if as_json:
         print_json(_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
@@ -110,11 +109,11 @@ def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
     from autobalancer.assembly.profile import largest_unbalance
     from autobalancer.cli.terminal.quantities import quantity
-    from autobalancer.files.machine_file import load_machine
+    from autobalancer.files.machine_file import load_race_machine
 
     if text == "any" or (not text and (machine is None or balls.count > 2)):
         return None
-    return quantity("--unbalance", text, "kg*m") if text else abs(largest_unbalance(load_machine(machine or "")))
+    return quantity("--unbalance", text, "kg*m") if text else abs(largest_unbalance(load_race_machine(machine or "")))
 
 
 def _numbers(
@@ -214,10 +213,10 @@ def _digits(value: float, spread: float) -> int:
 
 
 def _ignored(machine: Path | None) -> str:
-    from autobalancer.files.machine_file import load_machine
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.ignored import ignored_at_rest, without
 
-    return without(ignored_at_rest(load_machine(machine))) if machine is not None else ""
+    return without(ignored_at_rest(load_race_machine(machine))) if machine is not None else ""
 
 
 def _border(border: xr.Dataset) -> str:

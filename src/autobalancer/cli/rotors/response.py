@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_number, speed_sign, speed_text
 
@@ -50,9 +51,8 @@ def response(
     from autobalancer.cli.terminal.quantities import optional, speed_range
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.peaks import response_peaks
-    from autobalancer.rotordynamics.response import unbalance_response
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -63,17 +63,17 @@ def response(
     if picture not in allowed:
         what = "a range of speeds" if many else "one speed"
         raise QuestionError(f"--kind: given {kind!r}; for {what} it must be {' or '.join(allowed)}")
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     places = [_place(described, text) for text in station] if station else None
     size = optional("--unbalance", unbalance, "kg*m")
     how: Any = {"balls": balls, "quantity": quantity}
-    found = unbalance_response(described, chosen, places, size, **how)
+    found = ab.rotor.response(described, chosen, places, size, **how)
 
     def draw() -> Figure:
         from autobalancer.rotordynamics.orbits import whirl_orbits
 
         if many:
-            smooth = unbalance_response(described, chosen, places, size, smooth=True, **how)
+            smooth = ab.rotor.response(described, chosen, places, size, smooth=True, **how)
             return _over_speed(smooth, picture, speed_unit)
         return _at_speed(whirl_orbits(described, float(chosen[0]), places, size, balls=balls), picture, speed_unit)
 
@@ -106,15 +106,13 @@ def _place(machine: object, text: str) -> str | float:
 
 
 def _over_speed(found: xr.Dataset, kind: str, speed_unit: str) -> Figure:
-    from autobalancer.plots.rotor.unbalance_response import plot_polar_response, plot_unbalance_response
 
-    return (plot_unbalance_response if kind == "bode" else plot_polar_response)(found, speed_unit=speed_unit)
+    return (ab.plot.response if kind == "bode" else ab.plot.polar_response)(found, speed_unit=speed_unit)
 
 
 def _at_speed(orbits: xr.Dataset, kind: str, speed_unit: str) -> Figure:
-    from autobalancer.plots.rotor.whirl import plot_whirl_along_axis, plot_whirl_orbits
 
-    return (plot_whirl_orbits if kind == "orbits" else plot_whirl_along_axis)(orbits, speed_unit=speed_unit)
+    return (ab.plot.whirl_orbits if kind == "orbits" else ab.plot.whirl_along_axis)(orbits, speed_unit=speed_unit)
 
 
 def _print_peaks(found: xr.Dataset, peaks: xr.Dataset) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say
 
@@ -51,7 +52,6 @@ def basin(
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.plots.stability.basins import plot_basin
     from autobalancer.results.verdict.rule import NO_VERDICT
     from autobalancer.studies.basin import basin as ask
     from autobalancer.studies.worst_start import worst_start
@@ -73,7 +73,7 @@ def basin(
             progress=update,
         )
     shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
-    files.save(found, lambda: plot_basin(found, speed_unit=speed_unit))
+    files.save(found, lambda: ab.plot.basin(found, speed_unit=speed_unit))
     if worst is not None:
         again.save(found, machine=worst_start(found))
     runs, overlapping = int(found["state"].size), int(found.attrs.get("overlapping", 0))

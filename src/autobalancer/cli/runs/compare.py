@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed, SpeedUnit, Unit
 
 
@@ -35,7 +36,6 @@ def compare(
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.cli.terminal.words import note
-    from autobalancer.plots.run.comparison import plot_comparison
     from autobalancer.studies.compare import compare as compared
 
     one_form(as_json, as_csv)
@@ -49,7 +49,7 @@ def compare(
             seed=seed,
             progress=update,
         )
-    files.save(found, lambda: plot_comparison(found))
+    files.save(found, lambda: ab.plot.comparison(found))
     columns = found.columns(speed_unit)
     if as_json:
         print_json({str(name): part.values for name, part in found.variables.items() if "bin" not in part.dims})

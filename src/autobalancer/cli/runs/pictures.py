@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
@@ -45,9 +46,6 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
 
 
 def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
-    from autobalancer.plots.run.orbit import plot_orbit
-    from autobalancer.plots.run.race import plot_race
-    from autobalancer.plots.run.run_up import plot_run_up
 
     both: dict[str, Any] = {
         "speed_unit": wishes.speed_unit,
@@ -56,9 +54,9 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
         "end": wishes.end,
     }
     return {
-        "run-up": lambda: plot_run_up(run, log_deflection=wishes.log, **both),
-        "race": lambda: plot_race(run, time=wishes.time, speed_unit=wishes.speed_unit),
-        "orbit": lambda: plot_orbit(
+        "run-up": lambda: ab.plot.run_up(run, log_deflection=wishes.log, **both),
+        "race": lambda: ab.plot.race(run, time=wishes.time, speed_unit=wishes.speed_unit),
+        "orbit": lambda: ab.plot.orbit(
             run,
             frame=wishes.frame or "space",  # type: ignore[arg-type]
             place=wishes.place or None,
@@ -68,9 +66,6 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
 
 
 def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
-    from autobalancer.plots.chamber.arrangement import plot_arrangement
-    from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
-    from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
 
     _refuse(wishes, "of a deep chamber", "log", "frame", "place")
     part = run.sel(time=slice(wishes.start, wishes.end))
@@ -82,24 +77,25 @@ def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
     part = part.load()
     units: dict[str, Any] = {"speed_unit": wishes.speed_unit, "deflection_unit": wishes.deflection_unit}
     return {
-        "history": lambda: plot_chamber_run(part, **units),
-        "energy": lambda: plot_energy(part),
-        "collisions": lambda: plot_collisions(part),
-        "bearings": lambda: plot_bearing_forces(part),
-        "reactions": lambda: plot_reactions(part),
-        "arrangement": lambda: plot_arrangement(run if wishes.time else part, [wishes.time] if wishes.time else None),
+        "history": lambda: ab.plot.chamber_run(part, **units),
+        "energy": lambda: ab.plot.chamber_energy(part),
+        "collisions": lambda: ab.plot.chamber_collisions(part),
+        "bearings": lambda: ab.plot.chamber_bearing_forces(part),
+        "reactions": lambda: ab.plot.chamber_reactions(part),
+        "arrangement": lambda: ab.plot.chamber_arrangement(
+            run if wishes.time else part, [wishes.time] if wishes.time else None
+        ),
     }
 
 
 def _of_study(study: xr.Dataset, wishes: Wishes) -> Pictures:
-    from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried, plot_optimal_means
     from autobalancer.studies.chamber_means import optimal_means
 
     _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
     return {
-        "amplitudes": lambda: plot_amplitudes(study),
-        "means": lambda: plot_optimal_means(optimal_means(study)),
-        "carried": lambda: plot_carried(study),
+        "amplitudes": lambda: ab.plot.chamber_amplitudes(study),
+        "means": lambda: ab.plot.chamber_optimal_means(optimal_means(study)),
+        "carried": lambda: ab.plot.chamber_carried(study),
     }
 
 

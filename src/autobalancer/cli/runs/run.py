@@ -62,14 +62,14 @@ def run(
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.either_kind import verdict
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import read_machine
+    from autobalancer.files.machine_file import load_machine
     from autobalancer.machine.chamber import ChamberMachine
     from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
     one_form(as_json, as_csv)
     out = out if out is not None else Path(f"{machine.stem}.nc")
     files = Files(out)
-    described = read_machine(machine)
+    described = load_machine(machine)
     if isinstance(described, ChamberMachine):
         from autobalancer.cli.runs.run_chamber import run_chamber
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, speed_number, speed_sign, speed_text
 
@@ -59,17 +60,16 @@ def stepped(
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity, speed_range
-    from autobalancer.files.machine_file import load_machine
+    from autobalancer.files.machine_file import load_race_machine
 
     one_form(as_json, as_csv)
     out = out if out is not None else Path(f"{machine.stem}_stepped.nc")
     files = Files(out, plot, (".nc",))
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     chosen = speed_range("--speeds", speeds)
     held, measured = quantity("--dwell", dwell, "s"), quantity("--window", window, "s")
     rate, most = optional("--acceleration", acceleration, "rad/s^2"), optional("--longest", longest, "s")
     from autobalancer.plots.drawing.save import save_picture
-    from autobalancer.plots.run.stepped_response import plot_stepped_response
     from autobalancer.studies.stepped_response import stepped_response
 
     with progress_bar("speeds") as update:
@@ -92,7 +92,7 @@ def stepped(
             progress=update,
         )
     if plot is not None:
-        save_picture(plot_stepped_response(found, speed_unit=speed_unit), plot)
+        save_picture(ab.plot.stepped_response(found, speed_unit=speed_unit), plot)
     if as_json:
         keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
         numbers = {key: found[key].values for key in keys if key in found.variables}

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed
 from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
 from autobalancer.cli.terminal.quantities import optional, quantity
@@ -57,8 +58,6 @@ def amplitudes(
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
-    from autobalancer.plots.chamber.study import plot_amplitudes, plot_carried, plot_optimal_means
-    from autobalancer.studies.chamber_amplitudes import chamber_amplitudes
     from autobalancer.studies.chamber_means import optimal_means
 
     deep = [] if balls == "none" else whole("--balls", balls)
@@ -68,7 +67,7 @@ def amplitudes(
     files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
     others = [Files(plot=path) for path in (means, carried)]
     with _bar("runs") as update, _said_when_stopped(archive is not None):
-        found = chamber_amplitudes(
+        found = ab.chamber.amplitudes(
             _chamber_machine(machine),
             counts,
             listed("--friction", friction, ""),
@@ -81,9 +80,9 @@ def amplitudes(
             workers=workers or None,
             progress=update,
         )
-    files.save(found, lambda: plot_amplitudes(found))
-    others[0].save(found, lambda: plot_optimal_means(optimal_means(found)))
-    others[1].save(found, lambda: plot_carried(found))
+    files.save(found, lambda: ab.plot.chamber_amplitudes(found))
+    others[0].save(found, lambda: ab.plot.chamber_optimal_means(optimal_means(found)))
+    others[1].save(found, lambda: ab.plot.chamber_carried(found))
     _say_what_failed(found)
     if as_json:
         print_json({str(name): found[name].values for name in found.variables})
@@ -117,9 +116,6 @@ def reactions(
     Example: autobalancer chamber reactions deep_chamber.toml \\
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
-    from autobalancer.plots.chamber.arrangement import plot_arrangement
-    from autobalancer.plots.chamber.history import plot_chamber_run, plot_collisions, plot_energy
-    from autobalancer.plots.chamber.reactions import plot_bearing_forces, plot_reactions
     from autobalancer.plots.drawing.save import save_picture
     from autobalancer.results.archive.folder import Archive
     from autobalancer.results.chamber.unconstrained import pakula_body
@@ -139,12 +135,12 @@ def reactions(
     samples = run.samples().load()
     body = pakula_body(quantity("--height", height, "m")) if height else None
     pictures = {
-        "history": plot_chamber_run(samples),
-        "energy": plot_energy(samples),
-        "collisions": plot_collisions(samples),
-        "bearings": plot_bearing_forces(samples),
-        "reactions": plot_reactions(samples, body, until=optional("--until", until, "s")),
-        "arrangement": plot_arrangement(samples),
+        "history": ab.plot.chamber_run(samples),
+        "energy": ab.plot.chamber_energy(samples),
+        "collisions": ab.plot.chamber_collisions(samples),
+        "bearings": ab.plot.chamber_bearing_forces(samples),
+        "reactions": ab.plot.chamber_reactions(samples, body, until=optional("--until", until, "s")),
+        "arrangement": ab.plot.chamber_arrangement(samples),
     }
     made = [save_picture(figure, out / f"{run.name}_{kind}.png") for kind, figure in pictures.items()]
     if as_json:
@@ -175,12 +171,11 @@ def step_size(
     """
     from autobalancer.cli.terminal.sheet import Column, print_sheet
     from autobalancer.plots.chamber.study import plot_step_sizes
-    from autobalancer.studies.step_size import step_size_study
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     with _bar("collisions") as update:
-        found = step_size_study(
+        found = ab.chamber.step_size(
             listed("--speeds", speeds, "m/s"),
             listed("--steps", steps, "s"),
             stiffness_over_mass=stiffness_over_mass,

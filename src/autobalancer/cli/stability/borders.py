@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_number, speed_sign, speed_text
 
@@ -50,11 +51,9 @@ def borders(
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.stability.border_curve import plot_border_curve
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.friction.held import held_by_friction
     from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
-    from autobalancer.stability.maps.speeds import border_speeds
     from autobalancer.stability.summary.rows import friction_rows
 
     one_form(as_json, as_csv)
@@ -62,10 +61,10 @@ def borders(
         raise QuestionError("borders: --out and --plot show the borders over a parameter; name it with --over")
     files = Files(out, plot)
     size, top = optional("--unbalance", unbalance, "kg*m"), optional("--up-to", up_to, "rad/s")
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     names = _names(only)
     answer: dict[str, Any] = {
-        "borders": [vars(border) for border in border_speeds(described, size, only=names, up_to=top)],
+        "borders": [vars(border) for border in ab.stability.borders(described, size, only=names, up_to=top)],
     }
     held = held_by_friction(described, unbalance=size)
     answer["friction"] = held.as_dict()
@@ -75,7 +74,7 @@ def borders(
     answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
     curve = _curve(described, over, names, top) if over else None
     if curve is not None:
-        files.save(curve, lambda: plot_border_curve(curve, speed_unit=speed_unit))
+        files.save(curve, lambda: ab.plot.border_curve(curve, speed_unit=speed_unit))
         answer["over"] = {str(key): curve[key].values for key in (*curve.dims, *curve.data_vars)}
     if as_json:
         print_json({"machine": str(machine), **answer})
@@ -134,10 +133,9 @@ def _minima(
 
 
 def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
-    from autobalancer.stability.maps.speeds import border_speeds
 
     kinds = ("exact border", "exact border, worst case", "averaged border", "release speed", "capture speed")
-    there = {border.name for border in border_speeds(machine, only=names) if not math.isnan(border.speed)}
+    there = {border.name for border in ab.stability.borders(machine, only=names) if not math.isnan(border.speed)}
     return [name for name in kinds if name in there]
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 
 if TYPE_CHECKING:
@@ -47,14 +48,13 @@ def branches(
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import named, optional, unit_of
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.stability.branches import plot_branches
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.diagrams.branches import branches as ask
     from autobalancer.units.ranges import ends
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     parameter, span = named("--over", over, "from:to")
     start, end = ends("--over", span, unit_of("--over", parameter, described))
     with progress_bar("branch") as update:
@@ -69,7 +69,7 @@ def branches(
             orbits=orbits,
             progress=lambda number, share: update(share, 1.0, description=f"branch {number}"),
         )
-    files.save(found, lambda: plot_branches(found, speed_unit=speed_unit))
+    files.save(found, lambda: ab.plot.branches(found, speed_unit=speed_unit))
     if as_json:
         rows = {"branches": found.branch_rows(), "special": found.special_rows()}
         about = {"machine": str(machine), "parameter": parameter, "ignores": found.attrs["ignores"]}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 
 if TYPE_CHECKING:
@@ -47,8 +48,7 @@ def stability(
     from autobalancer.cli.terminal.quantities import optional, speed_range
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.stability.growth import plot_stability
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.states.questions import Kind, eigenvalues
     from autobalancer.stability.states.ranges import ranges
 
@@ -56,7 +56,7 @@ def stability(
     files = Files(out, plot)
     if state not in get_args(Kind):
         raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident, 'in line' or spread")
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     chosen = speed_range("--speeds", speeds, COUNT) if speeds else _usual(machine)
     size = optional("--unbalance", unbalance, "kg*m")
     with progress_bar("speeds") as update:
@@ -68,7 +68,7 @@ def stability(
             progress=update,
         )
     located = cache(lambda: ranges(described, found, size))
-    files.save(found, lambda: plot_stability(found, speed_unit=speed_unit, ranges=located()))
+    files.save(found, lambda: ab.plot.eigenvalues(found, speed_unit=speed_unit, ranges=located()))
     missing = [float(w) for w in found.attrs["speeds_without_state"]]
     if as_json:
         names = ("speed", "growth_rate", "verdict", "leading_motion")

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say
 
@@ -38,20 +39,18 @@ def map_(
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, parameter_values
     from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
-    from autobalancer.plots.stability.stability_map import plot_map
+    from autobalancer.files.machine_file import load_race_machine
     from autobalancer.results.export import result_csv
-    from autobalancer.stability.maps.stability_map import stability_map
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     fixed = optional("--speed", speed, "rad/s")
-    described = load_machine(machine)
+    described = load_race_machine(machine)
     (across, x_values), (up, y_values) = (parameter_values(*axis, described) for axis in (("--x", x), ("--y", y)))
     if across == up:
         raise QuestionError(f"--y: given {up!r}, which is along --x already; take two different parameters")
     with progress_bar("map") as update:
-        found = stability_map(
+        found = ab.stability.map(
             described,
             {across: x_values, up: y_values},
             speed=fixed,
@@ -59,7 +58,7 @@ def map_(
             operating_points=dict(_point(text) for text in point or []),
             progress=update,
         )
-    files.save(found, lambda: plot_map(found, speed_unit=speed_unit))
+    files.save(found, lambda: ab.plot.map(found, speed_unit=speed_unit))
     rates = found["growth_rate"].values
     known = rates[rates == rates]
     if as_json:

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from autobalancer.assembly.parameters import with_parameter
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
-from autobalancer.laws.drag_coefficient import DragLaw, linear
+from autobalancer.laws.drag_coefficient import DragLaw, linear_drag_law
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.statics import Floats, TurnedRace, equilibrium_angles
 from autobalancer.results.provenance import provenance
@@ -98,7 +98,7 @@ def _law(ball: Ball) -> DragLaw:
     if ball.drag_curve is not None:
         return ball.drag_curve.law
     viscous = math.pi / 8.0 * ball.fluid_density * ball.fluid_viscosity * ball.diameter
-    return linear(ball.drag / (viscous * ball.orbit_radius**2), "linear range of the drag law of the machine")
+    return linear_drag_law(ball.drag / (viscous * ball.orbit_radius**2), "linear range of the drag law of the machine")
 
 
 def equilibrium_angle(
@@ -188,7 +188,7 @@ def _simulated(given: AngleMachine, w: Floats, duration: float, first: float) ->
         (f"{given.path}.start_angles", [first - 0.5 * math.pi]),
         (f"{given.path}.start_speeds", [-w[0]]),
     ):
-        machine = with_parameter(machine, path, value)
+        machine = with_value_at(machine, path, value)
     times = (w - w[0]) / (w[-1] - w[0]) * duration
     run = simulate_races(machine, duration=duration, save=SampleTimes(times.tolist()))
     angle = (run["rotor_angle"] + run["ball_angle_in_rotor"][:, 0]).values + 0.5 * math.pi

@@ -49,7 +49,7 @@ def receptance_stability(
     Parameters
     ----------
     fit
-        From :func:`fit_receptance`.
+        From :func:`~autobalancer.measurement.receptance.rational_fit.receptance`.
     balls
         From :func:`balls_of` or :func:`equal_balls`.
     speeds

@@ -21,7 +21,7 @@ Complexes = NDArray[np.complex128]
 def fit_dataset(
     measured: xr.Dataset, used: NDArray[np.bool_], best: Found, unit: float, size: float, noise: Noise
 ) -> xr.Dataset:
-    """See :func:`~.rational_fit.fit_receptance`; ``best`` in frequencies and values so scaled."""
+    """See :func:`~.rational_fit.receptance`; ``best`` in frequencies and values so scaled."""
     frequency = np.asarray(measured["frequency"].values, np.float64)
     scaled = frequency / unit
     poles, residues = best.modes.poles_and_residues()

@@ -28,7 +28,7 @@ ROUNDING = 1e-6  # so that a line at an end of the band is in it
 
 
 @shows_progress
-def fit_receptance(
+def receptance(
     measured: xr.Dataset,
     *,
     modes: int | None = None,

@@ -15,13 +15,13 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.drawing.style import RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
-from autobalancer.results.given import Given, chamber_run
+from autobalancer.results.given import Given, given_chamber_run
 from autobalancer.units import list_argument
 
 RIM = "#8A949C"
 
 
-def plot_arrangement(
+def chamber_arrangement(
     run: Given, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
 ) -> Figure:
     """The balls of a chamber at some times, colored by speed, with the unbalance in space.
@@ -45,7 +45,7 @@ def plot_arrangement(
     QuestionError
         If a time is not in the run, or there is no such chamber.
     """
-    run = chamber_run(run, "plot.chamber_arrangement")
+    run = given_chamber_run(run, "plot.chamber_arrangement")
     times = None if times is None else list_argument("times", times, "s")
     time = run["time"].values
     if times is None:

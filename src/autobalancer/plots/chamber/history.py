@@ -15,7 +15,7 @@ from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of
 from autobalancer.results.chamber.measures import collision_statistics
 from autobalancer.results.chamber.shape import unbalance_of
 from autobalancer.results.display_units import length_axis, moment_axis, speed_axis
-from autobalancer.results.given import Given, chamber_run
+from autobalancer.results.given import Given, given_chamber_run
 
 LEDGER = {
     "loss_contact": ("collisions", BALLS[0]),
@@ -29,7 +29,7 @@ STORED = {"energy_kinetic": "motion", "energy_potential": "height and springs", 
 POINTS = 4000  # of a curve, more cannot be told apart in print
 
 
-def plot_chamber_run(
+def chamber_run(
     run: Given, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
 ) -> Figure:
     """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time of a ``run``.
@@ -42,7 +42,7 @@ def plot_chamber_run(
     QuestionError
         If a unit is unknown.
     """
-    run = chamber_run(run, "plot.chamber_run")
+    run = given_chamber_run(run, "plot.chamber_run")
     unit = speed_axis(speed_unit)
     time = run["time"].values
     with look():
@@ -62,12 +62,12 @@ def plot_chamber_run(
     return figure
 
 
-def plot_energy(run: Given, *, title: str | None = None) -> Figure:
+def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
     """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
 
     The stack reaches the line of the motor's work where the balance of the ``run`` closes; ``title`` stands above it.
     """
-    run = chamber_run(run, "plot.chamber_energy")
+    run = given_chamber_run(run, "plot.chamber_energy")
     time = run["time"].values
     with look():
         figure = picture(7.2, 5.4)
@@ -92,11 +92,11 @@ def plot_energy(run: Given, *, title: str | None = None) -> Figure:
     return figure
 
 
-def plot_collisions(run: Given, *, title: str | None = None) -> Figure:
+def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
     """Rates (1/s) of the contacts of a ``run`` that begin, and the hardest of them (N), over time, below a ``title``."""
     from matplotlib.ticker import SymmetricalLogLocator
 
-    run = chamber_run(run, "plot.chamber_collisions")
+    run = given_chamber_run(run, "plot.chamber_collisions")
     found = collision_statistics(run)
     with look():
         figure = picture(7.2, 4.4)

@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
 from autobalancer.results.chamber.unconstrained import LooseBody, unconstrained_motion
 from autobalancer.results.display_units import length_axis
-from autobalancer.results.given import Given, chamber_run
+from autobalancer.results.given import Given, given_chamber_run
 from autobalancer.units import optional_argument
 
 
-def plot_reactions(
+def chamber_reactions(
     run: Given, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
 ) -> Figure:
     """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
@@ -28,7 +28,7 @@ def plot_reactions(
     title
         Above the picture; by default the name of the machine.
     """
-    run = chamber_run(run, "plot.chamber_reactions")
+    run = given_chamber_run(run, "plot.chamber_reactions")
     until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
@@ -64,12 +64,12 @@ def plot_reactions(
     return figure
 
 
-def plot_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
+def chamber_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
     """Radial forces (N) of the bearings of a ``run`` over time, and the axial one of the bearing that guides.
 
     ``title`` stands above the picture.
     """
-    run = chamber_run(run, "plot.chamber_bearing_forces")
+    run = given_chamber_run(run, "plot.chamber_bearing_forces")
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
     with look():

@@ -21,7 +21,7 @@ COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
-def plot_amplitudes(study: Given, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
+def chamber_amplitudes(study: Given, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
     With several seeds the mean is drawn, with bars from the least to the greatest value. ``title`` stands above the panels.
@@ -54,7 +54,7 @@ def plot_amplitudes(study: Given, *, measure: str = "vertical_amplitude", title:
     return figure
 
 
-def plot_carried(study: Given, *, title: str | None = None) -> Figure:
+def chamber_carried(study: Given, *, title: str | None = None) -> Figure:
     """Share of the balls of a ``study`` that go around with the rotor over friction, a curve for each number of balls.
 
     A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
@@ -100,7 +100,7 @@ def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label
     panel.errorbar(x.values[there], mean, fmt="o-", ms=4, color=color, label=label, **bars)
 
 
-def plot_optimal_means(means: Given, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
+def chamber_optimal_means(means: Given, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
     """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
 
     ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.

@@ -15,7 +15,7 @@ from autobalancer.results.given import Given, result
 Floats = NDArray[np.float64]
 
 
-def plot_ball_drag(found: Given) -> Figure:
+def ball_drag(found: Given) -> Figure:
     """Draw the flow in the plane of the ball centers, seen from the ball, and c_d Re over the Reynolds number.
 
     Parameters

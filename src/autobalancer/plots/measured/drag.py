@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from autobalancer.drag import drag_laws
+from autobalancer import drag
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.drawing.style import BALLS, look, picture
@@ -16,7 +16,7 @@ from autobalancer.plots.drawing.style import BALLS, look, picture
 LINES = ("-", (0, (6, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.2)))
 
 
-def plot_drag_laws(
+def drag_laws(
     laws: Sequence[DragLaw] | None = None, *, first: float = 0.1, last: float = 1e6, labels: Sequence[str] | None = None
 ) -> Figure:
     """Draw c_d, and below it c_d Re, which is a constant where the drag is linear.
@@ -37,7 +37,7 @@ def plot_drag_laws(
     QuestionError
         If there is no law, too few labels, or the range is empty.
     """
-    laws = drag_laws() if laws is None else tuple(laws)
+    laws = drag.drag_laws() if laws is None else tuple(laws)
     if not laws or (labels is not None and len(labels) != len(laws)):
         raise QuestionError(
             f"plot.drag_laws: given {len(laws)} laws and {len(labels or laws)} labels; give a label for each"

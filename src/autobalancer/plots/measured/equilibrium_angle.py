@@ -14,7 +14,7 @@ from autobalancer.results.given import Given, result
 MARKS = ("o", "s", "^", "v", "D", "P")
 
 
-def plot_equilibrium_angles(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def equilibrium_angle(found: Given, *, speed_unit: str = "rpm") -> Figure:
     """The angle from the lowest point over the speed, by statics and, if available, by simulation.
 
     Parameters
@@ -46,7 +46,7 @@ def plot_equilibrium_angles(found: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def plot_measured_drag(found: Given, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
+def measured_drag(found: Given, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
     """Drag coefficients from measured angles against the law of the machine, and the angles themselves.
 
     Parameters

@@ -23,7 +23,7 @@ MODELS = {"chebyshev": "Chebyshev collocation", "differences": "finite differenc
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
-def plot_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw spin-up history, velocity profiles and secondary flow in one picture.
 
     Parameters
@@ -57,7 +57,7 @@ def plot_flow(flow: Given, *, time: float | str | None = None, speed_unit: str =
     return figure
 
 
-def plot_spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
+def spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
     """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison.
 
     ``flow`` is a result of :func:`annulus_flow`; ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
@@ -72,7 +72,7 @@ def plot_spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def plot_velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None = None) -> Figure:
+def velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of ``flow``, a result of :func:`annulus_flow`.
@@ -90,7 +90,7 @@ def plot_velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None
     return figure
 
 
-def plot_secondary_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def secondary_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor.
 
     ``time`` (s) is one of ``flow``, a result of :func:`annulus_flow`; by default that of the strongest stream.

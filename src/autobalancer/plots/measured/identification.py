@@ -18,7 +18,7 @@ from autobalancer.results.given import Given, result
 OUTLIER = 5.0  # standard deviations
 
 
-def plot_identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
+def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
     """Response curves before and after the fit (if there are any), deviations in standard deviations, correlation.
 
     Parameters

@@ -19,7 +19,7 @@ from autobalancer.results.given import Given, result
 Floats = NDArray[np.float64]
 
 
-def plot_receptance(fit: Given, *, frequency_unit: str = "Hz") -> Figure:
+def receptance(fit: Given, *, frequency_unit: str = "Hz") -> Figure:
     """Amplitude and phase, measured and fitted, and the noise; phases are drawn where the value exceeds the noise.
 
     Parameters
@@ -85,7 +85,7 @@ def _fitted_by(fit: xr.Dataset) -> str:
     return f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
 
 
-def plot_nyquist(loop: Given, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
+def nyquist(loop: Given, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
     """The loop in the complex plane, with the point +1, which must be on its left.
 
     Parameters

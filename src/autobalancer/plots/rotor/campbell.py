@@ -19,7 +19,7 @@ WHIRL = {"forward": BALLS[0], "backward": BALLS[1], "mixed": BALLS[3], "straight
 THINNEST, THICKEST, WIDTH_OF_ALL = 1.0, 6.0, 0.2  # a damping ratio of 0.2 has the thickest line
 
 
-def plot_campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
+def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
     """Draw natural frequencies over the speed: color is the direction of whirl, width the damping ratio.
 
     Dashed are the lines of the harmonics; the intersections with them, the critical speeds, are circled and named.

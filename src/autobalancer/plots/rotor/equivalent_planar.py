@@ -11,7 +11,7 @@ from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 
-def plot_equivalent_planar(data: Given, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
+def equivalent_planar(data: Given, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
     """Receptance of rotor and oscillators over the speed, and the deviation with the tolerance.
 
     Parameters

@@ -13,7 +13,7 @@ from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 
-def plot_modes(found: Given, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
+def modes(found: Given, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
     """Draw the lowest mode shapes: deflection along x and y over the axis, at the instant of greatest deflection.
 
     Shaded is the greatest deflection in the course of a whirl, dots are the stations. Above each shape stand its name,

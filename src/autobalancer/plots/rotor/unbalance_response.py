@@ -22,7 +22,7 @@ from autobalancer.results.given import Given, result
 STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 
 
-def plot_unbalance_response(
+def response(
     found: Given,
     *,
     speed_unit: str = "rpm",
@@ -89,7 +89,7 @@ def plot_unbalance_response(
     return figure
 
 
-def plot_polar_response(
+def polar_response(
     found: xr.Dataset, *, part: str = "forward", speed_unit: str = "rpm", deflection_unit: str | None = None
 ) -> Figure:
     """Draw the response in the complex plane of the rotor: every resonance is a loop, passed through clockwise.

@@ -17,7 +17,7 @@ from autobalancer.results.given import Given, result
 STRINGS = 12  # lines from end to end through points of one instant
 
 
-def plot_whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits at all stations to one scale, with their direction and the point at rotor angle zero.
 
     Parameters
@@ -68,7 +68,7 @@ def plot_whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed
     return figure
 
 
-def plot_whirl_along_axis(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_along_axis(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits along the axis in space: the surface on which the axis runs, and the axis at rotor angle zero.
 
     Parameters

@@ -17,7 +17,7 @@ COLUMNS = 2
 SHOWN = 1e-5  # of the greatest deflection; what is below it is balanced for every eye
 
 
-def plot_comparison(found: Given) -> Figure:
+def comparison(found: Given) -> Figure:
     """Draw the deflection of each machine over time, with that of the first one behind it.
 
     Parameters

@@ -22,7 +22,7 @@ from autobalancer.results.display_units import (
     speed_axis,
     times_larger,
 )
-from autobalancer.results.given import Given, race_run
+from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import optional_argument
 
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it
@@ -31,7 +31,7 @@ COLUMNS = 3
 QUIET = 0.1  # of the greatest orbit; a smaller one has its own scale
 
 
-def plot_orbit(
+def orbit(
     run: Given,
     *,
     start: float | str | None = None,
@@ -78,7 +78,7 @@ def plot_orbit(
         If the run has neither samples nor last revolutions in the interval, has no such place, or a unit or frame is
         unknown.
     """
-    run = race_run(run, "plot.orbit")
+    run = given_race_run(run, "plot.orbit")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     if frame not in ("space", "rotor"):

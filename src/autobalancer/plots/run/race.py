@@ -15,13 +15,13 @@ from autobalancer.plots.run.race_vectors import couple_note, vectors_of
 from autobalancer.plots.run.static import static_part
 from autobalancer.results.display_units import AxisUnit, length_text, significant, speed_axis, times_larger
 from autobalancer.results.drawn.forces import forces_of
-from autobalancer.results.given import Given, race_run
+from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import optional_argument
 
 COLUMNS = 3  # panels side by side
 
 
-def plot_race(
+def race(
     run: Given, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
@@ -56,7 +56,7 @@ def plot_race(
     QuestionError
         If the run has no balls or no samples, or the time or balancer does not exist.
     """
-    run = race_run(run, "plot.race")
+    run = given_race_run(run, "plot.race")
     time = optional_argument("time", time, "s")
     speeds, motion, races = speed_axis(speed_unit), Motion(run), races_of(run)
     if not races.orbit_radius.size or not (races.orbit_radius > 0.0).all():

@@ -22,11 +22,11 @@ from autobalancer.plots.run.history import (
 )
 from autobalancer.plots.run.panels import angle_panel, deflection_panel, speed_panel
 from autobalancer.results.display_units import EACH_ITS_OWN, length_axis, speed_axis
-from autobalancer.results.given import Given, race_run
+from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import optional_argument
 
 
-def plot_run_up(
+def run_up(
     run: Given,
     *,
     speed_unit: str = "rpm",
@@ -74,7 +74,7 @@ def plot_run_up(
     QuestionError
         If the run has nothing to be drawn, a unit is unknown, or the interval is outside the run.
     """
-    run = race_run(run, "plot.run_up")
+    run = given_race_run(run, "plot.run_up")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     speeds = speed_axis(speed_unit)

@@ -28,7 +28,7 @@ MARKERS = {"up": "^", "down": "v", "fixed": "o"}
 WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start state"}
 
 
-def plot_stepped_response(
+def stepped_response(
     found: Given,
     *,
     quantity: Literal["amplitude", "greatest_mean_deflection"] = "amplitude",

@@ -45,7 +45,7 @@ QUANTITIES = {  # drawn as a distribution: with which value without balls, under
 }
 
 
-def plot_shares(found: xr.Dataset, title: str) -> Figure:
+def shares_of_ends(found: xr.Dataset, title: str) -> Figure:
     """Bars of the ends, beside them of the verdicts if those are others; below what each start leaves.
 
     Parameters

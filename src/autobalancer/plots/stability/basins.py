@@ -14,14 +14,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.plots.drawing.style import look, picture
-from autobalancer.plots.stability.basin_shares import COLORS, plot_shares
+from autobalancer.plots.stability.basin_shares import COLORS, shares_of_ends
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
 
 
-def plot_basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
     """The end state over the starts: a map for two axes, a strip for one, bars for random starts.
 
     Parameters
@@ -44,7 +44,7 @@ def plot_basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
     axes_names = [str(dim) for dim in found["state"].dims if dim != "run"]
     with look():
         if not axes_names:
-            return plot_shares(found, title)
+            return shares_of_ends(found, title)
         figure = picture(6.6, 5.6 if len(axes_names) == 2 else 2.4)
         axes = figure.add_subplot()
         axes.set_title(title)

@@ -11,7 +11,7 @@ from autobalancer.plots.drawing.style import BALLS, INK, look, picture, with_ign
 from autobalancer.results.given import Given, result
 
 
-def plot_bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
+def bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
     """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
 
     A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).

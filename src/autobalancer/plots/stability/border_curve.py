@@ -36,7 +36,7 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
 }
 
 
-def plot_border_curve(
+def border_curve(
     found: Given, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.

@@ -48,7 +48,7 @@ MARKS = {
 }
 
 
-def plot_branches(
+def branches(
     branches: Given,
     *,
     deflection_unit: str | None = None,

@@ -19,7 +19,7 @@ MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
-def plot_stability(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
+def eigenvalues(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
     The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named

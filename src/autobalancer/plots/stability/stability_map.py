@@ -32,7 +32,7 @@ COLORS = LinearSegmentedColormap.from_list(
 )
 
 
-def plot_map(
+def map(
     found: Given,
     *,
     speed_unit: str = "rpm",

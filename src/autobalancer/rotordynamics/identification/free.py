@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from autobalancer.assembly.parameters import parameter_of, with_parameter
+from autobalancer.assembly.parameters import parameter_of, with_value_at
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
@@ -25,7 +25,7 @@ class FreeParameter:
     Parameters
     ----------
     paths
-        Path of an entry, as for :func:`~autobalancer.assembly.parameters.with_parameter`, or several tied paths.
+        Path of an entry, as for :func:`~autobalancer.assembly.parameters.with_value_at`, or several tied paths.
     lower, upper
         Bounds in SI, or texts with a unit.
     tie
@@ -87,7 +87,7 @@ class Unknown:
         """The machine with this value."""
         for path, origin in zip(self.paths, self.origins, strict=True):
             entry = {"value": value, "factor": origin * value, "offset": origin + value}[self.tie]
-            machine = with_parameter(machine, path, entry)
+            machine = with_value_at(machine, path, entry)
         return machine
 
 

@@ -62,7 +62,7 @@ def border_curve(
         SI, strings with units, or a range such as ``"1:100 mm^2/s:30:log"``. For the unbalance they may be
         omitted: then from zero to the capability, dense near the values at which the border is highest.
     only, up_to
-        Names of the borders that are wanted, and the highest speed of the run-up, see :func:`border_speeds`.
+        Names of the borders that are wanted, and the highest speed of the run-up, see :func:`borders`.
     progress
         Called with (values done, values in all).
 

@@ -27,7 +27,7 @@ from autobalancer.stability.states.described import (
 )
 from autobalancer.units import to_si, unbalance_argument
 
-__all__ = ["Border", "border_speeds", "borders_of"]
+__all__ = ["Border", "borders", "borders_of"]
 
 
 NAMES = (
@@ -40,7 +40,7 @@ NAMES = (
 )
 
 
-def border_speeds(
+def borders(
     machine: Machine | str | Path,
     unbalance: complex | float | str | None = None,
     *,

@@ -37,7 +37,7 @@ Progress = Callable[[int, int], None]
 
 
 @shows_progress
-def stability_map(
+def map(
     machine: Machine | str | Path,
     axes: Mapping[str, Axis],
     *,

@@ -24,7 +24,7 @@ from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
-from autobalancer.stability.maps.speeds import Border, border_speeds
+from autobalancer.stability.maps.speeds import Border, borders
 from autobalancer.stability.summary.rotor import StationSummary, frame_of
 from autobalancer.stability.summary.rows import SpeedText, summary_rows
 from autobalancer.stability.summary.service import Service, service_of
@@ -107,10 +107,10 @@ def summary(machine: Machine | str | Path) -> Summary:
     highest = highest_prescribed(machine)
     frame = frame_of(machine, highest)
     critical = frame.critical_speeds
-    borders: tuple[Border, ...] = ()
+    found: tuple[Border, ...] = ()
     reason = ""
     try:
-        borders = border_speeds(machine)
+        found = borders(machine)
     except QuestionError as error:
         reason = str(error)
     friction = held_by_friction(machine) if balls else None
@@ -129,14 +129,14 @@ def summary(machine: Machine | str | Path) -> Summary:
         races=races,
         capability=capability,
         sommerfeld_number=_sommerfeld_number(machine, balls, frame.total_mass),
-        borders=borders,
+        borders=found,
         no_borders_because=reason,
         highest_speed=highest,
         warnings=input_notes(machine, None if machine.run is None else float(machine.run.duration))
         + _gravity_note(machine)
         + _pendulum_note(machine, balls)
         + _warnings(
-            unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
+            unbalance, capability, critical, highest, found, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
         + _short(frame.stations)
         + odd_sizes(machine, balls),
@@ -144,7 +144,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
         friction=friction,
-        friction_settled=_settled(machine, friction, borders, critical),
+        friction_settled=_settled(machine, friction, found, critical),
         off_center=off_center(places_of(machine, assembly), balls, service),
     )
 
