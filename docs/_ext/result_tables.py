@@ -51,6 +51,13 @@ FREE_BALL = {
     "balls": [{"mass": "3 g", "diameter": "10 mm"}],
     "resolved": CONTACT,
 }
+TWISTING = Machine(
+    name="twisting",
+    axis="vertical",
+    rotor={"mass": "10 kg", "stiffness": "600 kN/m", "damping": "100 N*s/m", "inertia": "0.05 kg*m^2"},
+    drive={"kind": "torque", "torque": "1 N*m", "couplings": [{"stiffness": "1 kN*m/rad", "inertia": "0.01 kg*m^2"}]},
+    run={"duration": 0.2},
+)
 RUBBING = with_value_at(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
 CHAMBER = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
 ROD = {"body": "pendulum", "mass": "3 g", "inertia": "1e-6 kg*m^2"}
@@ -84,6 +91,7 @@ def result_variables() -> str:
         ("of a machine with stations", ab.simulate(TILTING, save=[Samples(9), LastRevolutions(1, 8)])),
         ("of rollers and pendulums", ab.simulate(SWINGING, save=Samples(9))),
         ("of forces on balls that have an energy", ab.simulate(SPRUNG, duration=0.1, save=Samples(9))),
+        ("of a drive with couplings", ab.simulate(TWISTING, save=Samples(9))),
         ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
         ("of a deep chamber, with $x$ along the rotor", ab.simulate(CHAMBER, duration=0.005, settle=False)),

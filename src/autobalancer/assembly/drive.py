@@ -6,24 +6,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor, unbalance_vector
+from autobalancer.assembly.torsion.links import link_rows, ripple_rows
 from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, SEGMENT, TORQUE
 from autobalancer.kernels.system import Drive, Rows, System
-from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine import AsynchronousDrive, ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
 
 
-def drive_of(machine: Machine) -> Drive:
-    """What turns the rotor of a machine."""
+def drive_of(machine: Machine, first_state: int = 0) -> Drive:
+    """What turns the rotor of a machine; the states of its links begin at ``first_state``."""
     drive = machine.drive
     prescribed = isinstance(drive, PrescribedSpeed)
+    links, ripples = link_rows(drive, first_state), ripple_rows(drive)
+    breakdown, synchronous, slip = 0.0, 0.0, 0.0
+    if isinstance(drive, AsynchronousDrive):
+        synchronous = float(drive.synchronous_speed)
+        breakdown, slip = float(drive.rated_torque * drive.overload), float(drive.breakdown_slip) * synchronous
     table = np.zeros((0, 2))
     if isinstance(drive, TorqueTable):
         table = np.column_stack([[float(w) for w in drive.speed], [float(q) for q in drive.torque]])
     return Drive(
-        kind=PRESCRIBED if prescribed else TORQUE,
+        kind=PRESCRIBED if prescribed and not len(links) else TORQUE,
         damping=0.0 if isinstance(drive, PrescribedSpeed) else float(drive.damping),
         table=np.ascontiguousarray(table, np.float64),
         segments=_segments(machine),
         now=np.zeros(1, np.int64),
+        breakdown_torque=breakdown,
+        synchronous_speed=synchronous,
+        breakdown_slip=slip,
+        motor=PRESCRIBED if prescribed else TORQUE,
+        linked=int(len(links) + len(ripples) > 0),
+        links=links,
+        ripples=ripples,
     )
 
 
@@ -31,7 +44,7 @@ def steady(speed: float, unbalance: complex) -> Drive:
     """A constant prescribed speed, rad/s, and an unbalance in the rotor, kg m."""
     segments = SEGMENT.rows(1)
     segments.value, segments.unbalance_x, segments.unbalance_y = speed, unbalance.real, unbalance.imag
-    return Drive(PRESCRIBED, 0.0, np.zeros((0, 2)), segments, np.zeros(1, np.int64))
+    return Drive(PRESCRIBED, 0.0, np.zeros((0, 2)), segments, np.zeros(1, np.int64), motor=PRESCRIBED)
 
 
 def unbalance_at(system: System, time: float) -> complex:
@@ -51,7 +64,7 @@ def unbalances_at(system: System, times: NDArray[np.float64]) -> NDArray[np.comp
 def first_speed(machine: Machine, drive: Drive) -> float:
     """Speed of the rotor at the start, rad/s."""
     first = drive.segments[0]
-    if drive.kind == PRESCRIBED:
+    if drive.motor == PRESCRIBED:
         return float(first.value if first.kind == LINEAR else first.begin)
     return float(machine.start.speed)
 

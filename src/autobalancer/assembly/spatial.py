@@ -23,7 +23,15 @@ from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.machine import ConstantTorque, Hill, Machine, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine import (
+    AsynchronousDrive,
+    ConstantTorque,
+    Hill,
+    Machine,
+    PrescribedSpeed,
+    TargetTorque,
+    TorqueTable,
+)
 
 
 @dataclass(frozen=True)
@@ -112,6 +120,8 @@ def top_speed(machine: Machine) -> float | None:
         return max(abs(speed) for _, speed in corners(drive.profile))
     if isinstance(drive, TorqueTable):
         return max(abs(float(speed)) for speed in drive.speed)
+    if isinstance(drive, AsynchronousDrive):
+        return abs(float(drive.synchronous_speed))
     damping = float(drive.damping)
     if isinstance(drive, ConstantTorque):
         return abs(float(drive.torque)) / damping if damping > 0.0 else None

@@ -22,6 +22,7 @@ from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.rubber import has_rubber
 from autobalancer.assembly.spatial import Parts, pulled, spatial_parts, struck, top_speed, turned
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
+from autobalancer.assembly.torsion.links import is_linked, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import MachineError
@@ -116,6 +117,7 @@ def assemble(
         raise MachineError("rotor: runs do not know softening rubber yet; give it a stiffness and a damping")
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
+    general = general or is_linked(machine)
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = _pull(machine)
@@ -168,10 +170,10 @@ def assemble_general(
     model = _model(machine, balls, lags)
     calm = _pull(machine) == 0.0 and not machine.excitations
     turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
-    drive = drive_of(machine)
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
     further = resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
+    drive = drive_of(machine, own + further)
     angles = np.array(start_angles(balls, generator(seed)), np.float64)
     fluids = FluidRows(balls, lags, own + further - mode_count(lags))
     if model is Model.RESOLVED:
@@ -217,6 +219,9 @@ def assemble_general(
         free = slice(own, own + BALL_STATES * n)
         state[free] = start_states(machine, balls, angles, system.free_balls, state[SPEED]).ravel()
         scale[free] = resolved_scales(balls, system.free_balls, fastest).ravel()
+    state = np.append(state, start_of_links(machine, state[SPEED]))
+    scale = np.append(scale, scale_of_links(machine, parts.frequency))
+    growing = np.append(growing, np.zeros(state.size - growing.size))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
         parts.reduction, parts.places,

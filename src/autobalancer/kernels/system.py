@@ -10,7 +10,8 @@ State of a rotor of R coordinates with n guided balls, length 2 + 2 R + 2 n::
     q[R - 2]    the other coordinates of the rotor          m        in the axes of the frame
     v[R - 2]    their velocities in space                   m/s      in the axes of the frame
 
-On a planar rotor R = 2 and the reference station is the center of its races. Relaxation modes of fluids come last.
+On a planar rotor R = 2 and the reference station is the center of its races. Relaxation modes of fluids follow, then twist
+and speed of each link of the drive train.
 
 The frame is at rest, or it turns with the rotor (``rotating``), whichever makes the motion slow.
 """
@@ -24,7 +25,7 @@ from numba import typeof, types
 from numpy.typing import NDArray
 
 from autobalancer.kernels.pointers import pointer_to
-from autobalancer.kernels.records.drive import PRESCRIBED, SEGMENT, SHAKE
+from autobalancer.kernels.records.drive import LINK, PRESCRIBED, RIPPLE, SEGMENT, SHAKE, TORQUE
 from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
 from autobalancer.kernels.records.forces import FORCE, PLACE
 from autobalancer.kernels.records.friction import SLIP
@@ -47,6 +48,13 @@ class Drive(NamedTuple):
     table: Matrix = np.zeros((0, 2))  # (q, 2) speed, torque; may be empty
     segments: Rows = SEGMENT.rows(0)
     now: Integers = np.zeros(1, np.int64)  # (1,) the segment in force
+    breakdown_torque: float = 0.0  # of an asynchronous motor; 0: there is none
+    synchronous_speed: float = 0.0
+    breakdown_slip: float = 0.0  # as a difference of speeds
+    motor: int = TORQUE  # PRESCRIBED: the speed of the motor behind the last link is given
+    linked: int = 0  # 1: the rotor is driven by links or ripples
+    links: Rows = LINK.rows(0)
+    ripples: Rows = RIPPLE.rows(0)
 
 
 class Planar(NamedTuple):

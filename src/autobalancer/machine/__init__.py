@@ -23,7 +23,6 @@ from autobalancer.machine.balancer import (
     Roundness,
 )
 from autobalancer.machine.chamber import (
-    AsynchronousMotor,
     Chamber,
     ChamberBody,
     ChamberMachine,
@@ -34,7 +33,15 @@ from autobalancer.machine.chamber import (
     HistoryContact,
     RestitutionContact,
 )
-from autobalancer.machine.drive import ConstantTorque, PrescribedSpeed, TargetTorque, TorqueTable
+from autobalancer.machine.drive import (
+    AsynchronousDrive,
+    AsynchronousMotor,
+    ConstantTorque,
+    PrescribedSpeed,
+    TargetTorque,
+    TorqueTable,
+)
+from autobalancer.machine.drive_train import Coupling, MotorMount, TorqueRipple
 from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.keys import document
 from autobalancer.machine.leaves import Leaf, leaves_of
@@ -72,6 +79,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AnnulusDrag",
+    "AsynchronousDrive",
     "AsynchronousMotor",
     "Balancer",
     "BallBearing",
@@ -90,6 +98,7 @@ __all__ = [
     "Constant",
     "ConstantTorque",
     "Contact",
+    "Coupling",
     "Dashpot",
     "DiscoidalDrag",
     "Disk",
@@ -110,6 +119,7 @@ __all__ = [
     "Joint",
     "Lock",
     "Machine",
+    "MotorMount",
     "MultibodyRotor",
     "PairForce",
     "Partitions",
@@ -145,6 +155,7 @@ __all__ = [
     "Table",
     "TableDrag",
     "TargetTorque",
+    "TorqueRipple",
     "TorqueTable",
     "Unbalance",
     "key",

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.race import Balancer
-from autobalancer.machine.drive import Drive, PrescribedSpeed
+from autobalancer.machine.drive import Drive, PrescribedSpeed, twists
 from autobalancer.machine.excitation import Excitation
 from autobalancer.machine.part import ImpossiblePart, Listed, Name, Part, Problem, key
 from autobalancer.machine.quantity import Angle, Duration, Gravity, Position, Speed, Velocity
@@ -79,6 +79,8 @@ class Machine(Part):
         races = [race for balancer in self.balancers for race in balancer.races]
         balls = sum(race.ball_count for race in races)
         drive = "prescribed speed" if isinstance(self.drive, PrescribedSpeed) else "torque"
+        count = len(self.drive.couplings)
+        drive += f", {count} coupling{'s' * (count != 1)}" if count else ""
         return [
             ("rotor", f"{self.rotor.kind}, {self.axis} axis"),
             ("balls", f"{balls} in {len(races)} race{'s' * (len(races) != 1)}"),
@@ -90,7 +92,7 @@ class Machine(Part):
     @model_validator(mode="after")
     def _drivable(self) -> Machine:
         prescribed = isinstance(self.drive, PrescribedSpeed)
-        if not prescribed and self.rotor.inertia is None:
+        if (not prescribed or twists(self.drive)) and self.rotor.inertia is None:
             raise ValueError("rotor.inertia: missing; a torque can only drive a rotor whose inertia is given")
         if prescribed and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")

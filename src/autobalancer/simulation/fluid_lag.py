@@ -69,7 +69,7 @@ def fluid_lags(machine: Machine, end: float | None, *, seed: int = 0, max_steps:
         )
     if end is None or not asked:
         return KnownLags(diffusing, {"flow_model": "modes"})
-    if not isinstance(machine.drive, PrescribedSpeed):
+    if not isinstance(machine.drive, PrescribedSpeed) or machine.drive.couplings:
         from autobalancer.simulation.passes import lags_by_passes
 
         return lags_by_passes(machine, end, chambers, diffusing, asked, seed, max_steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.assembly.rubber import has_rubber
+from autobalancer.assembly.torsion.links import is_linked
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine, PlanarRotor
 
@@ -41,6 +42,7 @@ def _by_all(machine: Machine) -> dict[str, bool]:
         "resolved contact": any(race.resolved is not None for race in races),
         "softening of the rubber (stiffness of small motions)": has_rubber(machine),
         "excitations": bool(machine.excitations),
+        "torsion of the drive": is_linked(machine),
         "slipstream": any(race.slipstream for race in races),
         "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),
     }

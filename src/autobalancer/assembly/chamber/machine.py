@@ -11,7 +11,8 @@ from autobalancer.assembly.profile import corners, profile_pieces
 from autobalancer.errors import MachineError
 from autobalancer.kernels.chamber.records import BODY, COORDINATES, MACHINE, PROFILE, THETA
 from autobalancer.kernels.fields import Row, Rows
-from autobalancer.machine.chamber import AsynchronousMotor, ChamberMachine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.machine.profile import Hill
 
 Array = Any

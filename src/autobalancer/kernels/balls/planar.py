@@ -15,7 +15,7 @@ from numba import njit
 from autobalancer.kernels.balls.forces import push_planar
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.flags import EQUATIONS
-from autobalancer.kernels.host.drive import drive_value, table_torque, unbalance_value
+from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y, system_at
@@ -113,7 +113,7 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
     ax, ay = (mass_yy * force_x - mass_xy * force_y) * inverse, (mass_xx * force_y - mass_xy * force_x) * inverse
     bx, by = wx * inverse, wy * inverse
     if p.drive.kind != PRESCRIBED:
-        torque += drive + table_torque(speed, p.drive) - p.drive.damping * speed
+        torque += motor_torque(drive, speed, p.drive)
         needed = torque * determinant - wx * force_x - wy * force_y
         acceleration = needed / (inertia * determinant - wx * arm_x - wy * arm_y)
 

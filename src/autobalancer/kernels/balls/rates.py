@@ -15,6 +15,7 @@ from numba import njit
 
 from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.host.linear import alone, together, write_rotor
+from autobalancer.kernels.host.links import turn_links
 from autobalancer.kernels.host.shaking import shaken
 from autobalancer.kernels.laws.lag import relax
 from autobalancer.kernels.pointers import behind
@@ -28,6 +29,8 @@ def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # ty
     motion = shaken(time, y, p, alone(time, y, system))
     prepare(time, y, p, motion)
     torque, inertia = motion.torque, p.polar_inertia
+    if p.drive.linked == 1:
+        torque += turn_links(time, y, dy, p.drive)
     for b in range(p.ball_count):
         its_torque, its_inertia = gather(time, y, p, motion, b, kind)
         torque += its_torque

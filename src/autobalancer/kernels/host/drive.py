@@ -48,6 +48,16 @@ def table_torque(speed: float, drive: Drive) -> float:
 
 
 @njit(**INLINE)
+def motor_torque(drive_value: float, speed: float, drive: Drive) -> float:
+    """Torque of the motor at a speed against its stator: profile, table, formula of Kloss, less what brakes it."""
+    torque = drive_value + table_torque(speed, drive) - drive.damping * speed
+    if drive.breakdown_torque != 0.0:
+        slip, width = drive.synchronous_speed - speed, drive.breakdown_slip
+        torque += 2.0 * drive.breakdown_torque * slip * width / (width * width + slip * slip)
+    return torque
+
+
+@njit(**INLINE)
 def enter_segment(time: float, drive: Drive) -> bool:
     """Go on to the segment of this time, if that is a later one; returns whether it is."""
     later = False

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from autobalancer.kernels.flags import EQUATIONS, INLINE
-from autobalancer.kernels.host.drive import drive_value, table_torque, unbalance_value
+from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.host.elimination import solve_two, solve_two_by_two
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data
@@ -35,7 +35,7 @@ class Motion(NamedTuple):
     cosine: float
     gravity_x: float
     gravity_y: float
-    torque: float  # of drive and weight of the unbalance
+    torque: float  # of the drive, unless links follow, and of the weight of the unbalance
 
 
 @njit(**INLINE)
@@ -123,7 +123,8 @@ def alone(time: float, y: Any, system: Any) -> Motion:
             put(own_arm, data(w.own_g), i)
         ux, uy = unbalance_value(time, p.drive)
         torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
-        torque += drive + table_torque(speed, p.drive) - p.drive.damping * speed
+        if p.drive.linked == 0:
+            torque += motor_torque(drive, speed, p.drive)
 
     push, arms, turns, inert = data(w.push), data(w.arm), data(w.turn), data(w.inert)
     for i in range(w.push.shape[0]):

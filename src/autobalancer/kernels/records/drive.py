@@ -40,3 +40,26 @@ SHAKE = Record(
     Field("table_y", "", "RECORDED: number of the table along y", kind=np.int64),
 )
 """One excitation from outside; its two rows of ``vectors`` are accelerations of the coordinates per unit along x and y."""
+
+COUPLING, MOUNT = 0, 1  # kinds of a link
+
+LINK = Record(
+    Field(
+        "kind", "", "COUPLING, from the rotor to the motor, or MOUNT of the motor's stator, the last one", kind=np.int64
+    ),
+    Field("state", "", "place of its twist in the state; its speed comes next", kind=np.int64),
+    Field("inertia", "kg m^2", "of what turns on the motor's side, or of the stator; 0: its speed is prescribed"),
+    Field("stiffness", "N m/rad", "torque over twist"),
+    Field("damping", "N m s/rad", "torque over speed of the twist"),
+    Field("error", "rad", "amplitude of the twist without a torque"),
+    Field("order", "1", "cycles of it per turn of the rotor's side"),
+    Field("phase", "rad", "of it"),
+)
+"""An elastic piece of the drive train. The twist of a coupling is the angle of its motor's side less that of its rotor's side."""
+
+RIPPLE = Record(
+    Field("torque", "N m", "amplitude"),
+    Field("order", "1", "cycles per turn of the motor against its stator"),
+    Field("phase", "rad", "at angle zero"),
+)
+"""A torque of the motor that changes as it turns."""

@@ -3,12 +3,10 @@
 from autobalancer.machine.chamber.body import ChamberBody, ChamberRotor, ChamberSupport, ChamberUnbalance
 from autobalancer.machine.chamber.chamber import Chamber, FreeBalls
 from autobalancer.machine.chamber.contact import HistoryContact, RestitutionContact
-from autobalancer.machine.chamber.drive import AsynchronousMotor
 from autobalancer.machine.chamber.machine import ChamberMachine
 from autobalancer.machine.keys import document
 
 __all__ = [
-    "AsynchronousMotor",
     "Chamber",
     "ChamberBody",
     "ChamberMachine",

@@ -50,6 +50,8 @@ class ChamberMachine(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> ChamberMachine:
+        if getattr(self.drive, "couplings", ()):
+            raise ValueError("drive.couplings: the rotor of a deep chamber has none; leave them out")
         if isinstance(self.drive, PrescribedSpeed) and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
         total = sum(unbalance.size for unbalance in self.unbalances)

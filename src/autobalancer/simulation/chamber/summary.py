@@ -13,7 +13,8 @@ from autobalancer.assembly.chamber import assemble_chamber, contact_time
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.bare_numbers import bare_numbers
-from autobalancer.machine.chamber import AsynchronousMotor, Chamber, ChamberMachine
+from autobalancer.machine.chamber import Chamber, ChamberMachine
+from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.results.number_text import moment_text
 from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds

@@ -28,6 +28,7 @@ from autobalancer.simulation.saved.at_places import (
 )
 from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races, stored_in_forces
 from autobalancer.simulation.saved.resolved_walls import wall_contacts
+from autobalancer.simulation.saved.torsion import link_coordinates, over_links
 
 
 def run_dataset(
@@ -48,7 +49,7 @@ def run_dataset(
     }
     if any(ball.body != "ball" for ball in balls):
         coordinates["ball_body"] = ("ball", np.array([ball.body for ball in balls], dtype=object))
-    coordinates |= place_names(places) | axis_coordinates(places, assembly)
+    coordinates |= place_names(places) | axis_coordinates(places, assembly) | link_coordinates(places.machine)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)
     count = int(state.counts[NEXT_SAMPLE])
@@ -61,6 +62,7 @@ def run_dataset(
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
         data |= stored_in_forces(record.samples[:count], assembly)
+        data |= over_links(record.samples[:count], assembly.system.drive)
     if record.bin_low.size:
         edges, low, high, states = whole_bins(record, state)
         angle, rate = ball_motion(states, assembly)

@@ -19,6 +19,7 @@ from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
+from autobalancer.assembly.torsion.links import without_links
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball
 from autobalancer.files.machine_file import machine_text
@@ -74,7 +75,7 @@ def named_basin(
     refuse_forces(machine)
     st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
     lags = diffusing_lags(machine)
-    assembly = assemble(machine, seed=seed, contact=False, lags=lags)
+    assembly = assemble(without_links(machine), seed=seed, contact=False, lags=lags)
     slowest = _slowest(st, speed)
     longest = hold or _long_enough(slowest, speed, lags if acceleration or "acceleration" in axes else {})
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)

@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.assembly.torsion.links import without_links
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
@@ -30,7 +31,7 @@ class Turn:
     """
 
     def __init__(self, machine: Machine, p: Plane | Stations, speed: float, angle: float = 0.0) -> None:
-        self.assembly: Assembly = assemble(machine, rotating=False, contact=False, real=False)
+        self.assembly: Assembly = assemble(without_links(machine), rotating=False, contact=False, real=False)
         self.system = steadily(self.assembly.system, steady(speed, p.unbalance))
         self.speed, self.count, self.angle = speed, p.moment.size, angle
         self.period = 2.0 * math.pi / speed

@@ -1,0 +1,1 @@
+"""What twists between motor and rotor: links for runs, and their matrices."""
