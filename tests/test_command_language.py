@@ -141,6 +141,7 @@ SAMPLES = (
     "deep_chamber",
     "equilibrium_angle",
     "discoidal_hammer",
+    "rubber_loops",
     "rodrigues_rig",
     "rodrigues_critical_speeds",
 )
@@ -172,6 +173,7 @@ WIDE = (
     'annulus-flow discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "0.04 s" --points 12x14',
     'equilibrium-angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
+    "rubber rubber_loops.csv",
     "chamber archive runs",
     'catalog bearings --unbalance "594 g*mm"',
     "catalog bearing 16021",

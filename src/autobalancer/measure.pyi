@@ -18,6 +18,11 @@ from autobalancer.measurement.loop.growth import receptance_stability as recepta
 from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
 from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
 from autobalancer.measurement.receptance.rational_fit import receptance as receptance
+from autobalancer.measurement.rubber.file import load_rubber as load_rubber
+from autobalancer.measurement.rubber.fit import rubber as rubber
+from autobalancer.measurement.rubber.hysteresis import hysteresis as hysteresis
+from autobalancer.measurement.rubber.measured import rubber_loops as rubber_loops
+from autobalancer.measurement.rubber.measured import rubber_resonances as rubber_resonances
 
 __all__ = [
     "RaceBalls",
@@ -30,12 +35,17 @@ __all__ = [
     "equilibrium_angles",
     "evaluate_angles",
     "fit_rolling_resistance",
+    "hysteresis",
     "load_angle_series",
     "load_receptance",
+    "load_rubber",
     "modes_of",
     "receptance",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
     "rolling_resistance_deviation",
+    "rubber",
+    "rubber_loops",
+    "rubber_resonances",
 ]

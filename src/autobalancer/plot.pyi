@@ -21,6 +21,7 @@ from autobalancer.plots.measured.flow import velocity_profiles as velocity_profi
 from autobalancer.plots.measured.identification import identification as identification
 from autobalancer.plots.measured.receptance import nyquist as nyquist
 from autobalancer.plots.measured.receptance import receptance as receptance
+from autobalancer.plots.measured.rubber import rubber as rubber
 from autobalancer.plots.rotor.campbell import campbell as campbell
 from autobalancer.plots.rotor.equivalent_planar import equivalent_planar as equivalent_planar
 from autobalancer.plots.rotor.modes import modes as modes
@@ -72,6 +73,7 @@ __all__ = [
     "race",
     "receptance",
     "response",
+    "rubber",
     "run_up",
     "secondary_flow",
     "spin_up",

@@ -49,7 +49,7 @@ def _options(
 
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
-from autobalancer.cli.rotors import angle, ball_drag, equivalent, flow, identify, modes, receptance, response  # noqa: E402
+from autobalancer.cli.rotors import angle, ball_drag, equivalent, flow, identify, modes, receptance, response, rubber  # noqa: E402
 from autobalancer.cli.runs import animate, archive, basin, compare, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
@@ -74,6 +74,7 @@ app.command("annulus-flow")(flow.flow)
 app.command("ball-drag")(ball_drag.ball_drag)
 app.command("equilibrium-angle")(angle.angle)
 app.command()(identify.identify)
+app.command()(rubber.rubber)
 app.command("equivalent-planar")(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
 app.add_typer(study.app, name="chamber")

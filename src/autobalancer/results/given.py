@@ -71,6 +71,12 @@ def result(given: Given, asked: str, of: str, holds: Callable[[xr.Dataset], bool
     return found
 
 
+def refusal(thing: object, asked: str, wanted: str) -> QuestionError:
+    """What is said where a picture is given something that it does not draw."""
+    what = "a machine" if isinstance(thing, Part) else f"a {type(thing).__name__}"
+    return QuestionError(f"{asked}: given {what}; it draws {wanted}")
+
+
 def _run(given: Given, asked: str) -> xr.Dataset:
     run = _opened(given, asked, f"a run, as in ab.{asked}(ab.simulate(machine))")
     if not _is_run(run):
@@ -83,8 +89,7 @@ def _opened(given: Given, asked: str, wanted: str) -> xr.Dataset:
         return open_run(given)
     thing = cast("object", given)
     if not isinstance(thing, xr.Dataset):
-        what = "a machine" if isinstance(thing, Part) else f"a {type(thing).__name__}"
-        raise QuestionError(f"{asked}: given {what}; it draws {wanted}")
+        raise refusal(thing, asked, wanted)
     return thing
 
 

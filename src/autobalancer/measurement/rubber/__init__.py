@@ -1,0 +1,1 @@
+"""Rubber that softens with the amplitude, from hysteresis loops and from resonances."""
