@@ -16,6 +16,7 @@ from autobalancer.stability.averaged import border as averaged_borders
 from autobalancer.stability.averaged import equations as averaged
 from autobalancer.stability.averaged import formulas as averaged_formulas
 from autobalancer.stability.averaged import phase_windows as speed_windows
+from autobalancer.stability.averaged import rates as averaged_rates
 from autobalancer.stability.averaged import two_balls as averaged_two_balls
 from autobalancer.stability.averaged.stations import averaged_station_matrices
 from autobalancer.stability.host.planar import Plane
@@ -224,7 +225,8 @@ def test_no_ball_positions_have_a_higher_averaged_border_than_the_worst_case(see
     for _ in range(40):
         state = balanced(*random.uniform(-math.pi, math.pi, 4))
         assert averaged.averaged_growth_rate(p, 1.0001 * border, state) < 0.0
-    assert averaged.averaged_growth_rate(p, 0.9999 * border, averaged_borders.worst_states(p)[0]) > 0.0
+    (least,) = averaged_borders.worst_spreads(p)
+    assert averaged_rates.growth_rates(p, np.array([0.9999 * border]), least)[0] > 0.0
 
 
 def test_one_ball_meets_its_sufficient_criterion_as_the_rotor_damping_vanishes() -> None:
@@ -385,7 +387,7 @@ def test_what_the_averaged_theory_cannot_answer_is_refused_in_words() -> None:
     with pytest.raises(QuestionError, match="a ball without drag"):
         averaged.averaged_eigenvalues(replace(p, drag=np.zeros(2)), 150.0, balanced(2.0, -2.0))
     with pytest.raises(QuestionError, match="supports are not isotropic"):
-        averaged_formulas.explicit_averaged_border(a_plane(stiffness=(1e5, 1.7e5)))
+        averaged_formulas.heavily_damped_border(a_plane(stiffness=(1e5, 1.7e5)))
     with pytest.raises(QuestionError, match="a race is off the axis"):
         averaged_formulas.explicit_averaged_border(MACHINES / "eccentric_race.toml")
     with pytest.raises(QuestionError, match="needs races on the axis"):

@@ -12,14 +12,12 @@ from scipy.optimize import brentq
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged.equations import (
     Given,
-    averaged_growth_rate,
     averaged_plane,
     balanced_growth_rate,
 )
+from autobalancer.stability.averaged.rates import growth_rates, one_center, spreads_of
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Plane
-from autobalancer.stability.states.planar import Equilibrium
-from autobalancer.stability.states.polygon import directions
+from autobalancer.stability.host.planar import Floats, Plane
 
 SEARCHED = 40.0  # borders are sought up to so many times the critical speed
 POINTS = 400
@@ -45,17 +43,33 @@ def averaged_border(
     critical = math.sqrt(max(p.stiffness) / p.mass)
     low, high = searched or (critical, SEARCHED * critical)
     if not worst_case:
-        return Border("averaged border", *_search(lambda w: balanced_growth_rate(p, w), low, high))
+        return Border("averaged border", *_search(partial(balanced_growth_rates, p), low, high))
     if np.any(p.offset != 0.0):
         raise QuestionError("averaged border: the worst case over the unbalance needs races on the axis of the rotor")
-    found = [_search(partial(averaged_growth_rate, p, state=s), low, high) for s in worst_states(p)]
+    found = [_search(partial(growth_rates, p, spreads=one), low, high) for one in worst_spreads(p)]
     speed, note = max(found, key=lambda pair: pair[0])
     return Border("averaged border, worst case", speed, note)
 
 
-def _search(rate: Callable[[float], float], low: float, high: float) -> tuple[float, str]:
+def balanced_growth_rates(p: Plane, speeds: Floats) -> Floats:
+    """Averaged growth rates of the most stable balanced state, 1/s; nan where there is none.
+
+    Raises
+    ------
+    QuestionError
+        If a ball has no drag.
+    """
+    if one_center(p):
+        return growth_rates(p, speeds, spreads_of(p, speeds))
+    return np.array([balanced_growth_rate(p, speed) for speed in speeds.tolist()])
+
+
+def _search(rates_at: Callable[[Floats], Floats], low: float, high: float) -> tuple[float, str]:
+    def rate(speed: float) -> float:
+        return float(rates_at(np.array([speed]))[0])
+
     speeds = low + np.geomspace(1e-7 * low, high - low, POINTS)
-    rates = np.array([rate(speed) for speed in speeds])
+    rates = rates_at(speeds)
     if np.isnan(rates[-1]):
         return math.nan, "there is no balanced state"
     unstable = np.flatnonzero(~(rates < 0.0))
@@ -69,12 +83,8 @@ def _search(rate: Callable[[float], float], low: float, high: float) -> tuple[fl
     return float(brentq(rate, speeds[last], speeds[last + 1], xtol=1e-12 * high, rtol=1e-13)), ""
 
 
-def worst_states(p: Plane) -> list[Equilibrium]:
-    """Isotropic: the ball positions of least |g2|. Orthotropic: positions from there to all balls in line."""
+def worst_spreads(p: Plane) -> list[float]:
+    """|g2|/g. Isotropic: the least that the balls can make. Orthotropic: from there to one, all balls in line."""
     weight = p.moment**2 / p.drag
-    g = float(weight.sum())
-    least = max(0.0, 2.0 * float(weight.max()) - g)
-    levels = [least] if p.isotropic else list(np.linspace(least, g, 19))
-    doubled = [directions(weight, complex(level)) for level in levels]
-    freedom = max(weight.size - 2, 0)
-    return [Equilibrium("balanced", 0.5 * angles, 0j, freedom, 0) for angles in doubled if angles is not None]
+    least = max(0.0, 2.0 * float(weight.max() / weight.sum()) - 1.0)
+    return [least] if p.isotropic else [float(spread) for spread in np.linspace(least, 1.0, 19)]

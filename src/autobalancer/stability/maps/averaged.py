@@ -79,8 +79,8 @@ def averaged_border(
 def averaged_of(p: Described) -> Border:
     """*averaged border* as :func:`autobalancer.stability.borders` has it.
 
-    With races on the axis in one plane and isotropic supports that of the worst case over the unbalance, of planar rotors by
-    (4.74), generalized to any balls; else that at this unbalance.
+    With races on the axis in one plane that of the worst case over the unbalance: of planar rotors by the closed form, (4.74)
+    generalized to any balls and to orthotropic supports, of others on isotropic supports. Else that at this unbalance.
     """
     if isinstance(p, Stations) and p.forces is not None:
         return Border(AVERAGED, math.nan, "computed without forces on the balls only; see the exact border", False)
@@ -92,9 +92,9 @@ def averaged_of(p: Described) -> Border:
         if not p.model.damping.any():
             return Border(AVERAGED, math.inf, "the rotor has no damping")
         return replace(_of_stations(p, worst_case=p.isotropic and _one_centric(p)), name=AVERAGED)
-    if p.isotropic and p.damping[0] == 0.0:
+    if max(p.damping) == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
-    if p.isotropic and np.all(p.offset == 0.0):
+    if np.all(p.offset == 0.0):
         return replace(explicit_averaged_border(p), name=AVERAGED)
     found = planar_border(p)
     return replace(
