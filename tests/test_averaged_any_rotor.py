@@ -32,7 +32,8 @@ from autobalancer.stability.averaged.stations import averaged_station_eigenvalue
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
 from autobalancer.stability.maps.averaged import averaged_of
-from autobalancer.stability.states.floquet import OnAnisotropicStations, exponents_of
+from autobalancer.stability.maps.balanced_stations import members_of
+from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import balanced_of
 
@@ -160,7 +161,7 @@ def test_averaged_and_exact_border_meet_as_the_drag_grows_on_uneven_supports_too
     for factor in (100.0, 1000.0):
         heavy = ab.with_parameter(machine, "drag", factor * 2e-4)
         averaged = ab.stability.averaged_border(heavy, searched=(140.0, 160.0)).speed
-        exact = OnAnisotropicStations(stations(heavy))
+        (exact,) = members_of(stations(heavy))
         border = brentq(
             lambda w, exact=exact: exact.rates(np.array([w]))[0], 0.99 * averaged, 1.01 * averaged, xtol=1e-9
         )

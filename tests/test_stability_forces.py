@@ -16,7 +16,6 @@ import autobalancer as ab
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
-from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Samples
@@ -256,9 +255,6 @@ def test_what_is_not_known_with_forces_says_so() -> None:
     assert "ignores forces on the balls" in notes["release speed"]
     assert "ignores" not in notes["exact border"]
     assert "forces on the balls are left out here" in ab.check(machine).friction.note
-    uneven = ab.with_parameter(machine, "rotor.stiffness", ("1e5 N/m", "2e5 N/m"))
-    with pytest.raises(QuestionError, match="forces: on supports that differ along x and y"):
-        ab.stability.borders(uneven)
 
 
 def test_the_command_line_answers_with_forces(tmp_path: Path) -> None:

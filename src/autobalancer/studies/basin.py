@@ -36,8 +36,8 @@ def basin(
     """Ends of a machine at a speed, from many starts.
 
     Without gravity across the axis a machine ends in states of rest and motions that have names, on several planes also for
-    each of them. With it, with forces on the balls, on anisotropic supports with ``tilting_races = "full"``, and in run-ups
-    from random starts, an end is the verdict on the run; there only random starts are possible.
+    each of them. With it, with forces on the balls, and in run-ups from random starts, an end is the verdict on the run; there
+    only random starts are possible.
 
     Parameters
     ----------

@@ -17,7 +17,6 @@ import xarray as xr
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
-from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.assembly.torsion.links import without_links
 from autobalancer.catalog.friction_table import NONE_GIVEN
@@ -95,8 +94,6 @@ def why_unnamed(machine: Machine) -> str:
         return "gravity acts across the axis"
     if has_forces(machine):
         return "forces act on the balls, which may hold them at other places"
-    if machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor):
-        return "" if lateral_model(machine).isotropic else "races tilt on supports that differ along x and y"
     return ""
 
 

@@ -22,6 +22,7 @@ from autobalancer.stability.host.forces import BallForces, forces_on
 from autobalancer.stability.host.loads import load_of, load_of_size
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
 
+ALONG = 1e-9  # share of the greatest entry of a matrix that moves nothing
 ROUNDING = 4.0 * float(np.finfo(float).eps)  # of a sum of terms that cancel, over the terms
 
 
@@ -170,8 +171,8 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     Raises
     ------
     QuestionError
-        If gravity acts across the axis, balls feel the tilt of their race or further forces on supports that differ along x
-        and y, or ``unbalance`` is given and the machine has not just one.
+        If gravity acts across the axis, ``unbalance`` is given and the machine has not just one, or of
+        :func:`refuse_motion_along_the_axis`.
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
@@ -181,8 +182,8 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
     tilting, forces = machine.tilting_races == "full", forces_on(machine)
-    if not model.isotropic:
-        _refuse_uneven(tilting, forces)
+    if not model.isotropic and (tilting or forces is not None):
+        refuse_motion_along_the_axis(model)
     balls = resolve(machine)
     planes = planes_of(machine, bare)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -217,18 +218,22 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     )
 
 
-def _refuse_uneven(tilting: bool, forces: BallForces | None) -> None:
-    """On supports that differ along x and y no state rests, and periodic ones are known for plain balls only."""
-    if tilting:
-        raise QuestionError(
-            "tilting_races: given 'full'; on supports that differ along x and y stability is known for balls that feel the "
-            'deflection of their race only. Take tilting_races = "deflection", or simulate the machine'
-        )
-    if forces is not None:
-        raise QuestionError(
-            "forces: on supports that differ along x and y stability is known without forces on the balls only. Simulate the "
-            "machine, or ask without them"
-        )
+def refuse_motion_along_the_axis(model: LateralModel) -> None:
+    """Refuse a rotor that forces across its axis also move along or about it: the vector field has no such coordinates.
+
+    Raises
+    ------
+    QuestionError
+        If it does.
+    """
+    lateral = 2 * model.pairs
+    for matrix in (model.mass, model.gyroscopic, *model.damping, *model.stiffness):
+        if np.abs(matrix[:lateral, lateral:]).max(initial=0.0) > ALONG * np.abs(matrix).max():
+            raise QuestionError(
+                "rotor: forces across its axis also move it along or about the axis. On supports that differ along x and y, "
+                'branches, tilting_races = "full" and forces on the balls are then not known here; simulate the machine, or '
+                "ask about balls that feel the deflection of their race only"
+            )
 
 
 def in_plane(machine: Machine, unbalance: complex | float | None = None) -> Stations:
@@ -237,13 +242,9 @@ def in_plane(machine: Machine, unbalance: complex | float | None = None) -> Stat
     Raises
     ------
     QuestionError
-        As of :func:`~autobalancer.stability.host.planar.plane`, and for forces on supports that differ along x and y.
+        As of :func:`~autobalancer.stability.host.planar.plane`.
     """
-    found = of_plane(plane(machine, unbalance, with_forces=True))
-    forces = forces_on(machine)
-    if not found.isotropic:
-        _refuse_uneven(False, forces)
-    return replace(found, forces=forces)
+    return replace(of_plane(plane(machine, unbalance, with_forces=True)), forces=forces_on(machine))
 
 
 def of_plane(p: Plane) -> Stations:

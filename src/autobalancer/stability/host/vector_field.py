@@ -26,7 +26,7 @@ import numpy as np
 
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.series import Numbers, Series
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Stations, refuse_motion_along_the_axis
 from autobalancer.stability.host.tilt import Feels, tilted
 
 
@@ -65,6 +65,7 @@ class Field:
             mass, turning, stiffness = (_real(m) for m in model.complex_matrices(self.speed))
             return mass, turning, stiffness, fixed
         n, cosine, sine = 2 * model.pairs, np.cos(self.theta), np.sin(self.theta)
+        refuse_motion_along_the_axis(model)
         turned = np.kron([[1.0, 0.0], [0.0, 1.0]], np.eye(model.pairs)) * np.asarray(cosine)[..., None, None]
         turned = turned + np.kron([[0.0, -1.0], [1.0, 0.0]], np.eye(model.pairs)) * np.asarray(sine)[..., None, None]
         turning = model.damping_at(self.speed) + self.speed * model.gyroscopic

@@ -23,7 +23,6 @@ from autobalancer.stability.maps.balanced_forces import ForcedBalls
 from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
-from autobalancer.stability.states.floquet import OnAnisotropicStations
 from autobalancer.stability.states.spread import spread_of_two, spread_range
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
@@ -104,7 +103,7 @@ def balanced_states(p: Described) -> list[Balanced]:
     if isinstance(p, Stations):
         if p.forces is not None:
             return [ForcedBalls(p)]
-        return list(members_of(p)) if p.isotropic else [OnAnisotropicStations(p)]
+        return list(members_of(p))
     if equal_balls(p):
         return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
     return balanced_states(of_plane(p))

@@ -1,4 +1,4 @@
-"""Growth rate of the balanced state over the speed by eigenvalues: any balls at any stations of any isotropic rotor.
+"""Growth rate of the balanced state over the speed by eigenvalues, or multipliers: any balls at any stations of any rotor.
 
 At a station with more than two balls they have a continuum of ways to balance; members drawn evenly stand for it. For
 equal balls at one station only |S2| counts, and two heavier balls with the same N s^2 and |S2| stand for all of them.
@@ -10,6 +10,7 @@ import cmath
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -20,6 +21,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.linear import kept, modes
 from autobalancer.stability.states.planar import close_polygon
 from autobalancer.stability.states.settled import settled
@@ -36,7 +38,7 @@ Growth = Callable[[Stations, float, StationState], float]
 
 def growth_of(st: Stations, speed: float, state: StationState) -> float:
     """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    values, _ = modes(st, speed, state)
+    values = modes(st, speed, state)[0] if st.isotropic else exponents_of(st, speed, state)
     return float(kept(values, state.freedom).real.max())
 
 
@@ -56,7 +58,11 @@ class MostStable(ABC):
             states = self.states(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor
             return math.nan
-        return min((self.growth(self.stations, speed, state) for state in states), default=math.nan)
+        found = []
+        for state in states:
+            with suppress(QuestionError):  # on anisotropic supports no periodic state near this one
+                found.append(self.growth(self.stations, speed, state))
+        return min(found, default=math.nan)
 
     @abstractmethod
     def states(self, speed: float) -> list[StationState]:
@@ -178,10 +184,13 @@ def equal_at_one_station(st: Stations) -> bool:
 
 
 def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | EqualAtOneStation]:
-    """Members of the family of balanced states on isotropic supports: one, or several that stand for a continuum.
+    """Members of the family of balanced states: one, or several that stand for a continuum.
 
-    ``growth`` is that of the full equations, or of others such as the averaged ones.
+    ``growth`` is that of the full equations, or of others such as the averaged ones. Multipliers take so long that one member
+    has to do.
     """
+    if growth is growth_of and not st.isotropic:
+        return [StationBalls(st, route="multipliers")]
     if equal_at_one_station(st):
         places = PLACES if st.moment.size > 2 else (0.0,)
         return [EqualAtOneStation(st, place, growth=growth) for place in places]

@@ -1,5 +1,7 @@
 """Floquet multipliers of balls on any rotor: its equations linearized about a periodic state and taken around a turn.
 
+What balls feel beyond the deflection of their race comes from the vector field over half a turn.
+
 The variational equations are linear with coefficients that repeat, mirrored, after half a turn. They are integrated by
 the Gauss method of four stages (order eight) in equal steps, all steps at once; multipliers of the whole turn are the
 squares of those of the mirrored half.
@@ -8,61 +10,58 @@ squares of those of the mirrored half.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.harmonic_balance import Swing, swing_of
-from autobalancer.stability.states.linear import kept
 from autobalancer.stability.states.state import StationState
-from autobalancer.stability.states.stations import balanced_of
+from autobalancer.stability.states.swinging import swinging
 
 STEPS = 24  # in half a turn, at least
 PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor
 
 
-@dataclass(frozen=True)
-class OnAnisotropicStations:
-    """Balanced states on anisotropic supports; of several the most stable one, of a continuum one member."""
-
-    stations: Stations
-    route: str = "multipliers"
-
-    def rates(self, speeds: Floats) -> Floats:
-        """Growth rates, 1/s; nan where there is no such state."""
-        return np.array([self._rate(float(speed)) for speed in speeds])
-
-    def _rate(self, speed: float) -> float:
-        found = []
-        try:
-            states = without_exchanges(self.stations, balanced_of(self.stations, speed))
-        except QuestionError:  # exactly a critical speed of an undamped rotor
-            return math.nan
-        for state in states:
-            try:
-                values = exponents_of(self.stations, speed, state)
-            except QuestionError:  # no periodic state there
-                continue
-            found.append(float(kept(values, state.freedom).real.max()))
-        return min(found, default=math.nan)
-
-
 def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
-    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first; (2 N + 2 n,).
+    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first, as many as :func:`counted`.
 
     Raises
     ------
     QuestionError
         If there is no periodic state near the guess.
     """
+    if not st.plain:
+        cycle, state = swinging(st, speed, guess.angles, guess.freedom)
+        return cycle.exponents(state)
     half = half_turn(st, swing_of(st, speed, guess))
     multipliers = np.linalg.eigvals(half) ** 2
     values = np.log(multipliers) * speed / (2.0 * math.pi)
     return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def counted(st: Stations) -> int:
+    """Number of exponents: two for each ball and coordinate, of those along and about the axis where they are known."""
+    return 2 * (st.moment.size + (st.model.size if st.plain else 2 * st.model.pairs))
+
+
+def in_mean(st: Stations, speed: float, guess: StationState) -> StationState:
+    """Mean ball angles and forward whirl of the periodic state near a state of the mean torque; the same if there is none.
+
+    States that rest stay as they are, and so do those of balls that feel the deflection of their race only.
+    """
+    if st.isotropic or st.plain:
+        return guess
+    try:
+        cycle, state = swinging(st, speed, guess.angles, guess.freedom)
+    except QuestionError:
+        return guess
+    mean, half, n = state[: cycle.size], cycle.rotor // 2, cycle.balls
+    coordinates = mean[: half // 2] + 1j * mean[half // 2 : half]
+    whirl = np.asarray(st.rows @ coordinates, np.complex128)
+    return replace(guess, angles=mean[cycle.rotor : cycle.rotor + n], whirl=whirl)
 
 
 def half_turn(st: Stations, swing: Swing) -> Matrix:

@@ -20,7 +20,7 @@ from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.answers import Eigenvalues, Equilibria
 from autobalancer.stability.states.described import why_no_state
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.floquet import exponents_of
+from autobalancer.stability.states.floquet import counted, exponents_of, in_mean
 from autobalancer.stability.states.linear import modes, motion_name
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import balanced_of, required, states_of
@@ -66,7 +66,7 @@ def equilibria(
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
     st = host_of(machine, unbalance)
-    states = without_exchanges(st, states_of(st, speed))
+    states = [in_mean(st, speed, state) for state in without_exchanges(st, states_of(st, speed))]
     rows = [judged(st, speed, state) for state in states]
     n, places = st.moment.size, len(st.names)
     modes = rows[0][0].size if rows else 0
@@ -151,7 +151,8 @@ def eigenvalues(
     missing = []
     for number, speed in enumerate(map(float, speeds)):
         every = balanced_of(st, speed) if state == "balanced" and st.moment.size else states_of(st, speed)
-        states = [s for s in without_exchanges(st, every) if s.name == state and outward in (None, s.outward)]
+        wanted = [s for s in without_exchanges(st, every) if s.name == state and outward in (None, s.outward)]
+        states = [in_mean(st, speed, s) for s in wanted]
         found = [(speed, s, *judged(st, speed, s)) for s in states]
         found = [row for row in found if not np.isnan(row[2]).any()]
         if found:
@@ -199,7 +200,7 @@ def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, 
     try:
         return exponents_of(st, speed, state), PERIODIC
     except QuestionError:
-        return np.full(2 * (st.model.size + st.moment.size), np.nan, np.complex128), "no periodic state near this one"
+        return np.full(counted(st), np.nan, np.complex128), "no periodic state near this one"
 
 
 def _where(machine: Machine) -> str:

@@ -7,6 +7,9 @@ stays where it is, and they count in ``freedom``.
 The tilt of a race changes a state by little, and it keeps its name. A continuum of states without it stays one: what the tilt
 does along it is of the second order in the slope. Forces on the balls may change everything: there Newton's
 method starts from random angles, too, states may be missed, and they are named by what the balls do.
+
+Where x and y are not alike, no state rests. The mean torques of the forward whirl and of the forces give states near the periodic
+ones, which :mod:`autobalancer.stability.states.swinging` finds from there with all that balls feel.
 """
 
 from __future__ import annotations
@@ -38,9 +41,11 @@ def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[
         count = st.moment.size
         random = generator(0).uniform(-np.pi, np.pi, (RANDOM * (1 + count), count))
         return searched(st, speed, [*(state.angles for state in states), *random])
-    field, found = Field(st, speed), []
+    if not st.isotropic:
+        return without_exchanges(st, states)
+    found = []
     for state in without_exchanges(st, states):
-        angles, freedom = _newton(field, state.angles, state.freedom)
+        angles, freedom = _newton(st, speed, state.angles, state.freedom)
         if angles is not None and np.abs(angles - state.angles).max() < FAR:
             whirl = st.rows @ st.coordinates(speed, angles)
             found.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
@@ -49,19 +54,20 @@ def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[
 
 def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[StationState]:
     """States that Newton's method reaches from these ball angles, without exchanges of equal balls, in order."""
-    field, found = Field(st, speed), []
+    found = []
     for start in starts:
-        angles, freedom = _newton(field, start)
+        angles, freedom = _newton(st, speed, start)
         if angles is not None:
             found.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
     return sorted(without_exchanges(st, found, DIGITS), key=lambda state: state.rank)
 
 
-def _newton(field: Field, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:
+def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:
     """Ball angles at rest near a start (``None`` if not found), and the dimension of their continuum, at least ``freedom``."""
-    angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(field)
+    angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(st, speed)
+    balance = torques if st.isotropic else mean_torques
     for _ in range(CORRECTIONS):
-        torque, slope = torques(field, angles)
+        torque, slope = balance(st, speed, angles)
         left, sizes, right = np.linalg.svd(slope)
         firm = (sizes > least) & (np.arange(sizes.size) < sizes.size - freedom)
         step = -right[firm].T @ ((left.T @ torque)[firm] / sizes[firm])
@@ -73,16 +79,32 @@ def _newton(field: Field, start: Floats, freedom: int = 0) -> tuple[Floats | Non
     return None, 0
 
 
-def _by_rotor(field: Field) -> float:
+def _by_rotor(st: Stations, speed: float) -> float:
     """Size of the torques' change with the angles as the rotor makes it, N m."""
-    st, speed = field.host, field.speed
     answer = st.rows @ st.compliance(speed) @ st.rows.T
     return float(speed**4 * np.abs(answer).max() * st.moment.max() ** 2)
 
 
-def torques(field: Field, angles: Floats) -> tuple[Floats, Matrix]:
+def mean_torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]:
+    """As :func:`torques` the mean of what turns balls at rest where x and y are not alike: the forward whirl and forces."""
+    flat, n = st.plain_at(speed), angles.size
+    push = speed * st.moment * np.exp(1j * angles)  # times W
+    answer = speed**2 * flat.rows @ st.compliance(speed) @ flat.rows.T
+    center = flat.rows @ flat.coordinates(speed, angles)
+    lever = push.conj() * speed * (center[st.station] + st.offset)
+    torque = lever.imag
+    slope = (push.conj()[:, None] * 1j * answer[np.ix_(st.station, st.station)] * push).imag - np.diag(lever.real)
+    if st.forces is not None:
+        still, each = np.zeros((n, n)), np.eye(n)
+        value, change = st.forces.series(np.broadcast_to(angles, (n, n)), still, each, still, speed, 1)
+        torque, slope = torque + value[0], slope + change.T
+    return torque, slope
+
+
+def torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]:
     """What turns balls at rest, (n,) N m, and its change with their angles, (n, n), while the rotor follows them."""
-    st, speed, first = field.host, field.speed, field.rotor
+    field = Field(st, speed)
+    first = field.rotor
     half, n = first // 2, field.balls
     state = state_vector(st, speed, angles)
     count = half + n
