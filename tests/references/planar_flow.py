@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalancer.assembly.contacts import contact_rows
+from autobalancer.assembly.contact.meetings import contact_rows
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError

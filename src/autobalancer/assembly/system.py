@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import contact_rows, set_contacts
+from autobalancer.assembly.contact.meetings import contact_rows, set_contacts
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.excitations import excitations
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
@@ -138,7 +138,8 @@ def assemble(
     angles = np.array(start_angles(balls, generator(seed)), np.float64)
     if contact and balls:
         fastest = max(top_speed(machine) or 0.0, *critical)
-        angles = set_contacts(machine, balls, angles, system.contacts, fastest)
+        angles, rebounds = set_contacts(machine, balls, angles, system.contacts, fastest)
+        system = system._replace(rebounds=rebounds)
     system = system._replace(**force_rows(machine, balls, angles))
     state = planar_start(machine, balls, system, first_speed(machine, system.drive), angles)
     scale, growing = planar_scales(machine, balls, system)
@@ -200,7 +201,8 @@ def assemble_general(
     )
     fastest = max([top_speed(machine) or 0.0, *parts.critical_speeds])
     if contact and balls and model is not Model.RESOLVED:
-        angles = set_contacts(machine, balls, angles, system.contacts, fastest)
+        angles, rebounds = set_contacts(machine, balls, angles, system.contacts, fastest)
+        system = system._replace(rebounds=rebounds)
     system = system._replace(**force_rows(machine, balls, angles))
     state, scale, growing = np.zeros(own + further), np.ones(own + further), np.zeros(own + further)
     where = [X, Y, *range(rest, rest + size - 2)]

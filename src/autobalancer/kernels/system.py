@@ -30,6 +30,7 @@ from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
 from autobalancer.kernels.records.forces import FORCE, PLACE
 from autobalancer.kernels.records.friction import SLIP
 from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
+from autobalancer.kernels.records.impacts import IMPACT, TOUCH
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
 
 X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
@@ -135,6 +136,11 @@ class System(NamedTuple):
     partitions: Rows = PARTITION.rows(0)
     free: Rows = FREE.rows(0)
     slips: Rows = SLIP.rows(0)  # of resolved balls
+    rebounds: Floats = np.zeros(0)  # tables of contacts whose restitution depends on the speed of an impact
+    pair_rebounds: Integers = np.zeros(0, np.int64)  # where that of two resolved balls begins, row by row; may be empty
+    touches: Rows = TOUCH.rows(0)  # contacts whose impacts are noted
+    impacts: Rows = IMPACT.rows(0)  # room for those that are noted
+    impact_count: Integers = np.zeros(0, np.int64)  # (1,) how many there were, (0,) without touches
     friction_numbers: Floats = np.zeros(0)  # own numbers of all friction laws
     waves: Rows = WAVE.rows(0)
     fluid: Fluid = Fluid()

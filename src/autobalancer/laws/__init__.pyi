@@ -15,6 +15,10 @@ from autobalancer.laws.drag_coefficient import linear_drag_law as linear_drag_la
 from autobalancer.laws.drag_coefficient import sampled_drag_law as sampled_drag_law
 from autobalancer.laws.drag_curve import DragCurve as DragCurve
 from autobalancer.laws.held_by_friction import held_whirl as held_whirl
+from autobalancer.laws.rebound import first_yield as first_yield
+from autobalancer.laws.rebound import stokes_number as stokes_number
+from autobalancer.laws.rebound import wet_factor as wet_factor
+from autobalancer.laws.rebound import yielding_factor as yielding_factor
 from autobalancer.laws.resting import rest_interval as rest_interval
 from autobalancer.laws.rubber import RubberLaw as RubberLaw
 from autobalancer.laws.rubber import friction_stiffness as friction_stiffness
@@ -36,6 +40,7 @@ __all__ = [
     "capability",
     "discoidal",
     "drag_laws",
+    "first_yield",
     "free_sphere",
     "friction_stiffness",
     "held_whirl",
@@ -56,4 +61,7 @@ __all__ = [
     "sphere_on_plane",
     "stall_balance",
     "stall_ranges",
+    "stokes_number",
+    "wet_factor",
+    "yielding_factor",
 ]

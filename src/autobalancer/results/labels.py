@@ -135,6 +135,8 @@ LABELS: dict[str, Label] = {
     "contacts_ball": Label("contacts of two balls begun since the last sample", ""),
     "contacts_wall": Label("contacts with walls begun since the last sample", ""),
     "greatest_contact_force": Label("greatest normal force since the last sample", "N"),
+    "impact_speed": Label("sum of the speeds at which contacts began since the last sample", "m/s"),
+    "impact_energy": Label("sum of the energies of approach with which contacts began since the last sample", "J"),
 }
 
 

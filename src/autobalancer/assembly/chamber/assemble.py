@@ -7,7 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.chamber.contact import ball_groups, contact_row, pair_stiffness, wall_stiffness
+from autobalancer.assembly.chamber.contact import (
+    ball_groups,
+    contact_row,
+    pair_stiffness,
+    rebound_tables,
+    wall_stiffness,
+)
 from autobalancer.assembly.chamber.machine import body_row, machine_row, profile_rows
 from autobalancer.kernels.chamber import records as of
 from autobalancer.kernels.chamber.chamber import Chamber, Pairs, Scratch, Search
@@ -25,12 +31,15 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
     radii = [balls.radius for _, balls in groups]
     n = sum(balls.count for _, balls in groups)
     room = NEIGHBORS * n + 64
+    rebounds, pair_rebounds = rebound_tables(machine)
     return Chamber(
         run=of.RUN.row(step=step, margin=MARGIN * min(radii)),
         contact=contact_row(machine.contact),
         machine=machine_row(machine),
         rooms=_rooms(machine),
         pair_stiffness=np.array([[pair_stiffness(machine.contact, a, b) for b in radii] for a in radii]),
+        rebounds=rebounds,
+        pair_rebounds=pair_rebounds,
         profile=profile_rows(machine),
         balls=_balls(machine, positions),
         wall_stretch=np.zeros((n, of.WALLS, 3)),

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from autobalancer.assembly.contact.rebound import Tables, dampers, shares
 from autobalancer.kernels.chamber.records import CONTACT
 from autobalancer.kernels.fields import Row
+from autobalancer.kernels.laws.rebound import NONE
+from autobalancer.kernels.system import Floats, Integers
 from autobalancer.laws import hertz
 from autobalancer.laws.rebound import hertz_damping_ratio
 from autobalancer.machine.chamber import ChamberMachine, FreeBalls, HistoryContact
@@ -58,10 +63,32 @@ def contact_row(contact: ChamberContact) -> Row:
         restitution_squared=contact.restitution**2,
         rolling_arm=contact.rolling_arm,
         slow=contact.slip_speed,
+        varies=contact.rebound is not None,
     )
     if isinstance(contact, HistoryContact):
         row.has_memory = 1
-        row.damping_ratio = hertz_damping_ratio(contact.restitution)
+        varies = contact.rebound is not None
+        row.damping_ratio = math.sqrt(5.0) if varies else hertz_damping_ratio(contact.restitution)
         nu, ratio = contact.poisson_ratio, contact.shear_ratio
         row.shear_ratio = ratio if ratio is not None else 2.0 * (1.0 - nu) / (2.0 - nu)
     return row
+
+
+def rebound_tables(machine: ChamberMachine) -> tuple[Floats, Integers]:
+    """Tables of contacts whose restitution depends on the impact, and where that of each pair of groups begins.
+
+    The last column is that of the walls. Groups of different chambers never meet.
+    """
+    contact, groups = machine.contact, ball_groups(machine)
+    first = np.full((len(groups), len(groups) + 1), NONE, np.int64)
+    tables = Tables(dampers if isinstance(contact, HistoryContact) else shares)
+    for i, (number, one) in enumerate(groups):
+        viscosity = float(machine.chambers[number].viscosity or 0.0)
+        asked = contact.rebound, float(contact.restitution)
+        first[i, -1] = tables.first(*asked, one.ball_mass, one.radius, viscosity)
+        for j, (other_number, two) in enumerate(groups):
+            if other_number == number:
+                mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
+                radius = 1.0 / (1.0 / one.radius + 1.0 / two.radius)
+                first[i, j] = tables.first(*asked, mass, radius, viscosity)
+    return tables.numbers, first

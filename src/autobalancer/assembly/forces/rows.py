@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import ring
+from autobalancer.assembly.contact.meetings import ring
 from autobalancer.assembly.forces.tried import compiled_force, made_of
 from autobalancer.catalog.resolve import Ball
 from autobalancer.kernels.records.fluid import NONE

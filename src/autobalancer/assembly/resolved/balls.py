@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import restitution
+from autobalancer.assembly.contact.meetings import meeting_table
+from autobalancer.assembly.contact.rebound import Tables, dampers
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
 from autobalancer.assembly.resolved.friction import friction_rows
 from autobalancer.assembly.resolved.walls import (
     damping_number,
+    meeting_damping,
     orbit_at,
     refuse_sharp_waves,
     refuse_soft_wall,
@@ -26,7 +28,7 @@ from autobalancer.errors import MachineError
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
-from autobalancer.kernels.system import Floats, Matrix, Rows, System
+from autobalancer.kernels.system import Floats, Integers, Matrix, Rows, System
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
@@ -64,19 +66,40 @@ def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids:
 
     ``angles`` at the start say between which partitions a ball is; drawn ones that overlap one are moved to its side.
     """
-    rows, waves = FREE_BALL.rows(len(balls)), WaveRows(machine)
+    rows, waves, tables = FREE_BALL.rows(len(balls)), WaveRows(machine), Tables(dampers)
     bounded = [i for i, b in enumerate(balls) if machine.balancers[b.balancer].races[b.race].partitions is not None]
     partitions = PARTITION.rows(len(bounded))
     for i, (row, ball) in enumerate(zip(rows, balls, strict=True)):
         race = machine.balancers[ball.balancer].races[ball.race]
         _fill(row, machine, race, ball)
+        row.rebound = _wall_table(tables, race, ball)
         waves.fill(row, ball)
         fluids.fill(row, i)
         row.partition = bounded.index(i) if i in bounded else NONE
         if i in bounded:
-            angles[i] = set_partitions(partitions[row.partition], race, ball, angles[i], relative_mass(ball))
-    others = friction_rows(machine, balls, rows)
+            angles[i] = set_partitions(partitions[row.partition], race, ball, angles[i], relative_mass(ball), tables)
+    pairs = _pair_tables(tables, machine, balls)
+    others = friction_rows(machine, balls, rows) | {"rebounds": tables.numbers, "pair_rebounds": pairs}
     return {"free_balls": rows, "free": FREE.rows(len(balls)), "partitions": partitions, "waves": waves.rows} | others
+
+
+def _wall_table(tables: Tables, race: Race, ball: Ball) -> int:
+    """Where the table of a ball and the walls of its race begins."""
+    contact = race.resolved
+    assert contact is not None
+    viscosity = ball.fluid_density * ball.fluid_viscosity
+    return tables.first(contact.rebound, float(contact.restitution or 0.0), ball.mass, ball.radius, viscosity)
+
+
+def _pair_tables(tables: Tables, machine: Machine, balls: tuple[Ball, ...]) -> Integers:
+    """Where those of balls that meet begin, row by row; empty if there are none."""
+    found = np.full((len(balls), len(balls)), NONE, np.int64)
+    for i, one in enumerate(balls):
+        race = machine.balancers[one.balancer].races[one.race]
+        for j, other in enumerate(balls):
+            if i < j and (one.balancer, one.race) == (other.balancer, other.race):
+                found[i, j] = meeting_table(tables, race, one, other)
+    return found.ravel() if (found != NONE).any() else np.zeros(0, np.int64)
 
 
 def relative_mass(ball: Ball) -> float:
@@ -93,7 +116,8 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     outer_k, inner_k, ball_k = stiffnesses(contact, ball, ball.orbit_radius - gap - ball.radius)
     hertz = contact.reduced_modulus is not None
     refuse_soft_wall(machine, ball, outer_k, hertz)
-    ratio = damping_number(contact, float(contact.restitution)) if contact.restitution is not None else 0.0
+    left = contact.restitution
+    ratio = damping_number(contact, float(left), contact.rebound) if left is not None else 0.0
     if race.contact is not None and race.contact.stiffness is not None and not hertz:
         ball_k = float(race.contact.stiffness)
     friction = race.friction
@@ -115,7 +139,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     row.wall_damping = float(contact.damping) if contact.damping is not None else ratio * math.sqrt(outer_k * whole)
     row.inner_damping = float(contact.damping) if contact.damping is not None else ratio * math.sqrt(inner_k * whole)
     row.ball_stiffness = ball_k
-    row.ball_damping = damping_number(contact, restitution(race))
+    row.ball_damping = meeting_damping(contact, race)
     row.sliding = float(contact.sliding_friction)
     row.slip_speed = float(contact.slip_speed)
     row.rolling_arm = float(friction.rolling_resistance) * ball.radius if friction is not None else 0.0

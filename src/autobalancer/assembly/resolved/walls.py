@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import restitution, sector
+from autobalancer.assembly.contact.meetings import meeting_table, restitution, sector
+from autobalancer.assembly.contact.rebound import Tables
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.waves import race_harmonics
 from autobalancer.catalog.resolve import Ball
@@ -18,6 +19,7 @@ from autobalancer.laws.hertz import hertz_stiffness
 from autobalancer.laws.rebound import damping_ratio, hertz_damping_ratio
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
+from autobalancer.machine.rebound import Rebound
 
 DEEPEST = 0.1  # of the ball radius, by which a wall may give way under centrifugal force
 ROUNDING = 1.0 + 1e-9  # a ball may start on the inner wall, however its distance was rounded
@@ -111,12 +113,22 @@ def stiffnesses(contact: ResolvedContact, ball: Ball, inner: float) -> tuple[flo
     return outer, within, hertz_stiffness(modulus, 1.0)  # of a pair whose radii reduce to 1 m
 
 
-def damping_number(contact: ResolvedContact, share: float) -> float:
-    """Damping over sqrt(stiffness mass) that leaves this ``share`` of the speed; with Hertz that of d^(1/4)."""
-    return hertz_damping_ratio(share) if contact.reduced_modulus is not None else 2.0 * damping_ratio(share)
+def damping_number(contact: ResolvedContact, share: float, rebound: Rebound | None) -> float:
+    """Damping over sqrt(stiffness mass) that leaves this ``share`` of the speed; with Hertz that of d^(1/4).
+
+    Where it depends on the impact, that of damping ratio 1.
+    """
+    if contact.reduced_modulus is not None:
+        return hertz_damping_ratio(share) if rebound is None else math.sqrt(5.0)
+    return 2.0 * (damping_ratio(share) if rebound is None else 1.0)
 
 
-def set_partitions(row: Any, race: Race, ball: Ball, angle: float, mass: float) -> float:
+def meeting_damping(contact: ResolvedContact, race: Race) -> float:
+    """The same of balls that meet each other or a partition."""
+    return damping_number(contact, restitution(race), race.contact.rebound if race.contact is not None else None)
+
+
+def set_partitions(row: Any, race: Race, ball: Ball, angle: float, mass: float, tables: Tables) -> float:
     """Fill a row with the partitions around a ball that starts at ``angle``; returns the angle beside them."""
     contact = race.resolved
     assert contact is not None
@@ -132,5 +144,6 @@ def set_partitions(row: Any, race: Race, ball: Ball, angle: float, mass: float) 
     behind, ahead = cmath.rect(1.0, low) * 1j, cmath.rect(1.0, high) * -1j
     row.behind_x, row.behind_y, row.ahead_x, row.ahead_y = behind.real, behind.imag, ahead.real, ahead.imag
     row.middle, row.stiffness = 0.5 * (low + high), stiffness
-    row.damping = damping_number(contact, restitution(race)) * math.sqrt(stiffness * mass)
+    row.damping = meeting_damping(contact, race) * math.sqrt(stiffness * mass)
+    row.rebound = meeting_table(tables, race, ball)
     return min(max(angle, low + half), high - half)

@@ -29,6 +29,8 @@ from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.contact import adherence, normal_force
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.kernels.laws.lag import fluid_lag
+from autobalancer.kernels.laws.rebound import NONE as CONSTANT
+from autobalancer.kernels.laws.rebound import damping_at
 from autobalancer.kernels.laws.slipstream import slipstream
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.records.drive import PRESCRIBED
@@ -73,10 +75,15 @@ def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore
         depth, nx, ny = closest(p.waves, ball, level, x, z, nx, ny)
     outward, along = vx * nx + vz * ny, vz * nx - vx * ny
     wall, inner = 0.0, 0.0
+    hard, damping = ball.wall_stiffness, ball.wall_damping
+    if not outside:
+        depth, outward, hard, damping = -depth, -outward, ball.inner_stiffness, ball.inner_damping
+    lightness = 1.0 / (ball.mass + ball.extra)
+    damping = damping_at(p.rebounds, ball.rebound, damping, depth, outward, hard, lightness, ball.hertz)
     if outside:
-        wall = normal_force(depth, outward, ball.wall_stiffness, ball.wall_damping, ball.hertz)
+        wall = normal_force(depth, outward, hard, damping, ball.hertz)
     else:
-        inner = normal_force(-depth, -outward, ball.inner_stiffness, ball.inner_damping, ball.hertz)
+        inner = normal_force(depth, outward, hard, damping, ball.hertz)
 
     slip = along + radius * spin
     rub, torque, hold_rate = 0.0, 0.0, 0.0
@@ -111,7 +118,10 @@ def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore
         depth = radius - (x * px + z * py)
         if depth > 0.0 and side * (x * py - z * px) > 0.0:
             inward, along = vx * px + vz * py, vx * py - vz * px
-            push = normal_force(depth, -inward, part.stiffness, part.damping, ball.hertz)
+            damping = damping_at(
+                p.rebounds, part.rebound, part.damping, depth, -inward, part.stiffness, lightness, ball.hertz
+            )
+            push = normal_force(depth, -inward, part.stiffness, damping, ball.hertz)
             rub = push * ball.ball_sliding * math.tanh((along + radius * spin) / ball.slip_speed)
             force_x += push * px - rub * py
             force_y += push * py + rub * px
@@ -154,8 +164,11 @@ def _meet(y, p, i, j, own, its) -> None:  # type: ignore[no-untyped-def]
     if one.hertz == 1:
         stiffness *= math.sqrt(one.radius * other.radius / reach)
     heavy, light = one.mass + one.extra, other.mass + other.extra
-    damping = one.ball_damping * math.sqrt(stiffness * heavy * light / (heavy + light))
-    push = normal_force(reach - apart, -(vx * nx + vz * ny), stiffness, damping, one.hertz)
+    lightness, near = (heavy + light) / (heavy * light), -(vx * nx + vz * ny)
+    damping = one.ball_damping * math.sqrt(stiffness / lightness)
+    table = p.pair_rebounds[i * p.ball_count + j] if p.pair_rebounds.size > 0 else CONSTANT
+    damping = damping_at(p.rebounds, table, damping, reach - apart, near, stiffness, lightness, one.hertz)
+    push = normal_force(reach - apart, near, stiffness, damping, one.hertz)
     rub = 0.0
     if one.ball_sliding > 0.0:
         arm = apart / reach

@@ -12,6 +12,8 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.laws.rebound import looked_up
+from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import BALLS, System
 
 
@@ -32,7 +34,11 @@ def touch(y: Any, p: System) -> None:
             deep = pair.touch - (y[BALLS + other] - angle + pair.wrap)
             if deep > 0.0:
                 its = y[BALLS + count + other]
-                pressed = pair.hard * deep - pair.soft * (its - rate)
+                soft = pair.soft
+                if pair.rebound >= 0:
+                    near = pair.pace * (rate - its)
+                    soft *= looked_up(data(p.rebounds), pair.rebound, pair.pace * pair.quick * deep, near)
+                pressed = pair.hard * deep - soft * (its - rate)
                 if pressed > 0.0:
                     moving[i].contact -= pressed
                     moving[other].contact += pressed
@@ -45,7 +51,12 @@ def touch(y: Any, p: System) -> None:
                         moving[i].outward -= rub / p.balls[i].orbit
                         moving[other].outward += rub / p.balls[other].orbit
         if pair.wall_hard > 0.0:
-            if angle < pair.wall_low:
-                moving[i].contact += max(pair.wall_hard * (pair.wall_low - angle) - pair.wall_soft * rate, 0.0)
-            elif angle > pair.wall_high:
-                moving[i].contact -= max(pair.wall_hard * (angle - pair.wall_high) + pair.wall_soft * rate, 0.0)
+            way, deep = 1.0, pair.wall_low - angle
+            if angle > pair.wall_high:
+                way, deep = -1.0, angle - pair.wall_high
+            if deep > 0.0:
+                soft = pair.wall_soft
+                if pair.wall_rebound >= 0:
+                    held, near = pair.wall_pace * pair.wall_quick * deep, -pair.wall_pace * way * rate
+                    soft *= looked_up(data(p.rebounds), pair.wall_rebound, held, near)
+                moving[i].contact += way * max(pair.wall_hard * deep - way * soft * rate, 0.0)

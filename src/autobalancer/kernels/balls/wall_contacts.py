@@ -10,6 +10,7 @@ from numba import njit, types, void
 from autobalancer.kernels.balls.path import closest, orbit
 from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.laws.contact import normal_force
+from autobalancer.kernels.laws.rebound import damping_at
 from autobalancer.kernels.records.resolved import BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import Matrix, System, matrix_type, system_type
 
@@ -30,4 +31,8 @@ def contacts(own: Any, p: System, gap: Matrix, force: Matrix) -> None:
                 depth, nx, ny = closest(p.waves, ball, ball.orbit, x, z, nx, ny)
             outward = own[i, b, BALL_VX] * nx + own[i, b, BALL_VY] * ny
             gap[i, b] = -depth
-            force[i, b] = normal_force(depth, outward, ball.wall_stiffness, ball.wall_damping, ball.hertz)
+            hard, lightness = ball.wall_stiffness, 1.0 / (ball.mass + ball.extra)
+            damping = damping_at(
+                p.rebounds, ball.rebound, ball.wall_damping, depth, outward, hard, lightness, ball.hertz
+            )
+            force[i, b] = normal_force(depth, outward, hard, damping, ball.hertz)

@@ -11,6 +11,7 @@ from numba import njit
 from autobalancer.kernels.chamber.contact import Constants, Meeting, felt, overlap, restitution, with_memory
 from autobalancer.kernels.chamber.records import BLOCK
 from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.laws.rebound import held_speed, looked_up
 from autobalancer.kernels.pointers import data
 
 AT_ONCE = 8
@@ -62,13 +63,50 @@ def _leave(block, i, feels, force):
     data(block.normal)[i] = force.normal
 
 
+@njit(**MERGED)
+def _constants(run, contact, recovered, damping):
+    return Constants(
+        run.step, contact.friction, contact.slow, contact.rolling_arm, recovered, damping, 1.5 * contact.shear_ratio,
+        contact.restitution_squared,
+    )  # fmt: skip
+
+
+@njit(**APART)
+def _look_up(rebounds, block, count):
+    """What the tables say of the first ``count`` contacts."""
+    for i in range(count):
+        m = _meeting(block, i)
+        o = overlap(m)
+        held = held_speed(o.depth, m.stiffness, m.lightness, 1)
+        data(block.found)[i] = looked_up(data(rebounds), data(block.rebound)[i], held, o.approach)
+
+
+@njit(**APART)
+def press_varied(run, contact, block, count, rebounds):
+    """The same as ``press`` where restitution depends on the speed of an impact."""
+    _look_up(rebounds, block, count)
+    padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+    if contact.has_memory != 0:
+        for i in range(padded):
+            m = _meeting(block, i)
+            o = overlap(m)
+            c = _constants(run, contact, 1.0, contact.damping_ratio * data(block.found)[i])
+            force, stretch = with_memory(c, m, o, vector(block.stretch, i))
+            put_vector(block.stretch, i, stretch)
+            _leave(block, i, felt(c, m, o, force), force)
+    else:
+        for i in range(padded):
+            m = _meeting(block, i)
+            o = overlap(m)
+            c = _constants(run, contact, data(block.found)[i], 0.0)
+            force = restitution(c, m, o)
+            _leave(block, i, felt(c, m, o, force), force)
+
+
 @njit(**APART)
 def press(run, contact, block, count):
     """Forces, losses and energy of the first ``count`` contacts of ``block``; unused places are computed too."""
-    c = Constants(
-        run.step, contact.friction, contact.slow, contact.rolling_arm, contact.restitution_squared,
-        contact.damping_ratio, 1.5 * contact.shear_ratio,
-    )  # fmt: skip
+    c = _constants(run, contact, contact.restitution_squared, contact.damping_ratio)
     padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
     if contact.has_memory != 0:
         for i in range(padded):

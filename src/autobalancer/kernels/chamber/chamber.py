@@ -53,6 +53,8 @@ class Chamber(NamedTuple):
     machine: Row  # MACHINE
     rooms: Rows  # ROOM of each chamber
     pair_stiffness: Array  # (kinds, kinds) N/m^1.5
+    rebounds: Array  # tables of restitution squared or damping ratio; may be empty
+    pair_rebounds: Array  # (kinds, kinds + 1) where the table of a pair begins, in the last column that of the walls
     profile: Rows  # PROFILE
     balls: Rows  # BALL
     wall_stretch: Array  # (n, WALLS, 3) of the tangential springs at the walls, m
@@ -74,8 +76,8 @@ class Samples(NamedTuple):
     balls: Rows  # (k, n) MOTION
 
 
-DESCRIBED = Chamber._fields[:6]
-CHANGED = Chamber._fields[6:15]
+DESCRIBED = Chamber._fields[:8]
+CHANGED = Chamber._fields[8:17]
 
 _matrix = types.float64[:, ::1]
 _short = types.int32[::1]
@@ -89,7 +91,8 @@ _scratch = types.NamedTuple(
 )  # fmt: skip
 CHAMBER = types.NamedTuple(
     [
-        of.RUN.row_type, of.CONTACT.row_type, of.MACHINE.row_type, of.ROOM.rows_type(), _matrix, of.PROFILE.rows_type(),
+        of.RUN.row_type, of.CONTACT.row_type, of.MACHINE.row_type, of.ROOM.rows_type(), _matrix,
+        types.float64[::1], types.int64[:, ::1], of.PROFILE.rows_type(),
         of.BALL.rows_type(), types.float64[:, :, ::1],
         types.NamedTuple([_short, _short, types.int8[::1], _matrix], Pairs),
         of.BODY.row_type, of.POWER.row_type, of.POWER.row_type, of.ACCOUNT.row_type, of.SINCE.row_type,

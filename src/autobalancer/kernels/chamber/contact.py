@@ -39,6 +39,7 @@ class Constants(NamedTuple):
     recovered: float  # restitution squared
     damping: float  # over sqrt(mass stiffness) d^(1/4)
     shearing: float  # tangential stiffness over k d^(1/2)
+    kept: float  # restitution squared of slow impacts: what counts as stored in a contact
 
 
 class Meeting(NamedTuple):
@@ -108,8 +109,8 @@ def restitution(c, m, o):
     square = dot(o.across, o.across)
     least = max(c.slow, SLIDING * c.step * c.friction * normal * 3.5 * m.lightness)
     pull = c.friction * normal / max(sqrt(square), least)
-    lost = (normal - c.recovered * load) * o.approach
-    return Force(normal, times(-pull, o.across), lost, pull * square, 0.4 * c.recovered * load * o.depth)
+    lost = (normal - c.kept * load) * o.approach
+    return Force(normal, times(-pull, o.across), lost, pull * square, 0.4 * c.kept * load * o.depth)
 
 
 @njit(**MERGED)

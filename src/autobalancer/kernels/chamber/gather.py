@@ -75,6 +75,19 @@ def _meet_wall(chamber, filled, i, wall, line, offset, taken, stiffness, s):
     enter(block, filled, meeting, i, -1, wall)
     if chamber.contact.has_memory != 0:
         put_vector(block.stretch, filled, three(chamber.wall_stretch[i, wall]))
+    if chamber.contact.varies != 0:
+        kinds = chamber.pair_rebounds.shape[0]
+        data(block.rebound)[filled] = chamber.pair_rebounds[ball.kind, kinds]
+    if (ball.touches >> wall) & 1 == 0:
+        _note_impact(chamber.since, line, s.rate, ball.inverse_mass)
+
+
+@njit(**MERGED)
+def _note_impact(since, line, rate, lightness):
+    """A contact begins with the relative velocity ``rate``, along ``line`` from the ball to its partner."""
+    speed = max(dot(rate, line) / sqrt(dot(line, line)), 0.0)
+    since.impact_speed += speed
+    since.impact_energy += 0.5 * speed * speed / lightness
 
 
 @njit(**MERGED)
@@ -159,7 +172,7 @@ def near_pairs(chamber, filled, axis):
     first, second, touching = pairs.first, pairs.second, pairs.touching
     kinds = chamber.pair_stiffness.shape[0]
     table = data(chamber.pair_stiffness)
-    remember = chamber.contact.has_memory != 0
+    remember, varies = chamber.contact.has_memory != 0, chamber.contact.varies != 0
     for p in range(chamber.progress.pairs):
         i, j = first[p], second[p]
         one, two = row(chamber.balls, i), row(chamber.balls, j)
@@ -174,6 +187,8 @@ def near_pairs(chamber, filled, axis):
         if touching[p] == 0:
             touching[p] = 1
             chamber.since.contacts_ball += 1
+            rate = minus(three(one.velocity), three(two.velocity))
+            _note_impact(chamber.since, line, rate, one.inverse_mass + two.inverse_mass)
         spin, other = three(one.spin), three(two.spin)
         meeting = Meeting(
             line, both, -1.0, table[one.kind * kinds + two.kind], one.inverse_mass + two.inverse_mass, min(r1, r2),
@@ -183,6 +198,8 @@ def near_pairs(chamber, filled, axis):
         enter(block, filled, meeting, i, j, p)
         if remember:
             put_vector(block.stretch, filled, three(pairs.stretch[p]))
+        if varies:
+            data(block.rebound)[filled] = chamber.pair_rebounds[one.kind, two.kind]
         filled += 1
         if filled == BLOCK:
             act(chamber, filled, axis)

@@ -31,6 +31,7 @@ CONTACT = Record(
     Field("slow", "m/s", "below this velocity friction and rolling resistance are in proportion to it"),
     Field("damping_ratio", "1", "damping over sqrt(mass stiffness) d^(1/4)"),
     Field("shear_ratio", "1", "tangential over normal stiffness"),
+    Field("varies", "", "1: restitution depends on the speed of an impact, by tables; 0: it is constant", (), WHOLE),
 )
 
 MACHINE = Record(
@@ -131,6 +132,8 @@ SINCE = Record(  # the last sample
     Field("greatest_force", "N", "greatest normal force of a contact"),
     Field("contacts_ball", "", "contacts between balls that began", (), WHOLE),
     Field("contacts_wall", "", "contacts with walls that began", (), WHOLE),
+    Field("impact_speed", "m/s", "sum of the speeds at which all of them began"),
+    Field("impact_energy", "J", "sum of the energies of approach with which all of them began"),
 )
 
 TOO_DENSE, LOST_BALLS = 1, 2
@@ -169,6 +172,8 @@ SAMPLE = Record(  # where a run has a variable of this name, it is this number
     Field("contacts_ball", "", "contacts between balls that began since the sample before", (), WHOLE),
     Field("contacts_wall", "", "contacts with walls that began since then", (), WHOLE),
     Field("greatest_contact_force", "N", "greatest normal force since then"),
+    Field("impact_speed", "m/s", "sum of the speeds at which these contacts began"),
+    Field("impact_energy", "J", "sum of the energies of approach with which they began"),
 )
 
 # contacts side by side, so that vector registers take several of them
@@ -196,4 +201,6 @@ CONTACTS = Record(
     Field("one", "", "number of the ball", (BLOCK,), WHOLE),
     Field("two", "", "of its partner, -1 for a wall", (BLOCK,), WHOLE),
     Field("place", "", "number of the pair or wall", (BLOCK,), WHOLE),
+    Field("rebound", "", "where the table of the contact begins", (BLOCK,), WHOLE),
+    Field("found", "1", "what the table says: restitution squared or damping ratio", (BLOCK,)),
 )

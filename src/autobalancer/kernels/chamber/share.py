@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.chamber.block import press, vector
+from autobalancer.kernels.chamber.block import press, press_varied, vector
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, take, three, times
 from autobalancer.kernels.flags import APART, MERGED
 from autobalancer.kernels.pointers import data, row
@@ -15,7 +15,10 @@ from autobalancer.kernels.pointers import data, row
 def act(chamber, count, axis):
     """Evaluate the first ``count`` contacts and add their forces, in their order; ``axis`` is that of the rotor."""
     block, body, power, since = chamber.scratch.contacts, chamber.body, chamber.power, chamber.since
-    press(chamber.run, chamber.contact, block, count)
+    if chamber.contact.varies != 0:
+        press_varied(chamber.run, chamber.contact, block, count, chamber.rebounds)
+    else:
+        press(chamber.run, chamber.contact, block, count)
     remember = chamber.contact.has_memory != 0
     middle = three(body.place)
     force = moment = 0.0, 0.0, 0.0

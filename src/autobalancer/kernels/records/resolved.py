@@ -36,6 +36,12 @@ FREE_BALL = Record(
     Field("wall_damping", "N s/m or N s/m^1.25", "of the outer wall"),
     Field("inner_stiffness", "N/m or N/m^1.5", "of the inner wall"),
     Field("inner_damping", "N s/m or N s/m^1.25", "of the inner wall"),
+    Field(
+        "rebound",
+        "",
+        "where the table of the damping ratio of the walls begins, for both dampings; NONE: none",
+        kind=np.int64,
+    ),
     Field("ball_stiffness", "N/m or N/m^2", "between balls; with Hertz for a pair whose radii reduce to 1 m"),
     Field("ball_damping", "1 or 1/m^0.25", "between balls, per square root of stiffness times mass"),
     Field("friction", "", "address of the friction law of the walls", kind=np.int64),
@@ -66,6 +72,7 @@ PARTITION = Record(
     Field("ahead_y", "1", "normal of the one ahead"),
     Field("stiffness", "N/m or N/m^1.5", "of both"),
     Field("damping", "N s/m or N s/m^1.25", "of both"),
+    Field("rebound", "", "where the table of the damping ratio begins; NONE: there is none", kind=np.int64),
 )
 """The partitions between which a resolved ball runs; normals point towards the ball."""
 

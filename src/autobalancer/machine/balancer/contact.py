@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from autobalancer.machine.part import Listed, Part, key
 from autobalancer.machine.quantity import Angle, Position, Quantity, Ratio
+from autobalancer.machine.rebound import Rebound
 
 ContactStiffness = Annotated[float, Quantity("N/m", positive=True)]
 SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
@@ -25,6 +26,9 @@ class Contact(Part):
     """
 
     restitution: Ratio = key("speed after over speed before, 0 to 1; 0 is replaced by 1 %")
+    rebound: Rebound | None = key(
+        "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
+    )
     stiffness: ContactStiffness | None = key(
         "along the race; without it a contact lasts about a twentieth of a turn", None
     )

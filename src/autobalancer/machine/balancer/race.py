@@ -105,6 +105,18 @@ class Race(Part):
         return self
 
     @model_validator(mode="after")
+    def _wet(self) -> Race:
+        for name, part in (("contact", self.contact), ("resolved", self.resolved)):
+            if part is None or part.rebound is None or part.rebound.critical_stokes is None:
+                continue
+            where = f"{name}.rebound.critical_stokes"
+            if self.fluid is None:
+                raise ValueError(f"{where}: needs the viscosity of a fluid; add 'fluid', or leave it out")
+            if any(group.body != "ball" for group in self.balls):
+                raise ValueError(f"{where}: is known for balls only, not for rollers or pendulums; leave it out")
+        return self
+
+    @model_validator(mode="after")
     def _rubbing(self) -> Race:
         if self.contact is None or self.contact.friction == 0.0:
             return self

@@ -11,6 +11,7 @@ from autobalancer.machine.balancer.friction_law import FrictionLaw
 from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import Part, key
 from autobalancer.machine.quantity import Offset, Quantity, Ratio
+from autobalancer.machine.rebound import Rebound
 
 Modulus = Annotated[float, Quantity("Pa", positive=True)]
 ContactDamping = Annotated[float, Quantity("N*s/m", non_negative=True)]
@@ -37,6 +38,9 @@ class ResolvedContact(Part):
         r"Hertz: $1/E^* = \sum (1 - \nu^2)/E$ of both bodies; this or `stiffness`", None
     )
     restitution: Ratio | None = key("speed after over speed before a head-on bounce; this or `damping`", None)
+    rebound: Rebound | None = key(
+        "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
+    )
     damping: ContactDamping | None = key("of a linear damper beside the linear spring; this or `restitution`", None)
     sliding_friction: Ratio = key("coefficient of friction of wall and ball")
     slip_speed: SlipSpeed = key("friction is fully developed at much faster slip")
@@ -59,6 +63,8 @@ class ResolvedContact(Part):
             raise ValueError("give either 'restitution' or 'damping'")
         if self.damping is not None and self.stiffness is None:
             raise ValueError("damping: requires the linear 'stiffness'; with 'reduced_modulus' give 'restitution'")
+        if self.rebound is not None and self.restitution is None:
+            raise ValueError("rebound: changes the 'restitution' of the walls; give that in place of 'damping'")
         if self.restitution is not None and self.restitution > 1.0:
             raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
         return self

@@ -13,6 +13,7 @@ from autobalancer.machine.quantity import Density, Length, Mass, Offset, Positio
 
 Drag = Annotated[float, Quantity("N*s/m", non_negative=True)]
 MOST = 2e6  # balls whose volume is that of the chamber; places for all of them are worked out
+DynamicViscosity = Annotated[float, Quantity("Pa*s", positive=True)]
 SquareDrag = Annotated[float, Quantity("N*s^2/m^2", non_negative=True)]
 Velocity3 = Annotated[Triple, Quantity("m/s", shape="three")]
 Spin3 = Annotated[Triple, Quantity("rad/s", shape="three")]
@@ -75,6 +76,10 @@ class Chamber(Part):
     position: Position = key("of its middle, along x", 0.0)
     drag: Drag = key("force of a fluid that turns with the chamber, over the speed of a ball in it", 0.0)
     square_drag: SquareDrag = key("the same over the square of that speed", 0.0)
+    viscosity: DynamicViscosity | None = key(
+        "dynamic, of the fluid between balls that meet: for `rebound.critical_stokes` of the contact, which needs it",
+        None,
+    )
     balls: Annotated[tuple[FreeBalls, ...], Field(min_length=1), Listed] = key("groups of equal balls")
 
     @model_validator(mode="after")

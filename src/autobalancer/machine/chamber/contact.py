@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from autobalancer.machine.part import Part, key
 from autobalancer.machine.quantity import Offset, Positive, Quantity, Ratio
+from autobalancer.machine.rebound import Rebound
 
 Fraction = Annotated[float, Quantity("", positive=True, most=1.0)]
 Coefficient = Annotated[float, Quantity("", non_negative=True, most=5.0)]
@@ -25,6 +26,9 @@ class _Elastic(Part):
     )
     poisson_ratio: Ratio = key("of balls and walls, at most 0.5; only with `youngs_modulus`", 0.3)
     restitution: Fraction = key("speed after over speed before")
+    rebound: Rebound | None = key(
+        "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
+    )
     friction: Coefficient = key("coefficient of sliding friction of all contacts")
     rolling_arm: Offset = key("$f$: rolling resistance is a moment $f F$ against the relative spin", 0.0)
     slip_speed: SlipSpeed = key("sliding speed below which friction falls to zero in proportion", 1e-3)
@@ -39,7 +43,7 @@ class _Elastic(Part):
 
 
 class RestitutionContact(_Elastic):
-    """Pakuła (2021): k d^1.5 in approach, R^2 k d^1.5 in separation; sliding friction at all times.
+    """Pakuła (2021): k d^1.5 in approach, R^2 k d^1.5 in separation, R that of the impact; sliding friction at all times.
 
     ``slip_speed`` is the sliding speed below which friction falls to zero in proportion.
     """

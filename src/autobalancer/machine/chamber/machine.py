@@ -54,6 +54,16 @@ class ChamberMachine(Part):
             raise ValueError("drive.couplings: the rotor of a deep chamber has none; leave them out")
         if isinstance(self.drive, PrescribedSpeed) and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
+        rebound = self.contact.rebound
+        wet = rebound is not None and rebound.critical_stokes is not None
+        for number, chamber in enumerate(self.chambers, 1):
+            if wet and chamber.viscosity is None:
+                raise ValueError(f"chambers[{number}].viscosity: missing; contact.rebound.critical_stokes needs it")
+            if chamber.viscosity is not None and not wet:
+                raise ValueError(
+                    f"chambers[{number}].viscosity: has no effect without contact.rebound.critical_stokes; give that too, or "
+                    "leave it out (the drag of the fluid is 'drag' and 'square_drag')"
+                )
         total = sum(unbalance.size for unbalance in self.unbalances)
         if total**2 >= self.rotor.mass * self.rotor.polar_inertia:
             raise ValueError(

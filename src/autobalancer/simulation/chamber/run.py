@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable
 from typing import Any, Literal
 
+import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.contact.rebound import restitution_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
@@ -25,6 +27,8 @@ CHUNK = 250  # samples
 Checkpoint = dict[str, Any]
 
 MOST = 100_000_000  # samples
+FAST = 4.0  # m/s, of an impact at which restitution that depends on the speed decides about the step
+LEAST_LEFT = 0.3  # restitution below which the step is not shortened further for it: little is left of the speed
 
 
 @shows_progress
@@ -156,7 +160,10 @@ def _duration(machine: ChamberMachine, duration: float | str | None) -> float:
 def default_step(machine: ChamberMachine) -> float:
     """A twenty-fifth of the shortest contact at 4 m/s, less for a restitution below a half, s."""
     # the error of the rebound speed goes with the jump of the force at the turning point, and with the step squared
-    jump = math.sqrt(float(machine.contact.restitution) ** -2 - 1.0)
+    left = float(machine.contact.restitution)
+    if machine.contact.rebound is not None:
+        left = max(LEAST_LEFT, float(restitution_at((machine.contact.rebound, left, 0.0), np.array([FAST]))[0]))
+    jump = math.sqrt(left**-2 - 1.0)
     return contact_time(machine) / max(STEPS_IN_CONTACT, 15.0 * jump)
 
 

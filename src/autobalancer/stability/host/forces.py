@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contacts import contact_rows
+from autobalancer.assembly.contact.meetings import contact_rows
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.forces.rows import force_rows, forces_in, has_forces
 from autobalancer.assembly.guided import ball_rows, moving_rows

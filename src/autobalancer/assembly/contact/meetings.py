@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from autobalancer.assembly.contact.rebound import Tables, dampers
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
+from autobalancer.kernels.laws.rebound import NONE
 from autobalancer.kernels.records.guided import CONTACT
 from autobalancer.kernels.system import Floats, Rows
 from autobalancer.laws.rebound import damping_ratio
@@ -24,10 +26,18 @@ SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of t
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
 
 
+class Contacts(NamedTuple):
+    """Start angles of the balls (rad), and tables of contacts whose restitution depends on the speed of impacts."""
+
+    angles: Floats
+    rebounds: Floats
+
+
 def contact_rows(count: int) -> Rows:
     """Balls that touch nothing."""
     rows = CONTACT.rows(count)
     rows.next, rows.wall_low, rows.wall_high = -1, -math.inf, math.inf
+    rows.rebound = rows.wall_rebound = NONE
     return rows
 
 
@@ -43,50 +53,75 @@ def ring(members: Sequence[int], angles: Floats) -> list[tuple[int, int, float]]
     return found
 
 
-def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, frequency: float) -> Floats:
+def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, frequency: float) -> Contacts:
     """Fill the rows of contacts; ``frequency`` is the greatest of the machine, rad/s.
 
-    Returns the start angles; those that were not given and overlap a partition are moved to its side.
+    The start angles of balls that were not given and overlap a partition are moved to its side.
     """
     rows[:] = contact_rows(len(balls))
-    angles = np.array(angles, np.float64)
+    angles, tables = np.array(angles, np.float64), Tables(dampers)
     for b, balancer in enumerate(machine.balancers):
         for number, race in enumerate(balancer.races):
             members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, number)]
             solid = not race.coincidence and all(balls[i].diameter > 0.0 for i in members)
             if race.partitions is not None:
-                _set_walls(race, balls, members, angles, rows, frequency)
+                _set_walls(race, balls, members, angles, rows, frequency, tables)
             if solid and len(members) > 1:
-                _set_neighbors(race, balls, members, angles, rows, frequency)
-    return angles
+                _set_neighbors(race, balls, members, angles, rows, frequency, tables)
+    return Contacts(angles, tables.numbers)
 
 
 def restitution(race: Race) -> float:
-    """Of balls that meet each other or a partition."""
+    """Of balls that meet each other or a partition; of slow impacts, where it depends on their speed."""
     return float(race.contact.restitution) if race.contact is not None else CRITICAL
 
 
-def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> tuple[float, float]:
-    """Torque over the angle by which two balls overlap, N m/rad, and over the rate of this angle, N m s/rad.
+def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None) -> int:
+    """Where the table of a ball that meets another one, or a partition, begins."""
+    rebound = race.contact.rebound if race.contact is not None else None
+    mass, radius = one.mass, one.radius
+    if other is not None:
+        mass, radius = _parallel(mass, other.mass), _parallel(radius, other.radius)
+    return tables.first(rebound, restitution(race), mass, radius, one.fluid_density * one.fluid_viscosity)
 
-    The torque is the same on both, so their distance moves with the reduced inertia, and neither is the first.
+
+def _parallel(one: float, other: float) -> float:
+    return one * (other / (one + other))
+
+
+def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> tuple[float, float, float]:
+    """Torque over the angle by which two balls overlap, N m/rad, and over the rate of this angle, N m s/rad; frequency, rad/s.
+
+    The torque is the same on both, so their distance moves with the reduced inertia, and neither is the first. The damping is
+    that of ratio 1 where the ratio depends on the impact.
     """
-    inertia = one.inertia * (other.inertia / (one.inertia + other.inertia))
+    inertia = _parallel(one.inertia, other.inertia)
     if race.contact is not None and race.contact.stiffness is not None:
         stiffness = float(race.contact.stiffness) * (one.orbit_radius * other.orbit_radius)
     else:
         stiffness = inertia * (QUICK * frequency) ** 2
-    return stiffness, 2.0 * damping_ratio(restitution(race)) * math.sqrt(inertia * stiffness)
+    varies = race.contact is not None and race.contact.rebound is not None
+    ratio = 1.0 if varies else damping_ratio(restitution(race))
+    return stiffness, 2.0 * ratio * math.sqrt(inertia * stiffness), math.sqrt(stiffness / inertia)
 
 
 def _set_neighbors(
-    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, rows: Rows, frequency: float
+    race: Race,
+    balls: tuple[Ball, ...],
+    members: list[int],
+    angles: Floats,
+    rows: Rows,
+    frequency: float,
+    tables: Tables,
 ) -> None:
     for i, j, wrap in ring(members, angles):
-        rows[i].next, rows[i].wrap = j, wrap
-        rows[i].touch = 0.5 * occupied_angle([balls[i], balls[j]])
-        rows[i].hard, rows[i].soft = _spring_and_damper(race, balls[i], balls[j], frequency)
-        _set_rubbing(race, balls[i], balls[j], rows[i], frequency)
+        one, other, row = balls[i], balls[j], rows[i]
+        row.next, row.wrap = j, wrap
+        row.touch = 0.5 * occupied_angle([one, other])
+        row.hard, row.soft, row.quick = _spring_and_damper(race, one, other, frequency)
+        row.rebound = meeting_table(tables, race, one, other)
+        row.pace = 1.0 / touching_balls((one.orbit_radius, other.orbit_radius), (one.radius, other.radius)).force
+        _set_rubbing(race, one, other, row, frequency)
 
 
 def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Any, frequency: float) -> None:
@@ -100,13 +135,21 @@ def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Any, frequency: float
 
 
 def _set_walls(
-    race: Race, balls: tuple[Ball, ...], members: list[int], angles: Floats, rows: Rows, frequency: float
+    race: Race,
+    balls: tuple[Ball, ...],
+    members: list[int],
+    angles: Floats,
+    rows: Rows,
+    frequency: float,
+    tables: Tables,
 ) -> None:
     for i in members:
         # a wall is the mirror image of the ball, which overlaps it by twice the angle
-        hard, soft = _spring_and_damper(race, balls[i], balls[i], frequency)
+        hard, soft, rows[i].wall_quick = _spring_and_damper(race, balls[i], balls[i], frequency)
+        rows[i].wall_rebound = meeting_table(tables, race, balls[i])
         rows[i].wall_hard, rows[i].wall_soft = 2.0 * hard, 2.0 * soft
         half = 0.5 * occupied_angle([balls[i]])
+        rows[i].wall_pace = balls[i].orbit_radius * math.cos(half)
         low, high = sector(race, balls[i], angles[i], half)
         rows[i].wall_low, rows[i].wall_high = low + half, high - half
         angles[i] = min(max(angles[i], low + half), high - half)
