@@ -14,7 +14,7 @@ from autobalancer.machine import Machine
 
 def host_of(machine: Machine, parts: Parts, starts: Floats) -> tuple[Host, Work]:
     """The rotor of a machine, and room for its work; ``starts`` are those of the segments of its drive."""
-    model, size, width = parts.model, parts.size, padded_size(parts.size)
+    model, size, width = parts.sliding, parts.size, padded_size(parts.size)
     each = 4 if machine.tilting_races == "full" else 2
     count = parts.places.shape[0]
     inverse: Matrix = np.asarray(np.linalg.inv(parts.mass), np.float64)

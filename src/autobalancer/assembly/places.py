@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from autobalancer.assembly.held import center_moments
 from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, station_rows, with_ball_mass
-from autobalancer.assembly.rotors.grounds import grounds, sag, weights
+from autobalancer.assembly.rotors.grounds import grounds, large_motions, sag, weights
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.mounts import mounts
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.reduction import circular
 from autobalancer.assembly.system import Assembly
@@ -33,6 +35,9 @@ class Places:
     speeds: Floats  # (k,) of the tables
     stiffness: Matrix  # (k, S, 2, R) rows of the forces on the supports
     damping: Matrix  # (k, S, 2, R)
+    run_stiffness: Matrix  # (k, S, 2, R) the same in a run, without the elements of rubber ...
+    run_damping: Matrix  # (k, S, 2, R)
+    rubber_rows: Matrix  # (S, 2, 2 M) ... which give forces for those of all M pieces of rubber
     machine: Machine
     model: LateralModel  # with the mass of the balls
     basis: Matrix  # (N, R)
@@ -68,7 +73,13 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
     rest = sag(bare, pull)
     plane = tuple(planes.of_balancer[ball.balancer] for ball in assembly.balls)
     of_plane = [[b for b, p in zip(assembly.balls, plane, strict=True) if p == i] for i in range(len(planes.names))]
-    shape = (len(found), bare.speeds.size, 2, basis.shape[1])
+    rubber = mounts(machine, bare)
+    runs = [large_motions(machine, bare, ground, rubber) for ground in found]
+
+    def over_speeds(matrices: Iterable[Matrix]) -> Matrix:
+        shape = (len(found), bare.speeds.size, 2, basis.shape[1])
+        return np.array([matrix @ basis for matrix in matrices]).reshape(shape).swapaxes(0, 1)
+
     return Places(
         planes=planes.names,
         plane_of_ball=plane,
@@ -79,8 +90,11 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         sag=np.array([row @ rest @ (1.0, 1j) for row in rows.values()]),
         weight=weights(bare, found, pull),
         speeds=bare.speeds,
-        stiffness=np.array([ground.stiffness @ basis for ground in found]).reshape(shape).swapaxes(0, 1),
-        damping=np.array([ground.damping @ basis for ground in found]).reshape(shape).swapaxes(0, 1),
+        stiffness=over_speeds(ground.stiffness for ground in found),
+        damping=over_speeds(ground.damping for ground in found),
+        run_stiffness=over_speeds(one[0] for one in runs),
+        run_damping=over_speeds(one[1] for one in runs),
+        rubber_rows=np.array([one[2] for one in runs]).reshape(len(found), 2, 2 * len(rubber)),
         machine=machine,
         model=model,
         basis=basis,
@@ -120,12 +134,28 @@ def deflections(places: Places, q: Matrix) -> Complexes:
     return np.asarray(both[:, 0::2] + 1j * both[:, 1::2])
 
 
-def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix) -> Complexes:
-    """Force of the rotor on each support, including its weight, x + i y in N, (T, S)."""
-    total = np.zeros((q.shape[0], len(places.supports), 2))
+def rubber_forces(states: Matrix, assembly: Assembly) -> Matrix:
+    """Force of all elements of each piece of rubber along its two directions, without its springs, (T, 2 M) N."""
+    rubber = assembly.system.rubber
+    first = int(rubber.elements.state[0]) if rubber.elements.size else 0
+    own = states[:, first : first + 2 * rubber.elements.size]
+    if assembly.system.rotating:
+        own = _turned(own, states[:, THETA])
+    pairs = own.reshape(states.shape[0], rubber.elements.size, 2)
+    total = (
+        np.add.reduceat(pairs, rubber.mounts.first, axis=1) if rubber.mounts.size else np.zeros((states.shape[0], 0, 2))
+    )
+    return np.asarray(total.reshape(states.shape[0], 2 * rubber.mounts.size))
+
+
+def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix, rubber: Matrix) -> Complexes:
+    """Force of the rotor on each support, including its weight, x + i y in N, (T, S); ``rubber`` as of :func:`rubber_forces`."""
+    total = np.einsum("sdm,tm->tsd", places.rubber_rows, rubber)
     for i, share in enumerate(table_shares(places.speeds, speed)):
         if share.any():
-            now = np.einsum("sdr,tr->tsd", places.stiffness[i], q) + np.einsum("sdr,tr->tsd", places.damping[i], v)
+            now = np.einsum("sdr,tr->tsd", places.run_stiffness[i], q) + np.einsum(
+                "sdr,tr->tsd", places.run_damping[i], v
+            )
             total += share[:, None, None] * now
     total += places.weight
     return np.asarray(total[..., 0] + 1j * total[..., 1])

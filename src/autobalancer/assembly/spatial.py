@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from autobalancer.assembly.rotors import (
 )
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.mounts import Mount, mounts, sliding_model
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
@@ -39,6 +40,8 @@ class Parts:
     """A rotor in reduced coordinates r, q = basis r; the first two are the deflection at the reference place."""
 
     model: LateralModel
+    sliding: LateralModel  # the model without the elements of rubber that softens with the amplitude
+    mounts: tuple[Mount, ...]  # this rubber
     reduction: Reduction
     isotropic: bool
     places: Matrix  # (P, 2, R) deflection rows of the balancers
@@ -78,6 +81,8 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
             "extend the tables"
         )
     loaded = with_ball_mass(machine, model)
+    rubber = mounts(machine, model)
+    sliding = sliding_model(machine, model, rubber)
     model = loaded if held else model
     critical = critical_speeds(loaded)
     still = critical or tuple(natural_frequencies(loaded).tolist())
@@ -86,10 +91,12 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     name, front = reference(machine, model)
     rows = balancer_rows(machine, model)
     named = station_rows(machine, model)
-    everything = rows_matrix([front, *rows, *named.values()])
+    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(rubber, model.pairs)])
     loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
     total = sum(loads, np.zeros(model.pairs, np.complex128))
-    small = reduction(model, front, everything, total, max(top, 1.0), getattr(machine.rotor, "modes", None))
+    alike = model.isotropic and all(mount.isotropic(model.pairs) for mount in rubber)
+    wanted = getattr(machine.rotor, "modes", None)
+    small = reduction(model, front, everything, total, max(top, 1.0), wanted, isotropic=alike)
     basis = small.basis
 
     def seen(row: Floats) -> Matrix:
@@ -98,8 +105,10 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     size = basis.shape[1]
     return Parts(
         model=model,
+        sliding=replace(sliding, mass=model.mass),
+        mounts=rubber,
         reduction=small,
-        isotropic=model.isotropic,
+        isotropic=alike,
         places=np.array([seen(row.deflection) for row in rows]).reshape(len(rows), 2, size),
         slopes=np.array([seen(row.slope) for row in rows]).reshape(len(rows), 2, size),
         mass=basis.T @ model.mass @ basis,
@@ -109,6 +118,13 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         critical_speeds=critical,
         frequency=max(still, default=1.0),
     )
+
+
+def _seen(rubber: tuple[Mount, ...], pairs: int) -> list[Matrix]:
+    """Rows over the coordinates along x of the places of rubber, which modes must move well too."""
+    return [
+        half[None] for m in rubber for one in m.rows for half in (one[:pairs], one[pairs : 2 * pairs]) if half.any()
+    ]
 
 
 def top_speed(machine: Machine) -> float | None:

@@ -18,14 +18,14 @@ from autobalancer.assembly.guided import ball_inertia, ball_rows, is_real, movin
 from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import with_mass_spread
 from autobalancer.assembly.resolved.balls import free_rows, is_resolved, resolved_scales, resolved_size, start_states
+from autobalancer.assembly.rotors.mounts import Mount
 from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.rubber import has_rubber
+from autobalancer.assembly.rubber import element_count, force_scales, has_rubber, pulled_forces, rubber_rows
 from autobalancer.assembly.spatial import Parts, pulled, spatial_parts, struck, top_speed, turned
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
 from autobalancer.assembly.torsion.links import is_linked, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
-from autobalancer.errors import MachineError
 from autobalancer.kernels.records.resolved import BALL_STATES
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Planar, System, X, Y
 from autobalancer.machine import Machine, PlanarRotor
@@ -58,6 +58,7 @@ class Assembly:
     stations: dict[str, Matrix] = field(default_factory=dict)  # rows (2, R) of the named stations
     reduction: Reduction | None = None
     places: Matrix = field(default_factory=lambda: np.zeros((0, 2, 0)))  # rows (P, 2, R) of the balancers
+    mounts: tuple[Mount, ...] = ()  # rubber that softens with the amplitude
 
     @property
     def general(self) -> bool:
@@ -113,11 +114,9 @@ def assemble(
     MachineError
         If a name is unknown to the catalogs, the balls do not fit, or the rotor is not possible.
     """
-    if has_rubber(machine):
-        raise MachineError("rotor: runs do not know softening rubber yet; give it a stiffness and a damping")
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
-    general = general or is_linked(machine)
+    general = general or is_linked(machine) or has_rubber(machine)
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = _pull(machine)
@@ -174,7 +173,9 @@ def assemble_general(
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
     further = resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
-    drive = drive_of(machine, own + further)
+    elastic = own + further  # where states of rubber begin, and where they end
+    end = elastic + 2 * element_count(parts)
+    drive = drive_of(machine, end)
     angles = np.array(start_angles(balls, generator(seed)), np.float64)
     fluids = FluidRows(balls, lags, own + further - mode_count(lags))
     if model is Model.RESOLVED:
@@ -195,6 +196,7 @@ def assemble_general(
         host=host,
         work=work,
         fluid=fluids.fluid,
+        rubber=rubber_rows(parts, elastic),
         shakes=shakes,
         shake_vectors=vectors,
         **rows,
@@ -204,7 +206,7 @@ def assemble_general(
         angles, rebounds = set_contacts(machine, balls, angles, system.contacts, fastest)
         system = system._replace(rebounds=rebounds)
     system = system._replace(**force_rows(machine, balls, angles))
-    state, scale, growing = np.zeros(own + further), np.ones(own + further), np.zeros(own + further)
+    state, scale, growing = np.zeros(end), np.ones(end), np.zeros(end)
     where = [X, Y, *range(rest, rest + size - 2)]
     fast = [VX, VY, *range(rest + size - 2, rest + 2 * size - 4)]
     angle = float(machine.start.rotor_angle)
@@ -217,6 +219,9 @@ def assemble_general(
     scale[where], scale[fast] = length, length * parts.frequency
     growing[where] = growing[fast] = 1.0
     scale[SPEED] = scale[BALLS + n : rest] = scale[own:] = parts.frequency
+    forces = pulled_forces(parts, place)
+    state[elastic:] = turned(forces, -angle) if system.rotating else forces
+    scale[elastic:], growing[elastic:] = force_scales(parts, length), 1.0
     if model is Model.RESOLVED:
         free = slice(own, own + BALL_STATES * n)
         state[free] = start_states(machine, balls, angles, system.free_balls, state[SPEED]).ravel()
@@ -226,7 +231,7 @@ def assemble_general(
     growing = np.append(growing, np.zeros(state.size - growing.size))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
-        parts.reduction, parts.places,
+        parts.reduction, parts.places, parts.mounts,
     )  # fmt: skip
 
 

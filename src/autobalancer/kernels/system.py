@@ -10,8 +10,8 @@ State of a rotor of R coordinates with n guided balls, length 2 + 2 R + 2 n::
     q[R - 2]    the other coordinates of the rotor          m        in the axes of the frame
     v[R - 2]    their velocities in space                   m/s      in the axes of the frame
 
-On a planar rotor R = 2 and the reference station is the center of its races. Relaxation modes of fluids follow, then twist
-and speed of each link of the drive train.
+On a planar rotor R = 2 and the reference station is the center of its races. Relaxation modes of fluids follow, then forces of
+rubber elements (two each, N, in the axes of the frame), then twist and speed of each link of the drive train.
 
 The frame is at rest, or it turns with the rotor (``rotating``), whichever makes the motion slow.
 """
@@ -32,6 +32,7 @@ from autobalancer.kernels.records.friction import SLIP
 from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
 from autobalancer.kernels.records.impacts import IMPACT, TOUCH
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
+from autobalancer.kernels.records.rubber import ELEMENT, MOUNT
 
 X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
 
@@ -117,6 +118,15 @@ class Fluid(NamedTuple):
     fit: Matrix = np.zeros((0, 0))  # of the slipstream, by powers of Reynolds number and distance
 
 
+class Rubber(NamedTuple):
+    """Rubber that slides and relaxes, beside the springs of a linear rotor."""
+
+    mounts: Rows = MOUNT.rows(0)
+    elements: Rows = ELEMENT.rows(0)
+    rows: Matrix = np.zeros((0, 0))  # (2 mounts, W) B: the stretch of each along x and y
+    reach: Matrix = np.zeros((0, 0))  # (2 mounts, W) B M^-1
+
+
 class System(NamedTuple):
     """Parameters of the equations of motion, SI, and their work space. What a machine does not have is empty."""
 
@@ -147,6 +157,7 @@ class System(NamedTuple):
     places: Rows = PLACE.rows(0)  # of the balls, for forces
     forces: Rows = FORCE.rows(0)
     force_numbers: Floats = np.zeros(0)  # own numbers of all forces
+    rubber: Rubber = Rubber()
     shakes: Rows = SHAKE.rows(0)
     shake_vectors: Matrix = np.zeros((0, 0))  # (2 excitations, W)
 

@@ -48,6 +48,7 @@ from autobalancer.simulation.remarks.drag_range import drag_range_attributes
 from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
 from autobalancer.simulation.remarks.friction_text import friction_text
 from autobalancer.simulation.remarks.input_text import input_notes
+from autobalancer.simulation.remarks.rubber_text import rubber_text
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
 from autobalancer.simulation.saved.dataset import run_dataset
 from autobalancer.simulation.stiffness import slow_because
@@ -214,6 +215,8 @@ def simulate_races(
     run.attrs |= drag_range_attributes(assembly, run, record, state)
     if friction := friction_text(machine, () if hold_balls else assembly.balls, run):
         run.attrs["friction_text"] = friction
+    if rubber := rubber_text(assembly, record, state):
+        run.attrs["rubber_text"] = rubber
     if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
         run.attrs["eccentricity_text"] = eccentric
     text = coincidence_text(

@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalancer.assembly.drive import unbalance_at, unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances
-from autobalancer.assembly.places import Places, coordinates, deflections, support_forces
+from autobalancer.assembly.places import Places, coordinates, deflections, rubber_forces, support_forces
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_TURN, TIME, Memory
@@ -68,7 +68,8 @@ def _of_turns(assembly: Assembly, places: Places, record: Record, memory: Memory
         return {}
     states, times, speed = turns[:, 1:], turns[:, 0], turns[:, 1 + SPEED]
     q, v = coordinates(states, assembly)
-    z, force, rotor = deflections(places, q), support_forces(places, speed, q, v), states[:, THETA]
+    rubber = rubber_forces(states, assembly)
+    z, force, rotor = deflections(places, q), support_forces(places, speed, q, v, rubber), states[:, THETA]
     in_space = rotor[:, None] + ball_motion(states, assembly)[0]
     static, pressed = (standing(part, rotor, in_space, static_load(places.machine)) for part in (z, force))
     told: dict[str, Any] = {"turns": (z, deflections(places, v), static), "forces": (force, pressed)}

@@ -13,6 +13,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel, station_rows
 from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
+from autobalancer.assembly.rotors.mounts import Mount, beyond_sliding
 from autobalancer.assembly.rotors.multibody import RigAxis
 from autobalancer.assembly.rotors.rig_joints import assembled, joint_struts
 from autobalancer.assembly.rotors.supports import add_support
@@ -29,6 +30,7 @@ class Ground:
     stiffness: Matrix  # (k, 2, N), times coordinates
     damping: Matrix  # (k, 2, N), times their velocities
     row: Matrix  # (2, N) deflection of the rotor there
+    number: int = 1  # of the support or joint in its file
 
 
 def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
@@ -49,7 +51,9 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
             add_support(support, place, model.speeds, damping, stiffness)
             damping = damping + factor * stiffness
             name = _name(machine, model, place, f"support {number}")
-            found.append(Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None])))
+            found.append(
+                Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None]), number)
+            )
     return tuple(ground for ground in found if ground.stiffness.any() or ground.damping.any())
 
 
@@ -63,6 +67,24 @@ def sag(model: LateralModel, gravity: float) -> Floats:
     """Coordinates of the rotor without balls under its own weight, (N,); ``gravity`` acts along -y."""
     down = -gravity * model.mass @ _translation(model)[:, 1]
     return np.asarray(np.linalg.solve(model.stiffness_at(0.0), down), np.float64)
+
+
+def large_motions(
+    machine: Machine, model: LateralModel, ground: Ground, found: tuple[Mount, ...]
+) -> tuple[Matrix, Matrix, Matrix]:
+    """Stiffness and damping of a support, each (k, 2, N), without the elements of its rubber, and of these the rows of force.
+
+    The rows are (2, 2 M), along x and y for a force along the two directions of each of the M pieces of rubber.
+    """
+    across, stiffness, damping = _translation(model).T, ground.stiffness.copy(), ground.damping.copy()
+    rows = np.zeros((2, len(found), 2))
+    for i, mount in enumerate(found):
+        if mount.grounded and mount.support == ground.number:
+            rows[:, i] = across @ mount.rows.T
+            more_stiffness, more_damping = beyond_sliding(machine, model, mount)
+            stiffness -= more_stiffness[:, None, None] * (rows[:, i] @ mount.rows)
+            damping -= more_damping[:, None, None] * (rows[:, i] @ mount.rows)
+    return stiffness, damping, rows.reshape(2, -1)
 
 
 def _translation(model: LateralModel) -> Matrix:
@@ -82,7 +104,7 @@ def _joint(model: LateralModel, number: int, joint: PointJoint, across: Floats) 
     one, other = joint.between
     body = other if one == GROUND else one
     row = axis.rig.motion(body, (0.0, 0.0, float(joint.position)))[:2, kept]
-    return Ground(f"joint {number}", across.T @ stiffness[part], across.T @ damping[part], row)
+    return Ground(f"joint {number}", across.T @ stiffness[part], across.T @ damping[part], row, number)
 
 
 def _name(machine: Machine, model: LateralModel, place: Rows, otherwise: str) -> str:

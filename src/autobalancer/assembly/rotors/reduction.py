@@ -34,7 +34,14 @@ class Reduction:
 
 
 def reduction(
-    model: LateralModel, front: Rows, places: Matrix, loads: Complexes, top: float, wanted: int | None
+    model: LateralModel,
+    front: Rows,
+    places: Matrix,
+    loads: Complexes,
+    top: float,
+    wanted: int | None,
+    *,
+    isotropic: bool,
 ) -> Reduction:
     """Modes that carry the motion at the ``places`` (P, pairs) under forces there and under unbalance ``loads``.
 
@@ -42,6 +49,8 @@ def reduction(
     ----------
     wanted
         Number of modes (of pairs on isotropic supports); ``None`` takes as many as bring the error below 1e-3.
+    isotropic
+        Whether x and y are alike, and so modes come in pairs without motion along the axis or about it.
 
     Raises
     ------
@@ -49,7 +58,6 @@ def reduction(
         If ``wanted`` modes cannot move the places.
     """
     n = model.pairs
-    isotropic = model.isotropic
     stiffness = model.stiffness_at(0.0)
     stiffness = 0.5 * (stiffness + stiffness.T)
     mass = model.mass

@@ -73,6 +73,16 @@ class Rig:
             rows[Z, ia], rows[Z, ib] = -x, -y
         return rows[:, :-1]
 
+    def spots(self, joint: PointJoint) -> list[Matrix]:
+        """The six motions of the first body of a joint relative to the second in its axes, at each of its places, (6, N)."""
+        found = []
+        for spot in joint.spots():
+            axes = np.array(spot.axes)
+            rows = self.motion(joint.between[0], spot.point) - self.motion(joint.between[1], spot.point)
+            turned = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]])
+            found.append(np.vstack([axes @ rows[:3], axes @ turned]))
+        return found
+
 
 def rig_of(rotor: MultibodyRotor) -> Rig:
     """Merge what is locked and number the coordinates: x and slope of each, y and slope of each, z, turning angles."""

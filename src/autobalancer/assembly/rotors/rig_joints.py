@@ -13,7 +13,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors.joint_matrices import joint_matrices
 from autobalancer.assembly.rotors.model import Floats, Matrix
-from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, SLOPE_Y, TURN, Rig
+from autobalancer.assembly.rotors.rig_bodies import Rig
 from autobalancer.assembly.rotors.supports import table_speeds
 from autobalancer.machine import MultibodyRotor
 from autobalancer.machine.rotors.joint import PointJoint, Spot
@@ -70,11 +70,7 @@ def joint_struts(
     stiffness, damping = joint_matrices(joint, speeds, number, turning)
     found: list[Strut] = []
     skew: list[Coupling] = []
-    for spot in joint.spots():
-        axes = np.array(spot.axes)
-        rows = rig.motion(joint.between[0], spot.point) - rig.motion(joint.between[1], spot.point)
-        turned = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]])
-        six = np.vstack([axes @ rows[:3], axes @ turned])
+    for spot, six in zip(joint.spots(), rig.spots(joint), strict=True):
         found += _principal(joint, spot, six, _symmetric(stiffness), _symmetric(damping))
         if not joint.symmetric:
             skew.append(Coupling(six, stiffness - _symmetric(stiffness), damping - _symmetric(damping)))

@@ -24,6 +24,7 @@ NOTES = (
     "left_race_text",
     "friction_text",
     "eccentricity_text",
+    "rubber_text",
 )  # attributes of a run that are its remarks
 
 

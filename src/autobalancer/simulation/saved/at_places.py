@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.drive import unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
-from autobalancer.assembly.places import Places, coordinates, deflections, support_forces, turning_mass
+from autobalancer.assembly.places import Places, coordinates, deflections, rubber_forces, support_forces, turning_mass
 from autobalancer.assembly.resolved.balls import ball_states
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.records.resolved import BALL_X, BALL_Y
@@ -35,7 +35,7 @@ def over_time(states: Matrix, times: Floats, assembly: Assembly, places: Places)
     """Deflection, unbalance and balls of each plane, and force on each support, over time."""
     q, v = coordinates(states, assembly)
     z = deflections(places, q)[:, : len(places.planes)]
-    found = _forces("", "time", states, q, v, places)
+    found = _forces("", "time", states, q, v, assembly, places)
     if places.planes:
         found |= {"plane_x": (("time", "plane"), z.real), "plane_y": (("time", "plane"), z.imag)}
         found |= _unbalances("", "time", states, times, assembly, places)
@@ -51,7 +51,7 @@ def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places
         "turn_place_y": (both, z.imag),
         "turn_place_vx": (both, rate.real),
         "turn_place_vy": (both, rate.imag),
-        **_forces("turn_", "turn", states, q, v, places),
+        **_forces("turn_", "turn", states, q, v, assembly, places),
     }
     if places.planes:
         found |= _unbalances("turn_", "turn", states, times, assembly, places)
@@ -105,8 +105,10 @@ def _unbalances(
     return found
 
 
-def _forces(prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, places: Places) -> dict[str, Any]:
-    force = support_forces(places, states[:, SPEED], q, v)
+def _forces(
+    prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, assembly: Assembly, places: Places
+) -> dict[str, Any]:
+    force = support_forces(places, states[:, SPEED], q, v, rubber_forces(states, assembly))
     return {
         f"{prefix}support_force_x": ((dimension, "support"), force.real),
         f"{prefix}support_force_y": ((dimension, "support"), force.imag),

@@ -17,6 +17,7 @@ import xarray as xr
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
+from autobalancer.assembly.rubber import has_rubber
 from autobalancer.assembly.system import assemble
 from autobalancer.assembly.torsion.links import without_links
 from autobalancer.catalog.friction_table import NONE_GIVEN
@@ -92,6 +93,8 @@ def why_unnamed(machine: Machine) -> str:
     """Why the ends of a machine at a speed have no names; empty if they have."""
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         return "gravity acts across the axis"
+    if has_rubber(machine):
+        return "rubber softens with the amplitude, and the states that have names are those of small motions"
     if has_forces(machine):
         return "forces act on the balls, which may hold them at other places"
     return ""
