@@ -167,6 +167,8 @@ WIDE = (
     'modes rigid_rotor.toml --speed "1200 rpm"',
     'modes rigid_rotor.toml --speeds "0:6000 rpm:21"',
     'response rigid_rotor.toml --speeds "1200 rpm"',
+    "torsional-modes coupled_drive.toml",
+    'torsional-response coupled_drive.toml --speeds "100:3000 rpm:9"',
     'stepped-response discoidal.toml --speeds "400:500 rpm:2" --dwell "0.2 s" --window "0.1 s"',
     "equivalent-planar rigid_rotor.toml",
     'ball-drag discoidal.toml --gap "10 um" --reynolds 0 --mesh-gap 0.1 --fineness 0.5',

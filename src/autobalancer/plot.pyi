@@ -25,6 +25,7 @@ from autobalancer.plots.measured.rubber import rubber as rubber
 from autobalancer.plots.rotor.campbell import campbell as campbell
 from autobalancer.plots.rotor.equivalent_planar import equivalent_planar as equivalent_planar
 from autobalancer.plots.rotor.modes import modes as modes
+from autobalancer.plots.rotor.torsional_response import torsional_response as torsional_response
 from autobalancer.plots.rotor.unbalance_response import polar_response as polar_response
 from autobalancer.plots.rotor.unbalance_response import response as response
 from autobalancer.plots.rotor.whirl import whirl_along_axis as whirl_along_axis
@@ -79,6 +80,7 @@ __all__ = [
     "spin_up",
     "stepped_response",
     "style",
+    "torsional_response",
     "velocity_profiles",
     "whirl_along_axis",
     "whirl_orbits",

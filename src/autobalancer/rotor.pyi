@@ -17,6 +17,9 @@ from autobalancer.rotordynamics.modes import modes as modes
 from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
 from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
 from autobalancer.rotordynamics.response import response as response
+from autobalancer.rotordynamics.torsion.modes import torsional_critical_speeds as torsional_critical_speeds
+from autobalancer.rotordynamics.torsion.modes import torsional_modes as torsional_modes
+from autobalancer.rotordynamics.torsion.response import torsional_response as torsional_response
 
 __all__ = [
     "FreeParameter",
@@ -35,5 +38,8 @@ __all__ = [
     "modes",
     "response",
     "response_peaks",
+    "torsional_critical_speeds",
+    "torsional_modes",
+    "torsional_response",
     "whirl_orbits",
 ]

@@ -49,7 +49,18 @@ def _options(
 
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
-from autobalancer.cli.rotors import angle, ball_drag, equivalent, flow, identify, modes, receptance, response, rubber  # noqa: E402
+from autobalancer.cli.rotors import (  # noqa: E402
+    angle,
+    ball_drag,
+    equivalent,
+    flow,
+    identify,
+    modes,
+    receptance,
+    response,
+    rubber,
+    torsion,
+)
 from autobalancer.cli.runs import animate, archive, basin, compare, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
@@ -70,6 +81,8 @@ app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)
 app.command()(modes.modes)
 app.command()(response.response)
+app.command("torsional-modes")(torsion.torsional_modes)
+app.command("torsional-response")(torsion.torsional_response)
 app.command("annulus-flow")(flow.flow)
 app.command("ball-drag")(ball_drag.ball_drag)
 app.command("equilibrium-angle")(angle.angle)

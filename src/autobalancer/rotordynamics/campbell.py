@@ -15,11 +15,13 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.machine.drive import twists
 from autobalancer.rotordynamics.answers import Campbell
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
 from autobalancer.rotordynamics.modes import check_count
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, rotor_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
+from autobalancer.rotordynamics.torsion.lines import torsional_lines
 from autobalancer.rotordynamics.tracking import Branches, tracked
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
 from autobalancer.units import list_argument
@@ -57,7 +59,9 @@ def campbell(
         Over ``branch`` and ``speed``: ``frequency`` (rad/s), ``damping_ratio``, ``decay_rate`` (1/s), ``whirl``; nan and
         ``none`` where a branch does not oscillate. ``name`` over ``branch``, from the shape at the first speed. Over
         ``intersection``, by ascending speed: ``intersection_speed`` (rad/s), ``intersection_harmonic``,
-        ``intersection_branch``, ``intersection_whirl``.
+        ``intersection_branch``, ``intersection_whirl``. Of a drive train that twists
+        ``torsional_frequency`` and ``torsional_name``
+        over ``torsion``, without damping, and over ``torsional_intersection`` its speed and harmonic.
 
     Raises
     ------
@@ -111,6 +115,8 @@ def campbell(
     data["intersection_whirl"] = (at, np.array(nearest, dtype=object), "direction of whirl", "")
     for key, (dims, numbers, text, unit) in data.items():
         result[key] = (dims, numbers, {"long_name": text, "units": unit})
+    if twists(machine.drive):
+        result = result.assign(torsional_lines(machine, lines, float(omega[0]), float(omega[-1])))
     result.attrs = attributes(machine, f"Campbell diagram of {machine.name}", balls=balls) | {
         "theory": "damped natural frequencies" if damped else "natural frequencies without damping",
         "harmonics": [float(h) for h in lines],

@@ -23,8 +23,8 @@ def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz
     """Draw natural frequencies over the speed: color is the direction of whirl, width the damping ratio.
 
     Dashed are the lines of the harmonics; the intersections with them, the critical speeds, are circled and named.
-    Written at the end of each branch are its name and damping ratio. Branches on one another have one name, and dashes
-    in both colors.
+    Dotted lines are torsional frequencies, where the drive train twists. Written at the end of each branch are its name and
+    damping ratio. Branches on one another have one name, and dashes in both colors.
 
     Parameters
     ----------
@@ -47,17 +47,19 @@ def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz
         figure = picture(8.4, 5.2)
         axes = figure.subplots()
         axes.set_title(str(found.attrs.get("title", "Campbell diagram")))
-        top = 1.12 * float(np.nanmax(found["frequency"].values)) * up.factor
+        room = 1.3 if "torsional_frequency" in found else 1.12  # for the legend
+        top = room * _greatest(found) * up.factor
         for h in found.attrs.get("harmonics", [1.0]):
             line = found["speed"].values * h * up.factor
             axes.plot(speed, line, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label=f"harmonic {h:g}")
         for number in range(found["branch"].size):
             _branch(axes, found.isel(branch=number), speed, up)
         _coincident(axes, found, speed, up, top)
-        end_labels(axes, float(speed[-1]), _ends(found, up), top)
-        _crossings(axes, found, across, up)
+        ends = _ends(found, up) + _torsion(axes, found, speed, up, top)
+        end_labels(axes, float(speed[-1]), ends, top)
         axes.set_xlim(speed[0], speed[-1])
         axes.set_ylim(0.0, top)
+        _crossings(axes, found, across, up)
         axes.set_xlabel(f"rotor speed ({across.sign})")
         axes.set_ylabel(f"natural frequency ({up.sign})")
         _explain(axes, found)
@@ -94,6 +96,29 @@ def _ends(found: xr.Dataset, unit: AxisUnit) -> list[End]:
     return ends
 
 
+def _greatest(found: xr.Dataset) -> float:
+    """The greatest frequency to be seen, rad/s: of a branch, or of a torsional mode that the drawn lines meet."""
+    met = [0.0]
+    if "torsional_intersection_speed" in found:
+        met += list((found["torsional_intersection_speed"] * found["torsional_intersection_harmonic"]).values)
+    return float(max(np.nanmax(found["frequency"].values), *met))
+
+
+def _torsion(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> list[End]:
+    """Torsional frequencies that fit into the picture, as dotted lines; their names."""
+    if "torsional_frequency" not in found:
+        return []
+    ends: list[End] = []
+    for rate, name in zip(found["torsional_frequency"].values, found["torsional_name"].values, strict=True):
+        height = float(rate) * unit.factor
+        if height < top:
+            axes.plot(
+                speed[[0, -1]], [height, height], color=INK, lw=1.4, ls=(0, (1, 1.6)), label="_" if ends else "torsion"
+            )
+            ends.append(End(height, f"{name}", "torsion"))
+    return ends
+
+
 def _coincident(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> None:
     """Dashes of the color below where one branch hides another."""
     frequency, words = found["frequency"].values * unit.factor, found["whirl"].values
@@ -109,9 +134,14 @@ def _coincident(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit
 
 
 def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
-    crossed = zip(found["intersection_speed"].values, found["intersection_harmonic"].values, strict=True)
-    written: list[tuple[float, float]] = []
-    for w, h in crossed:
+    speeds, harmonics = found["intersection_speed"].values, found["intersection_harmonic"].values
+    if "torsional_intersection_speed" in found:
+        speeds = np.append(speeds, found["torsional_intersection_speed"].values)
+        harmonics = np.append(harmonics, found["torsional_intersection_harmonic"].values)
+    top, written = axes.get_ylim()[1], list[tuple[float, float]]()
+    for w, h in zip(speeds, harmonics, strict=True):
+        if h * w * up.factor > top:
+            continue
         axes.plot(w * across.factor, h * w * up.factor, "o", ms=6, mfc="white", mec=INK, mew=1.4, zorder=4, label="_")
         if any(h == other and abs(w - before) < SAME * w for before, other in written):
             continue  # forward and backward at the same place
