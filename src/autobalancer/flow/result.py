@@ -10,6 +10,7 @@ import xarray as xr
 from autobalancer.flow.annulus import Annulus, Floats, Matrix
 from autobalancer.flow.choice import Expected
 from autobalancer.flow.spinning_up import decay_time
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 LABELS = {
@@ -89,7 +90,7 @@ def flow_dataset(
         "uncertainty": solved.uncertainty,
         **asdict(annulus),
     }
-    return dataset
+    return Labeled.of(dataset)
 
 
 def percent(share: float) -> str:

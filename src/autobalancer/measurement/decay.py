@@ -11,6 +11,7 @@ from scipy.linalg import lstsq
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -181,4 +182,4 @@ def _dataset(t: Floats, y: Floats, clock: Floats, size: float, found: tuple[Floa
         "offset": float(size * u[0]),
         "scatter": float(size * np.sqrt((residuals**2).sum() / (y.size - u.size))),
     }
-    return result
+    return Labeled.of(result)

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.labeled import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.measure_table import HERE, measured
@@ -23,8 +24,6 @@ from autobalancer.results.recorded_of import (
 from autobalancer.results.series import last_deflection, released_at, wrapped
 from autobalancer.results.standing import NONE, load_of
 from autobalancer.units import optional_argument
-
-SOURCE = ("machine_name", "outcome", "outcome_text", "source")
 
 
 @of_a_run()
@@ -54,7 +53,7 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
         ("time", "time", "s"),
     ):
         envelope[name].attrs.update(long_name=text, units=unit)
-    return envelope
+    return Labeled.of_run(run, "Envelope of the deflection", envelope)
 
 
 @of_a_run()
@@ -72,7 +71,7 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
         ("speed", bins.speed, "rad/s", "rotor speed at the greatest deflection"),
     ):
         found[name] = ((), float(values[place]), {"units": unit, "long_name": text})
-    return found
+    return Labeled.of_run(run, "Greatest deflection", found)
 
 
 @of_a_run()

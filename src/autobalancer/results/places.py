@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.standing import standing_in
 
@@ -51,6 +52,8 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     mean = standing_in(last, z)
     greatest, rms, velocity = moved(z, v, mean)
     found = _measured(
+        run,
+        "Vibration",
         ("place", run["place"].values),
         static_x=(mean.real, "m", "static deflection along x"),
         static_y=(mean.imag, "m", "static deflection along y"),
@@ -105,6 +108,8 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     size, left = np.abs(unbalance).mean(axis=0), np.abs(unbalance + balls).mean(axis=0)
     share = np.divide(left, size, out=np.full_like(left, np.nan), where=size > 0.0)
     found = _measured(
+        run,
+        "Residual unbalance",
         ("plane", run["plane"].values),
         unbalance=(size, "kg m", "unbalance that the balls of the plane have to balance"),
         balls=(np.abs(balls).mean(axis=0), "kg m", "resultant of the balls of the plane"),
@@ -135,6 +140,8 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
     mean = standing_in(last, force)
     found = _measured(
+        run,
+        "Support forces",
         ("support", run["support"].values),
         static_x=(mean.real, "N", "static force along x"),
         static_y=(mean.imag, "N", "static force along y"),
@@ -193,13 +200,15 @@ def half_range(z: Complexes) -> Floats:
     return np.asarray(0.5 * np.maximum(np.ptp(z.real, axis=0), np.ptp(z.imag, axis=0)), np.float64)
 
 
-def _measured(along: tuple[str, NDArray[np.object_]], **values: tuple[Floats, str, str]) -> xr.Dataset:
+def _measured(
+    run: xr.Dataset, title: str, along: tuple[str, NDArray[np.object_]], **values: tuple[Floats, str, str]
+) -> Labeled:
     dimension, names = along
     data = {
         name: (dimension, numbers, {"units": unit, "long_name": f"{text} {WHEN}"})
         for name, (numbers, unit, text) in values.items()
     }
-    return xr.Dataset(data, {dimension: names})
+    return Labeled.of_run(run, title, xr.Dataset(data, {dimension: names}))
 
 
 def _chosen(found: xr.Dataset, dimension: str, name: str) -> xr.Dataset:

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import ResultError
+from autobalancer.results.answers.kinds import as_kind, kind_of
 from autobalancer.results.export import WRITERS
-from autobalancer.results.provenance import MAKER
+from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely
 
-# netCDF turns a list of one into a scalar; these come back as lists
 NUMBERS = {
     "time",
     "speed",
@@ -26,6 +26,8 @@ NUMBERS = {
     "envelope_high",
     "turn_time",
 }
+KIND, LISTED = "answer", "lists"  # attributes of a file: which class it was, and which attributes were lists
+# files of earlier versions do not say which of their attributes were lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
 LEAST_REFUSED = 100_000_000  # bytes; a smaller array that a damaged file claims does no harm
@@ -62,11 +64,20 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
 def _write(run: xr.Dataset, path: Path) -> Path:
     kind = path.suffix.lower()
     if kind == ".nc":
-        return write_safely(path, lambda file: run.to_netcdf(file, engine="netcdf4"))
+        whole = _with_kind(run)
+        return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
     if kind not in WRITERS:
         ready_to_write(path)  # a device or a folder is named as such
         raise ResultError(f"{path}: results are written as .nc, .csv or .json; end the name with one of these")
     return write_text_safely(path, WRITERS[kind](run))
+
+
+def _with_kind(run: xr.Dataset) -> xr.Dataset:
+    """With what a file must say so that it comes back as it was: netCDF turns a list of one into a scalar."""
+    lists = [str(key) for key, value in run.attrs.items() if isinstance(value, (list, tuple))]
+    empty = {key: "" for key in lists if not run.attrs[key]}
+    kept = {"source": provenance()["source"], **run.attrs, **empty}
+    return run.assign_attrs(kept | {KIND: kind_of(run), LISTED: " ".join(lists)})
 
 
 def _rescued(run: xr.Dataset, name: str) -> str:
@@ -79,7 +90,7 @@ def _rescued(run: xr.Dataset, name: str) -> str:
 
 
 def load_run(path: str | Path) -> xr.Dataset:
-    """Read the result file at ``path`` into memory.
+    """Read the result file at ``path`` into memory; it comes back as what was saved, and shows itself in the same way.
 
     Raises
     ------
@@ -106,6 +117,8 @@ def load_run(path: str | Path) -> xr.Dataset:
     odd = [str(name) for name in NUMBERS & set(run.variables) if run[name].dtype.kind not in "fiu"]
     if odd:
         raise ResultError(f"{path}: damaged; {odd[0]!r} does not hold numbers")
-    for key in LISTS & set(run.attrs):
-        run.attrs[key] = np.atleast_1d(run.attrs[key]).tolist()
-    return run
+    kind, listed = (str(run.attrs.pop(name, "")) for name in (KIND, LISTED))
+    for key in (LISTS | set(listed.split())) & set(run.attrs):
+        value = run.attrs[key]
+        run.attrs[key] = [] if isinstance(value, str) and not value else np.atleast_1d(value).tolist()
+    return as_kind(run, kind)

@@ -15,6 +15,7 @@ from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.rotordynamics.equivalent_parts import planar_machine
 from autobalancer.rotordynamics.equivalent_range import border, deviation, other_share
 from autobalancer.rotordynamics.question import attributes
@@ -171,7 +172,7 @@ def equivalent_planar(
         "planar_machine": planar.name,
         "notes": notes,
     }
-    return EquivalentPlanar(planar, data)
+    return EquivalentPlanar(planar, Labeled.of(data))
 
 
 def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Direction:

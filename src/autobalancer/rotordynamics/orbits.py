@@ -10,6 +10,7 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.response import amplitudes
 from autobalancer.rotordynamics.unbalance import Given, load_of
@@ -85,4 +86,4 @@ def whirl_orbits(
     result.attrs = attributes(machine, f"Whirl orbits of {machine.name}", balls=balls or ball_angles is not None) | {
         "speed": float(omega[0])
     }
-    return result
+    return Labeled.of(result)

@@ -97,7 +97,9 @@ def amplitudes(
             return {"outcome": f"does not fit: {reason}"}
 
     found = gathered(cells, in_threads(one, cells, workers, progress))
-    found.attrs.update(machine=machine_text(machine), machine_name=machine.name, duration=duration)
+    title = f"Amplitudes of {machine.name} over balls and friction"
+    about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
+    found.attrs = {"title": title, **found.attrs, **about}
     return found
 
 

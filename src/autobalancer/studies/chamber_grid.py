@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.chamber_study import ChamberStudy
 from autobalancer.results.chamber.measures import catalog_unit
 from autobalancer.results.provenance import provenance
 
@@ -67,4 +68,4 @@ def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dat
     for name, numbers in values.items():
         found[name] = (DIMS, numbers, {"units": catalog_unit(name), "long_name": name.replace("_", " ")})
     found["outcome"] = (DIMS, outcome)
-    return found
+    return ChamberStudy.of(found)

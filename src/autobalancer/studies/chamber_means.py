@@ -8,6 +8,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.chamber_study import ChamberStudy
+from autobalancer.results.answers.labeled import Labeled
 
 OPTIMAL = {"deep": (8, 50), "single": (3, 10)}  # ranges of figure 12 of Pakuła (2021)
 
@@ -25,8 +27,8 @@ def over_seeds(study: xr.Dataset) -> xr.Dataset:
         found[name] = study[name].mean("seed", skipna=True, keep_attrs=True)
         found[f"{name}_spread"] = _spread(study[name])
     if names:
-        found["runs"] = study[names[0]].notnull().sum("seed")
-    return found
+        found["runs"] = _counted(study[names[0]], "seed")
+    return ChamberStudy.of(found)
 
 
 def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
@@ -58,9 +60,9 @@ def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | Non
         mean = each.mean("seed", skipna=True, keep_attrs=True)
         for name in names:
             mean[f"{name}_spread"] = _spread(each[name])
-        mean["runs"] = within[names[0]].notnull().sum(("balls", "seed"))
+        mean["runs"] = _counted(within[names[0]], "balls", "seed")
         pieces.append(mean)
-    return xr.concat(pieces, "layers", coords="minimal", compat="override")
+    return ChamberStudy.of(xr.concat(pieces, "layers", coords="minimal", compat="override"))
 
 
 def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
@@ -86,11 +88,15 @@ def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
     for name, along in (("least_friction", "friction"), ("least_balls", "balls")):
         least = study[along].where(carried).min(along, skipna=True)
         found[name] = least.assign_attrs(long_name=f"least {along} with which {share:.0%} of the balls go around")
-    return found
+    return Labeled.of_run(study, "Borders of being carried", found)
 
 
 def _measures(study: xr.Dataset) -> list[str]:
     return [str(name) for name, values in study.data_vars.items() if values.dtype.kind == "f"]
+
+
+def _counted(values: xr.DataArray, *over: str) -> xr.DataArray:
+    return values.notnull().sum(over).drop_attrs().assign_attrs(units="1", long_name="number of runs")
 
 
 def _spread(values: xr.DataArray) -> xr.DataArray:

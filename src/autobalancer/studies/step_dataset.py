@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.assembly.system import Assembly
+from autobalancer.results.answers.stepped import SteppedResponse
 from autobalancer.studies.stepping import Row
 
 MOTIONS = ("at rest", "swinging", "stalled")
@@ -52,7 +52,7 @@ def step_dataset(
     legs: Sequence[str],
     names: Sequence[str],
     rows: dict[tuple[int, int], Row],
-) -> xr.Dataset:
+) -> SteppedResponse:
     """Arrays over (direction, speed); what was not reached is nan."""
     count, n, s = len(speeds), len(assembly.balls), len(names)
 
@@ -75,7 +75,7 @@ def step_dataset(
     forward = column("forward", s, 2)
     data["synchronous_x"] = (("direction", "speed", "station"), forward[..., 0])
     data["synchronous_y"] = (("direction", "speed", "station"), forward[..., 1])
-    result = xr.Dataset(data)
+    result = SteppedResponse(data)
     for name in data:
         text, unit = LABELS[name]
         result[name].attrs.update(long_name=text, units=unit)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.laws.central_collision import contact_time, energy_error
 from autobalancer.random_numbers import generator
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.units import list_argument
 
@@ -151,7 +152,14 @@ def _dataset(
             "relative_speed": ("relative_speed", list(speeds), {"units": "m/s", "long_name": "relative speed"}),
             "step": ("step", list(steps), {"units": "s", "long_name": "step"}),
         },
-        attrs={"stiffness_over_mass": k, "restitution": restitution, "seed": seed, "scheme": scheme, **provenance()},
+        attrs={
+            "title": "Energy error of a step in a central collision",
+            "stiffness_over_mass": k,
+            "restitution": restitution,
+            "seed": seed,
+            "scheme": scheme,
+            **provenance(),
+        },
     )
     found["energy_error"] = ((*dims, "phase_number"), error)
     found["greatest"] = (dims, error.max(axis=2))
@@ -176,4 +184,4 @@ def _dataset(
     for name, text in texts.items():
         found[name].attrs.setdefault("units", "1")
         found[name].attrs["long_name"] = text
-    return found
+    return Labeled.of(found)

@@ -21,6 +21,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
+from autobalancer.results.answers.stepped import SteppedResponse
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.remarks.coincidence import CURE, free_groups
@@ -54,7 +55,7 @@ def stepped_response(
     store: str | Path | None = None,
     progress: Callable[[int, int], None] | None = None,
     keep_on_interrupt: bool = False,
-) -> xr.Dataset:
+) -> SteppedResponse:
     """Measure a machine at one speed after the other, as on a test stand (Rodrigues et al. 2011, section 5).
 
     The drive of the machine is replaced by the prescribed speed; unbalances are those after all schedules.
@@ -143,7 +144,7 @@ def stepped_response(
     }  # fmt: skip
     kept = None if store is None else StepStore(store, question)
     if kept is not None and kept.finished is not None:
-        return kept.finished
+        return SteppedResponse.of(kept.finished)
     found: dict[Place, Row] = dict(kept.rows) if kept is not None else {}
     total, interrupted = len(legs) * chosen.size, False
     if start == "fixed":

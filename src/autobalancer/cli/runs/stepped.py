@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,12 +9,10 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import note, speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.words import note, speed_sign, speed_text
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from autobalancer.cli.terminal.sheet import Column
+    pass
 
 
 def stepped(
@@ -99,14 +96,10 @@ def stepped(
         about = {"result": str(out), "outcome": found.attrs["outcome"], "seed": seed}
         print_json({**about, **numbers, "outcomes": found["outcome"].values})
     elif as_csv:
-        print_csv(_columns(found))
+        print_csv(found.columns(speed_sign()))
     else:
-        for name, row in _rows(found):
-            reached = [i for i, value in enumerate(row) if math.isfinite(value)]
-            if reached:
-                peak = max(reached, key=lambda i: row[i])
-                at = speed_text(float(found["speed"].values[peak]))
-                typer.echo(f"{name}: greatest amplitude {1e6 * row[peak]:.5g} µm at {at}")
+        for text in found.greatest(speed_text):
+            typer.echo(text)
         if "coincidence_text" in found.attrs:
             note(found.attrs["coincidence_text"])
         say_seed(described, seed)
@@ -114,16 +107,3 @@ def stepped(
     if found.attrs["outcome"] == "interrupted":
         typer.echo(f"interrupted; the same command goes on from {out}.journal", err=True)
         raise typer.Exit(stop_code())
-
-
-def _rows(found: xr.Dataset) -> list[tuple[str, list[float]]]:
-    whole = found["amplitude"] if "direction" in found.dims else found["amplitude"].expand_dims("direction")
-    return [(str(name), row.tolist()) for name, row in zip(whole["direction"].values, whole.values, strict=True)]
-
-
-def _columns(found: xr.Dataset) -> list[Column]:
-    from autobalancer.cli.terminal.sheet import Column
-
-    across = [float(speed_number(w, ".10g")) for w in found["speed"].values]
-    amplitudes = [Column(f"amplitude {name}", [1e6 * value for value in row], "µm") for name, row in _rows(found)]
-    return [Column("speed", across, speed_sign()), *amplitudes]

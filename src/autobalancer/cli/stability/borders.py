@@ -12,9 +12,8 @@ from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot
 from autobalancer.cli.terminal.words import say, speed_number, speed_sign, speed_text
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from autobalancer.cli.terminal.sheet import Column
+    from autobalancer.stability.maps.answers import BorderCurve
 
 
 def borders(
@@ -79,7 +78,7 @@ def borders(
     if as_json:
         print_json({"machine": str(machine), **answer})
         return
-    table = _columns(answer["borders"]) if curve is None else _over_columns(curve)
+    table = _columns(answer["borders"]) if curve is None else curve.columns(speed_sign())
     if as_csv:
         print_csv(table)
         return
@@ -139,7 +138,7 @@ def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
     return [name for name in kinds if name in there]
 
 
-def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> xr.Dataset:
+def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> BorderCurve:
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import named, parameter_values
     from autobalancer.stability.maps.curve import border_curve
@@ -165,21 +164,6 @@ def _columns(borders: list[dict[str, Any]]) -> list[Column]:
         Column("speed", [_number(border["speed"]) for border in borders], speed_sign()),
         Column("note", [border["note"] for border in borders], wraps=True),
     ]
-
-
-def _over_columns(curve: xr.Dataset) -> list[Column]:
-    from autobalancer.cli.terminal.sheet import Column
-    from autobalancer.plots.drawing.quantity_axis import quantity_axis
-
-    across = str(next(iter(curve.dims)))
-    axis = quantity_axis(curve[across], speed_sign())
-    shown = [
-        str(name)
-        for name, entry in curve.data_vars.items()
-        if entry.attrs.get("units") == "rad/s" and entry.dims == (across,)
-    ]
-    speeds = [Column(name.replace("_", " "), [_number(w) for w in curve[name].values], speed_sign()) for name in shown]
-    return [Column(str(curve[across].attrs["long_name"]), axis.values, axis.unit.sign), *speeds]
 
 
 def _number(speed: float) -> float | str | None:

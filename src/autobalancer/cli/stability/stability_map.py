@@ -59,21 +59,17 @@ def map_(
             progress=update,
         )
     files.save(found, lambda: ab.plot.map(found, speed_unit=speed_unit))
-    rates = found["growth_rate"].values
-    known = rates[rates == rates]
     if as_json:
+        rates = found["growth_rate"].values
         names = {str(name): found[name].values for name in (*found.dims, *found.data_vars)}
-        print_json({"machine": str(machine), "points": rates.size, "stable": int((known < 0.0).sum()), **names})
+        print_json({"machine": str(machine), "points": rates.size, "stable": int((rates < 0.0).sum()), **names})
         return
     if as_csv:
         typer.echo(result_csv(found), nl=False)
         return
-    stable = f"{100.0 * (known < 0.0).mean():.3g} % of them stable" if known.size else "no balanced state anywhere"
-    ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
-    say(f"{rates.size} points, {known.size} with a balanced state, {stable}{ignores}")
-    if "held_share" in found:
-        held = 100.0 * float((found["held_share"] >= 1.0).mean())
-        say(f"friction: the unbalance alone does not move balls at rest in {held:.3g} % of the map")
+    say("; ".join((found.stable_text(), *found.remarks())))
+    if held := found.held_text():
+        say(f"friction: {held}")
     files.say()
 
 

@@ -14,6 +14,7 @@ from autobalancer.flow.ball.mesh import Floats, Shape
 from autobalancer.flow.ball.plane import plane
 from autobalancer.flow.ball.slow import Flow
 from autobalancer.laws.lubrication import FilmSlopes, film_slopes
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 LABELS = {
@@ -93,7 +94,7 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         "drag": drag_lines(numbers, cd_re),
         **asdict(channel),
     }
-    return found
+    return Labeled.of(found)
 
 
 def slopes_of(shape: Shape, share: float) -> FilmSlopes:

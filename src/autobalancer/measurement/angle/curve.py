@@ -17,6 +17,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.laws.drag_coefficient import DragLaw, linear_drag_law
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.statics import Floats, TurnedRace, equilibrium_angles
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import SampleTimes
@@ -149,7 +150,7 @@ def equilibrium_angle(
     for name in found.variables:
         found[name].attrs = dict(zip(("long_name", "units"), MEANINGS[str(name)], strict=True))
     found.attrs = {"title": f"Equilibrium angle: {given.machine.name}", **provenance(), **attributes(given)}
-    return found
+    return Labeled.of(found)
 
 
 def attributes(given: AngleMachine) -> dict[str, str | float]:

@@ -19,6 +19,7 @@ from autobalancer.measurement.angle.rolling_resistance import (
     rolling_resistance_deviation,
 )
 from autobalancer.measurement.angle.statics import drag_coefficients, equilibrium_angles
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 WAYS = ("left out", "included")
@@ -110,4 +111,4 @@ def evaluate_angles(
         answer[name].attrs = dict(zip(("long_name", "units"), MEANINGS[str(name)], strict=True))
     title = f"Drag from equilibrium angles: {given.machine.name}"
     answer.attrs = {"title": title, **provenance(), **attributes(given), "rolling_resistance_from": source}
-    return answer
+    return Labeled.of(answer)

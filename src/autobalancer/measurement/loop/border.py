@@ -17,6 +17,7 @@ from autobalancer.measurement.loop.growth import receptance_stability, worst_gro
 from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.measurement.receptance.rational_fit import pole_model, resampled
 from autobalancer.patience import shows_progress
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.units import ends_argument, optional_argument
 
@@ -96,7 +97,7 @@ def receptance_border(
         "searched": [low, high],
         "warnings": there.attrs["warnings"],
     }
-    return found
+    return Labeled.of(found)
 
 
 def _search_range(fit: xr.Dataset, model: PoleModel) -> tuple[float, float]:

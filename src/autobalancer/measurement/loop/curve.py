@@ -10,6 +10,7 @@ from autobalancer.measurement.loop.balls import RaceBalls
 from autobalancer.measurement.loop.growth import receptance_stability
 from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.measurement.receptance.rational_fit import pole_model
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.states.polygon import directions
 from autobalancer.units import argument
@@ -61,7 +62,7 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, ba
         found[dim].attrs = {"long_name": "frequency in space", "units": "rad/s"}
     found.attrs = {**provenance(), "title": "Loop of evenly spread balls", "speed": float(speed)}
     found.attrs |= {name: float(row[name][0]) for name in ("growth_rate", "gain_margin", "phase_margin")}
-    return found
+    return Labeled.of(found)
 
 
 def _loop(balls: RaceBalls, speed: float, frequency: Floats, receptance: Complexes) -> Complexes:

@@ -26,6 +26,7 @@ from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_mat
 from autobalancer.measurement.receptance.measured import hertz
 from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.measurement.receptance.rational_fit import pole_model
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.units import list_argument, optional_argument
 
@@ -108,7 +109,7 @@ def receptance_stability(
     found.attrs |= {"balls": balls.count, "warnings": "\n".join(doubts), "fit_error": fit.attrs["fit_error"]}
     if len(states) == 1:
         found.attrs["ball_angles_deg"] = degrees(states[0])
-    return found
+    return Labeled.of(found)
 
 
 def worst_growth(model: PoleModel, balls: RaceBalls, states: list[Floats], speed: float) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.measurement.receptance.answer import FittedReceptance
 from autobalancer.measurement.receptance.measured import hertz
 from autobalancer.measurement.receptance.mode_checks import covariance, frequencies, weak_modes
 from autobalancer.measurement.receptance.pole_search import Found
@@ -21,7 +22,7 @@ def with_doubts(found: xr.Dataset, best: Found, unit: float, lone: Floats, dropp
     texts = [*_mass_doubt(found), *_energy_doubt(found, best, unit), *_weak_doubt(found, best, unit)]
     texts += [*_lone_doubt(lone), *_dropped(found, dropped), *_noise_doubt(found), *_tail_doubt(found)]
     found.attrs["warnings"] = "\n".join(texts)
-    return found
+    return FittedReceptance.of(found)
 
 
 def _mass_doubt(found: xr.Dataset) -> list[str]:

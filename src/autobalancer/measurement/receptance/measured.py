@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
 from autobalancer.files.samples import sample_hint
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -86,7 +87,7 @@ def receptance_dataset(
     )
     if coherence is not None:
         found["coherence"] = ("frequency", np.asarray(coherence)[order], {"long_name": "coherence", "units": ""})
-    return found
+    return Labeled.of(found)
 
 
 def hertz(frequency: float) -> str:

@@ -1,26 +1,30 @@
-"""Answers to questions: labeled arrays that show themselves as a short table, in Python, in notebooks and on the command line."""
+"""Answers to questions: labeled arrays that show their main numbers, in Python, in notebooks and on the command line."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
+from itertools import zip_longest
 from typing import ClassVar, TypeVar
 
 import xarray as xr
 
 from autobalancer.results.display_units import speed_axis
-from autobalancer.shown import Column, html_table, rpm_and_si, text_table
+from autobalancer.shown import Column, facts_text, html_table, rpm_and_si, text_table
 
 A = TypeVar("A", bound="Answer")
 
 WIDTH = 100  # letters of a line
+HEAD = 12  # letters of a column, at least, where heads are broken
+NAMED = 12  # variables that the last line lists
 
 
 class Answer(xr.Dataset):
-    """A dataset in SI that shows itself as a table of its main numbers; all that a dataset can do, it can.
+    """A dataset in SI that shows itself as facts and a table of its main numbers; all that a dataset can do, it can.
 
-    What was cut out of it and has no such table is shown as xarray does.
+    What was cut out of it and lacks them is shown as xarray does.
     """
 
     __slots__ = ()
@@ -37,16 +41,20 @@ class Answer(xr.Dataset):
         """The same dataset as an answer."""
         return cls(found.data_vars, found.coords, found.attrs)
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """The main table, speeds or frequencies in ``unit``."""
-        raise NotImplementedError
-
     def heading(self) -> str:
-        """The line above it."""
+        """The first line."""
         return str(self.attrs.get("title", ""))
 
+    def facts(self) -> Sequence[tuple[str, str]]:
+        """Names and texts below it."""
+        return ()
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The main table, speeds or frequencies in ``unit``; none where facts say it all."""
+        return []
+
     def remarks(self) -> Sequence[str]:
-        """Sentences below it."""
+        """Sentences at the end."""
         return ()
 
     def in_si(self) -> xr.Dataset:
@@ -69,30 +77,48 @@ class Answer(xr.Dataset):
     def _table(self) -> tuple[list[str], list[tuple[str, ...]]]:
         columns = self.columns()
         head = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
-        rows = list(zip(*(column.cells() for column in columns), strict=True))
-        if len(rows) > self.most:
-            half = self.most // 2
-            rows = [*rows[:half], ("...", *[""] * (len(head) - 1)), *rows[-half:]]
-        return head, rows
+        count, half = max((len(column.values) for column in columns), default=0), self.most // 2
+        if count <= self.most:
+            return head, list(zip(*(column.cells() for column in columns), strict=True))
+        first, last = (
+            list(zip(*(replace(column, values=column.values[part]).cells() for column in columns), strict=True))
+            for part in (slice(half), slice(count - half, None))
+        )
+        return head, [*first, ("...", *[""] * (len(head) - 1)), *last]
 
     def _contents(self) -> str:
         sizes = ", ".join(f"{name} ({size})" for name, size in self.sizes.items())
-        return f"dataset in SI over {sizes}: {', '.join(map(str, self.data_vars))}"
+        names = list(map(str, self.data_vars))
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED + 1 else ""
+        return f"dataset in SI{f' over {sizes}' if sizes else ''}: {', '.join(names[:NAMED] if more else names)}{more}"
 
     def __repr__(self) -> str:
         if not self.has_table():
             return str(xr.Dataset.__repr__(self))
-        head, rows = self._table()
+        (head, rows), facts = self._table(), self.facts()
         lines = [line for text in (*self.remarks(), self._contents()) for line in textwrap.wrap(text, WIDTH)]
-        return "\n".join(line for line in (self.heading(), text_table(head, rows) if rows else "", *lines) if line)
+        table = text_table(*_narrow(head, rows)) if rows else ""
+        return "\n".join(line for line in (self.heading(), facts_text(facts) if facts else "", table, *lines) if line)
 
     def _repr_html_(self) -> str:
         whole = str(xr.Dataset._repr_html_(self))
         if not self.has_table():
             return whole
-        remarks = "".join(f"<p>{escape(text)}</p>" for text in self.remarks())
-        more = f"<details><summary>{escape(self._contents())}</summary>{whole}</details>"
-        return html_table(*self._table(), self.heading()) + remarks + more
+        (head, rows), facts, title = self._table(), self.facts(), self.heading()
+        shown = html_table(("", ""), facts, title) if facts else ""
+        shown += html_table(head, rows, "" if facts else title) if rows or not facts else ""
+        shown += "".join(f"<p>{escape(text)}</p>" for text in self.remarks())
+        return f"{shown}<details><summary>{escape(self._contents())}</summary>{whole}</details>"
+
+
+def _narrow(head: list[str], rows: list[tuple[str, ...]]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Heads of a table that is too wide broken between words."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    if sum(2 + max(len(name), width) for name, width in zip(head, widths, strict=True)) <= WIDTH + 2:
+        return head, rows
+    broken = [textwrap.wrap(name, max(width, HEAD)) for name, width in zip(head, widths, strict=True)]
+    lines = list(zip_longest(*broken, fillvalue=""))
+    return list(lines[0]), [*lines[1:], *rows]
 
 
 def at_speed(found: xr.Dataset) -> str:

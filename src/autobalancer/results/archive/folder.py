@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.archive.lock import RunLock
 from autobalancer.results.archive.query import condition
 from autobalancer.results.archive.run import RunFolder, Write, plain, read_note, write_part
@@ -145,7 +146,7 @@ class Archive:
             unit = catalog_unit(key)
             table[key] = ("run", _column(cells), {"units": unit} if unit else {})
         table.attrs.update(title=f"Runs of {self.folder}", **provenance())
-        return table
+        return Labeled.of(table)
 
     def export(self, name: str, path: str | Path) -> Path:
         """Write a run as one result file, one variable at a time."""

@@ -20,6 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
+from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.archive.lock import RunLock
 from autobalancer.results.archive.parts import NETCDF, open_parts
 from autobalancer.safe_file import write_safely
@@ -109,7 +110,7 @@ class RunFolder:
         found = open_parts(files)
         told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
         found.attrs.update(machine=self.machine, archive_state=self.state, **told)
-        return found
+        return as_kind(found, "ChamberRun")
 
     def append(self, chunk: xr.Dataset, checkpoint: Checkpoint | None = None) -> None:
         """Keep a chunk of samples, and the state from which the run goes on after it.

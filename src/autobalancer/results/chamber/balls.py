@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.chamber.shape import chambers_of
 
 Floats = NDArray[np.float64]
@@ -123,7 +124,7 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
         couple,
         {"long_name": "couple unbalance of the balls", "units": "kg m^2", "frame": "rotor"},
     )
-    return found
+    return Labeled.of_run(run, "Unbalance of the balls", found)
 
 
 def residual_of_balls(
@@ -144,4 +145,4 @@ def residual_of_balls(
         part = own[name].values
         size = np.abs(part[:, 0] + 1j * part[:, 1] + given)
         found[name] = ("time", size, {"long_name": text, "units": unit})
-    return found
+    return Labeled.of_run(run, "Residual unbalance", found)

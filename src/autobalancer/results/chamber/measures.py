@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber.balls import window
 from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, STAGES, STEADY, UNITS
@@ -43,7 +44,7 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     hardest = int(np.argmax(force))
     found["hardest_contact"] = _scalar(force[hardest], "N", "force of the hardest contact")
     found["hardest_contact_time"] = _scalar(time[hardest], "s", "time of the hardest contact")
-    return found
+    return Labeled.of_run(run, "Contacts", found)
 
 
 @of_a_run(runs="simulate_chamber")

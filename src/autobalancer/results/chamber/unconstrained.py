@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
@@ -108,7 +109,7 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | str | 
         spoken = name.replace("_", " about ")
         found[name] = ("time", motion, {"units": unit, "long_name": f"{spoken} of the body if released"})
         found[f"{name}_load"] = ("time", load, {"units": force, "long_name": f"reaction against {spoken}"})
-    return found
+    return Labeled.of_run(run, "Motion of the released body", found)
 
 
 def _oscillator(load: Floats, step: float, inertia: float, damping: float, stiffness: float) -> Floats:

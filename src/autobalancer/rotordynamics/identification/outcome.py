@@ -10,6 +10,7 @@ import xarray as xr
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.rotordynamics.identification.determination import Determination
 from autobalancer.rotordynamics.identification.fit import Fit
@@ -102,7 +103,7 @@ def dataset(
         "starts_at_best": fit.agreeing,
         "notes": notes,
     }
-    return result
+    return Labeled.of(result)
 
 
 def report_text(data: xr.Dataset) -> str:

@@ -14,6 +14,7 @@ from autobalancer.kernels.fields import Rows
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.chamber.answer import ChamberRun
 from autobalancer.simulation.chamber.energy import energies
 
 Array = Any
@@ -59,7 +60,7 @@ def labeled(
     run: xr.Dataset, machine: ChamberMachine, attributes: dict[str, Any], outcome: str, text: str, duration: float
 ) -> xr.Dataset:
     """The dataset with attributes that say what it is."""
-    return run.assign_attrs(
+    about = run.assign_attrs(
         title=f"Run of {machine.name}",
         **provenance(),
         machine=machine_text(machine),
@@ -69,3 +70,4 @@ def labeled(
         outcome_text=text,
         duration=duration,
     )
+    return ChamberRun.of(about)

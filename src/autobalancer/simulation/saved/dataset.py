@@ -14,6 +14,7 @@ from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
+from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.saved.along_axis import axis_coordinates, couple_unbalance
@@ -90,7 +91,7 @@ def run_dataset(
         data["event_deflection"] = ("event", np.hypot(log[:, 2 + X], log[:, 2 + Y]))
         attributes = attributes | {"events_seen": record.event_seen.tolist(), "events_watched": events}
     data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places)
-    dataset = label(xr.Dataset(data, coordinates))
+    dataset = label(Run(data, coordinates))
     dataset.attrs = {
         "title": f"Run of {attributes['machine_name']}",
         **provenance(),

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import axis_unit
+from autobalancer.results.display_units import AxisUnit, axis_unit, speed_axis
 from autobalancer.shown import Column
 from autobalancer.stability.diagrams.tables import stable_ranges
 
@@ -102,3 +103,43 @@ class Branches(Answer):
         """How many special points there are."""
         count = self.sizes.get("special", 0)
         return [f"{count} special points: special_rows() lists them"] if count else ()
+
+
+class BifurcationCurves(Answer):
+    """Curves of Hopf points or folds over two parameters."""
+
+    __slots__ = ()
+    row_of, needed = "point", ("curve", "parameter", "second_parameter")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The ranges of both parameters along each curve, of Hopf curves the frequencies, and the special points."""
+        curves = [self.isel(point=np.flatnonzero(self["curve"].values == k)) for k in np.unique(self["curve"].values)]
+        found = [Column("curve", [int(part["curve"][0]) for part in curves])]
+        for name in ("parameter", "second_parameter"):
+            axis = axis_unit(self[name], unit or self.shown_in)
+            found.append(
+                Column(str(self[name].attrs["long_name"]), [_span(part[name], axis) for part in curves], axis.sign)
+            )
+        if "frequency" in self:
+            axis = speed_axis("Hz")
+            found.append(Column("frequency", [_span(part["frequency"], axis) for part in curves], axis.sign))
+            kinds = [", ".join(sorted(set(part["criticality"].values.tolist()))) for part in curves]
+            found.append(Column("criticality", kinds, wraps=True))
+        return [*found, Column("points", [part.sizes["point"] for part in curves])]
+
+    def remarks(self) -> Sequence[str]:
+        """The special points, and what is ignored."""
+        first, second = (axis_unit(self[name], self.shown_in) for name in ("parameter", "second_parameter"))
+        said = []
+        for i, kind in enumerate(self["special_type"].values if "special_type" in self else ()):
+            at = (float(self[f"special_{name}"].values[i]) for name in ("parameter", "second_parameter"))
+            texts = (
+                f"{axis.shown(value):.5g} {axis.sign}".rstrip() for axis, value in zip((first, second), at, strict=True)
+            )
+            said.append(f"{kind} at {', '.join(texts)}")
+        return [*said, *([f"ignores {self.attrs['ignores']}"] if self.attrs.get("ignores") else [])]
+
+
+def _span(values: xr.DataArray, axis: AxisUnit) -> str:
+    low, high = (f"{axis.shown(float(end)):.5g}" for end in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"

@@ -18,6 +18,7 @@ from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import NoConvergence, Point, Steps, at_parameter, follow, locate
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import coincident, kinds
+from autobalancer.stability.diagrams.answers import BifurcationCurves
 from autobalancer.stability.diagrams.branches import begin_at, starts_of
 from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.host.planar import Floats
@@ -203,4 +204,4 @@ def _dataset(
         data["lyapunov_coefficient"] = ("point", values, {"long_name": "first Lyapunov coefficient", "units": "1"})
         names = ["supercritical" if value < 0.0 else "subcritical" for value in values]
         data["criticality"] = ("point", names, {"long_name": "criticality"})
-    return xr.Dataset(data, attrs=attributes)
+    return BifurcationCurves(data, attrs=attributes)

@@ -20,6 +20,7 @@ from autobalancer.machine.plain_names import axis_attributes, dimension_of, text
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, plane
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+from autobalancer.stability.maps.answers import BorderCurve
 from autobalancer.stability.maps.exact import exact_borders
 from autobalancer.stability.maps.map_rates import with_values
 from autobalancer.stability.maps.speeds import (
@@ -48,7 +49,7 @@ def border_curve(
     only: Sequence[str] = (),
     up_to: float | str | None = None,
     progress: Progress | None = None,
-) -> xr.Dataset:
+) -> BorderCurve:
     """The border speeds over a parameter.
 
     Parameters
@@ -130,7 +131,7 @@ def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
 
 def _dataset(
     machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
-) -> xr.Dataset:
+) -> BorderCurve:
     dim = dimension_of(parameter)
     found = xr.Dataset(coords={dim: (dim, numbers, axis_attributes(parameter))})
     names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
@@ -159,7 +160,7 @@ def _dataset(
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",
     }
-    return found
+    return BorderCurve.of(found)
 
 
 def _ignored(machine: Machine, names: list[str]) -> str:

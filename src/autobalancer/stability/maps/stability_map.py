@@ -25,6 +25,7 @@ from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.maps.answers import StabilityMap
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.map_friction import with_friction, with_held
 from autobalancer.stability.maps.map_marks import with_borders, with_fluids, with_operating_points, with_release
@@ -47,7 +48,7 @@ def map(
     borders: int = 61,
     workers: int | None = None,
     progress: Progress | None = None,
-) -> xr.Dataset:
+) -> StabilityMap:
     """Growth rate of the balanced state over two parameters, with the border speeds.
 
     Two or more equal balls on a planar rotor with isotropic supports use compiled code, about a microsecond per point;
@@ -107,7 +108,7 @@ def map(
         found = with_release(found, machine, values)
     found = with_held(found, machine, values)
     found = with_operating_points(found, machine, list(values), operating_points or {})
-    return with_fluids(found, machine, list(values))
+    return StabilityMap.of(with_fluids(found, machine, list(values)))
 
 
 def _known(name: str) -> None:
