@@ -99,6 +99,8 @@ def test_balls_in_the_middle_of_a_rotor_have_the_averaged_border_of_its_planar_m
         ab.stability.averaged_border(one, worst_case=True, searched=searched).speed for one in (flat, machine)
     )
     assert found == pytest.approx(planar, rel=1e-9)
+    (border,) = ab.stability.borders(machine, only=("averaged border",))
+    assert border.speed == pytest.approx(explicit_averaged_border(flat).speed, rel=1e-9)
 
 
 def test_supports_that_hardly_differ_have_the_averaged_eigenvalues_of_alike_ones_and_of_the_backward_whirl() -> None:

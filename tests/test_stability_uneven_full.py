@@ -113,6 +113,16 @@ def test_multipliers_of_supports_that_hardly_differ_are_those_of_the_eigenvalues
                 assert np.abs(expected - value).min() < 1e-5
 
 
+@pytest.mark.parametrize("form", ["deflection", "full"])
+def test_a_shaft_whose_dampers_hardly_differ_has_the_growth_rate_of_alike_ones(form: str) -> None:
+    shaft = ab.with_parameter(ab.catalog.rig("cfrp_rig"), "tilting_races", form)
+    hardly = ab.with_parameter(shaft, "rotor.supports[2].damping", (57.0 * 0.999, 57.0 * 1.001))  # the same mean
+    assert not stations(hardly).isotropic
+    assert stations(hardly).model.pairs > 40
+    uneven, alike = (ab.stability.eigenvalues(one, [35.0]) for one in (hardly, shaft))
+    assert float(uneven["growth_rate"][0]) == pytest.approx(float(alike["growth_rate"][0]), rel=1e-5)
+
+
 def test_supports_that_change_places_have_the_same_states_and_multipliers() -> None:
     # the machine a quarter turn later; the mean of a state and its growth do not know where the turn began
     speed = 170.0

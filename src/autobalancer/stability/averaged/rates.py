@@ -61,7 +61,7 @@ def growth_rates(p: Plane, speeds: Floats, spreads: Floats | float) -> Floats:
 
 
 def _eigenvalues(p: Plane, w: Floats, spreads: Floats) -> Complexes:
-    """Of (4.69) for two balls at +-a, cos 2a = |g2|/g, (k, 6); matrices as in ``equations.averaged_matrices``."""
+    """Of (4.69) for two balls at +-a, cos 2a = |g2|/g, (k, 6); the matrices are those of one station."""
     drag = float(p.drag.mean())
     moment = np.sqrt(0.5 * drag * float((p.moment**2 / p.drag).sum()))
     angle = 0.5 * np.arccos(np.minimum(spreads, 1.0))

@@ -27,7 +27,7 @@ from autobalancer.stability.host.series import Numbers
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
 
-STEPS = 24  # in half a turn, at least
+STEPS, MOST = 24, 96  # in half a turn, at least and at most
 PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor
 
 
@@ -110,7 +110,7 @@ class Cycle:
         model = self.host.model
         stiffness = np.linalg.solve(model.mass, model.stiffness_at(self.speed))
         fastest = math.sqrt(float(np.abs(np.linalg.eigvals(stiffness)).max())) + self.speed  # seen from the rotor
-        steps = max(STEPS, math.ceil(PER_PERIOD * fastest / (2.0 * self.speed)))
+        steps = steps_of(fastest, self.speed)
         nodes, weights, inner = _gauss()
         width = math.pi / steps
         theta = (width * (np.arange(steps)[:, None] + nodes)).ravel()
@@ -129,6 +129,15 @@ class Cycle:
         """Growth rates, 1/s, greatest real part first, (size,)."""
         values = np.log(np.linalg.eigvals(self.half_turn(state)).astype(np.complex128)) * self.speed / math.pi
         return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def steps_of(fastest: float, speed: float) -> int:
+    """Number of steps in half a turn for a rotor whose fastest motion has this frequency, rad/s.
+
+    Motions that are too fast for the greatest number still decay or grow by the method as they do, only at another rate; those up
+    to some times the speed, which decide, do not notice.
+    """
+    return min(max(STEPS, math.ceil(PER_PERIOD * fastest / (2.0 * speed))), MOST)
 
 
 @cache

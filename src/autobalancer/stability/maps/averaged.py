@@ -80,7 +80,7 @@ def averaged_of(p: Described) -> Border:
     """*averaged border* as :func:`autobalancer.stability.borders` has it.
 
     With races on the axis in one plane that of the worst case over the unbalance: of planar rotors by the closed form, (4.74)
-    generalized to any balls and to orthotropic supports, of others on isotropic supports. Else that at this unbalance.
+    generalized to any balls and to orthotropic supports, of others by root finding. Else that at this unbalance.
     """
     if isinstance(p, Stations) and p.forces is not None:
         return Border(AVERAGED, math.nan, "computed without forces on the balls only; see the exact border", False)
@@ -91,7 +91,7 @@ def averaged_of(p: Described) -> Border:
     if isinstance(p, Stations):
         if not p.model.damping.any():
             return Border(AVERAGED, math.inf, "the rotor has no damping")
-        return replace(_of_stations(p, worst_case=p.isotropic and _one_centric(p)), name=AVERAGED)
+        return replace(_of_stations(p, worst_case=_one_centric(p)), name=AVERAGED)
     if max(p.damping) == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
     if np.all(p.offset == 0.0):

@@ -15,14 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.errors import QuestionError
+from autobalancer.stability.host.cycle import steps_of
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.harmonic_balance import Swing, swing_of
 from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.swinging import swinging
-
-STEPS = 24  # in half a turn, at least
-PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor
 
 
 def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
@@ -70,7 +68,7 @@ def half_turn(st: Stations, swing: Swing) -> Matrix:
     fastest = math.sqrt(
         float(np.abs(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness_at(swing.speed)))).max())
     )
-    steps = max(STEPS, math.ceil(PER_PERIOD * fastest / (2.0 * swing.speed)))
+    steps = steps_of(fastest, swing.speed)
     nodes, weights = np.polynomial.legendre.leggauss(4)
     nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
     inner = _integrals(nodes)

@@ -15,6 +15,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Complexes, plane
+from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, in_plane, stations
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.answers import Eigenvalues, Equilibria
@@ -65,7 +66,7 @@ def equilibria(
     speed = argument("speed", speed, "rad/s")
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
-    st = host_of(machine, unbalance)
+    st = host_of(machine, unbalance, speed)
     states = [in_mean(st, speed, state) for state in without_exchanges(st, states_of(st, speed))]
     rows = [judged(st, speed, state) for state in states]
     n, places = st.moment.size, len(st.names)
@@ -146,7 +147,7 @@ def eigenvalues(
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
-    st = host_of(machine, unbalance)
+    st = host_of(machine, unbalance, max(map(float, speeds), default=0.0))
     rows: list[tuple[float, StationState, Complexes, str]] = []
     missing = []
     for number, speed in enumerate(map(float, speeds)):
@@ -186,10 +187,12 @@ def eigenvalues(
     return Eigenvalues.of(result)
 
 
-def host_of(machine: Machine, unbalance: complex | float | None) -> Stations:
-    """The stations of any machine; a planar one is a single station."""
-    planar = isinstance(machine.rotor, PlanarRotor)
-    return in_plane(machine, unbalance) if planar else stations(machine, unbalance)
+def host_of(machine: Machine, unbalance: complex | float | None, highest: float) -> Stations:
+    """The stations of any machine; a planar one is a single station. Anisotropic rotors have fewer coordinates, up to a speed."""
+    if isinstance(machine.rotor, PlanarRotor):
+        return in_plane(machine, unbalance)
+    st = stations(machine, unbalance)
+    return st if st.isotropic or not highest > 0.0 else reduced(st, highest)
 
 
 def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, str]:
