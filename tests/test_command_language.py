@@ -138,6 +138,7 @@ SAMPLES = (
     "stall_and_release",
     "two_plane_rotor",
     "rigid_rotor",
+    "coupled_drive",
     "deep_chamber",
     "equilibrium_angle",
     "discoidal_hammer",
