@@ -13,6 +13,7 @@ from tests.references.spatial_machines import rates, tilting
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.spatial import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
@@ -111,6 +112,29 @@ def test_multipliers_of_supports_that_hardly_differ_are_those_of_the_eigenvalues
             expected = np.exp(modes(alike, speed, state)[0] * half)
             for value in np.exp(found * half):
                 assert np.abs(expected - value).min() < 1e-5
+
+
+def lighter(share: float, form: str) -> Machine:
+    """Two planes with balls, unbalances and drag of another size, which change together."""
+    machine = full(1.3, form)
+    for name, value in (("ball_mass", 4e-3), ("drag", 2e-4)):
+        machine = with_quantity(machine, name, share * value)
+    unbalances = tuple(
+        u.model_copy(update={key: share * float(getattr(u, key)) for key in ("moment", "couple") if getattr(u, key)})
+        for u in machine.unbalances
+    )
+    return machine.model_copy(update={"unbalances": unbalances, "gravity": 0.0})  # weight does not depend on the size
+
+
+def test_the_lighter_the_balls_the_less_the_full_motion_differs_from_the_deflection() -> None:
+    apart = []
+    for share in (0.01, 1e-4):
+        both = [stations(lighter(share, form)) for form in ("full", "deflection")]
+        # one from the field over half a turn, the other from the harmonic balance
+        found = [np.sort(exponents_of(st, 250.0, balanced_of(st, 250.0)[0]).real) for st in both]
+        apart.append(np.abs(found[0] - found[1]).max())
+    assert apart[0] > 1e-5
+    assert apart[1] == pytest.approx(0.01 * apart[0], rel=0.01)
 
 
 @pytest.mark.parametrize("form", ["deflection", "full"])

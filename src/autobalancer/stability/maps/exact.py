@@ -137,7 +137,7 @@ def worst_case_at_one_station(st: Stations) -> Border:
     """*exact border, worst case* where the rotor tilts or bends: equal balls at one station, |S2| from 0 to N."""
     name = "exact border, worst case"
     if not equal_at_one_station(st):
-        which = "equal balls at one station only, races on the axis"
+        which = "equal balls at one station only, races on the axis, isotropic supports"
         if equal_at_one_station(replace(st, slopes=None, forces=None)):
             which = (
                 "balls that feel the deflection of their race only"
