@@ -175,7 +175,7 @@ def test_every_kind_of_answer_can_be_read_back() -> None:
         if module.name.endswith(("answer", "answers")) or ".answers." in module.name:
             import_module(module.name)
     kinds = {answer.__name__: answer.__module__.removeprefix("autobalancer.") for answer in below(Answer)}
-    assert kinds == HOMES
+    assert kinds == HOMES, "each kind stands in the table of results/answers/kinds.py, by which a file is read back"
 
 
 def below(kind: type[Answer]) -> set[type[Answer]]:
@@ -189,3 +189,28 @@ def test_lengths_side_by_side_have_one_unit_and_frequencies_are_in_hertz() -> No
     (shown,) = (column for column in decay.columns() if column.head == "frequency")
     assert shown.unit == "Hz"
     assert float(shown.values[0]) == pytest.approx(float(decay["frequency"][0]) / (2.0 * np.pi))
+
+
+@pytest.mark.parametrize(
+    ("shown", "said"),
+    [
+        (lambda: ab.catalog.bearings(), "... and 388 more"),
+        (lambda: ab.catalog.fluids(), "silicone oil 20"),
+        (lambda: ab.catalog.materials(), "7860"),
+        (lambda: ab.catalog.friction(), "rolling resistance"),
+        (lambda: ab.laws.drag_laws(), "free_sphere"),
+        (lambda: ab.stability.averaged_border(DISCOIDAL), "averaged border: 612.92 rpm"),
+        (
+            lambda: ab.stability.stable_windows(DISCOIDAL, "1500 rpm"),
+            "stable from 621.47 rpm (65.08 rad/s) to 1500 rpm",
+        ),
+        (lambda: ab.stability.held_by_friction(ab.example("real_race")), "friction at 1200 rpm"),
+        (lambda: ab.rotor.equivalent_planar(RIGID), "taken: modal"),
+        (lambda: ab.verdict(short_run()), "no verdict: "),
+    ],
+)
+def test_what_is_no_dataset_shows_itself_in_a_few_lines_too(shown: Callable[[], object], said: str) -> None:
+    text = repr(shown())
+    assert said in text
+    assert len(text.splitlines()) < 60
+    assert max(map(len, text.splitlines())) < 200

@@ -127,13 +127,20 @@ class Table(tuple[T, ...]):
     """A tuple that shows itself as a table; ``head`` and ``row`` say how."""
 
     head: tuple[str, ...] = ()
+    most = 24  # rows that are shown
 
     def row(self, entry: T) -> tuple[str, ...]:
         """The cells of an entry."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        return text_table(self.head, [self.row(entry) for entry in self]) if self else "()"
+        return "\n".join((text_table(self.head, self._rows()), *self._rest())) if self else "()"
 
     def _repr_html_(self) -> str:
-        return html_table(self.head, [self.row(entry) for entry in self])
+        return html_table(self.head, self._rows()) + "".join(f"<p>{text}</p>" for text in self._rest())
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        return [self.row(entry) for entry in self[: self.most]]
+
+    def _rest(self) -> tuple[str, ...]:
+        return (f"... and {len(self) - self.most} more",) if len(self) > self.most else ()

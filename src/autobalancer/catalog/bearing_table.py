@@ -90,10 +90,21 @@ _ORDER: dict[str, Callable[[SuitableBearing], float]] = {
 }
 
 
+class Bearings(Table[Bearing]):
+    """Bearings of the catalog, a tuple."""
+
+    head = ("bearing", "family", "bore mm", "outer mm", "width mm", "orbit radius mm", "ball mm")
+
+    def row(self, entry: Bearing) -> tuple[str, ...]:
+        """Designation, family and sizes."""
+        sizes = (entry.bore, entry.outer, entry.width, entry.orbit_radius, entry.ball_diameter)
+        return (entry.designation, entry.family, *(f"{1e3 * size:.5g}" for size in sizes))
+
+
 @cache
-def bearings() -> tuple[Bearing, ...]:
+def bearings() -> Bearings:
     """All 412 bearings, in the order of the source. Source: Spannan (2021), Tables C.1 and C.2."""
-    return tuple(_bearing(row) for row in rows("bearings.csv"))
+    return Bearings(_bearing(row) for row in rows("bearings.csv"))
 
 
 def bearing(designation: str) -> Bearing:

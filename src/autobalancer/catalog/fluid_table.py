@@ -10,6 +10,7 @@ from autobalancer.catalog.fluid_families import ROOM, FluidEntry, Offer, glycero
 from autobalancer.catalog.tables import key, unknown
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.viscosity import blend_fraction
+from autobalancer.shown import Table
 from autobalancer.units import argument
 
 __all__ = ["Blend", "FluidEntry", "FluidState", "blend", "fluid", "fluids"]
@@ -44,12 +45,23 @@ class Blend:
     fluid: FluidState
 
 
-def fluids() -> tuple[FluidEntry, ...]:
+class Fluids(Table[FluidEntry]):
+    """Fluids of the catalog, a tuple."""
+
+    head, most = ("fluid", "family", "from °C", "to °C"), 60
+
+    def row(self, entry: FluidEntry) -> tuple[str, ...]:
+        """Name, family, and range of temperatures."""
+        ends = (entry.lowest_temperature, entry.highest_temperature)
+        return (entry.name, entry.family, *(f"{end - 273.15:.4g}" for end in ends))
+
+
+def fluids() -> Fluids:
     """Every fluid with a fixed name, with its range of temperatures, source and remark.
 
     In addition, any glycerol-water mixture can be used: ``fluid("glycerol 62.5 wt%")``, ``fluid("glycerol 50 vol%")``.
     """
-    return tuple(entry for entry, _ in offers())
+    return Fluids(entry for entry, _ in offers())
 
 
 def fluid(name: str, temperature: float | str = ROOM) -> FluidState:

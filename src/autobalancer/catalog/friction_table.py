@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from autobalancer.catalog.tables import rows
+from autobalancer.shown import Table
 
 NONE_GIVEN = (
     "no friction given: residuals are those of ideal balls; typical coefficients: autobalancer catalog friction"
@@ -30,10 +31,21 @@ class FrictionCoefficients:
     remark: str = ""
 
 
+class Frictions(Table[FrictionCoefficients]):
+    """Coefficients of friction of the catalog, a tuple."""
+
+    head = ("pair", "rolling resistance", "adherence", "found")
+
+    def row(self, entry: FrictionCoefficients) -> tuple[str, ...]:
+        """Name, coefficients, and how they were found."""
+        values = (entry.rolling_resistance, entry.adherence)
+        return (entry.name, *("-" if math.isnan(value) else f"{value:g}" for value in values), entry.kind)
+
+
 @cache
-def friction() -> tuple[FrictionCoefficients, ...]:
+def friction() -> Frictions:
     """All coefficients of the catalog, from the smoothest pair to the roughest. They span more than three orders of magnitude."""
-    return tuple(
+    return Frictions(
         FrictionCoefficients(
             name=row["name"],
             rolling_resistance=_number(row["rolling_resistance"]),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from autobalancer.catalog.tables import key, rows, unknown
+from autobalancer.shown import Table
 
 
 @dataclass(frozen=True)
@@ -18,10 +19,20 @@ class Material:
     remark: str = ""
 
 
+class Materials(Table[Material]):
+    """Materials of the catalog, a tuple."""
+
+    head = ("material", "density kg/m³", "source")
+
+    def row(self, entry: Material) -> tuple[str, ...]:
+        """Name, density and source."""
+        return (entry.name, f"{entry.density:g}", entry.source)
+
+
 @cache
-def materials() -> tuple[Material, ...]:
+def materials() -> Materials:
     """All materials of the catalog. Each entry names the source of its density."""
-    return tuple(
+    return Materials(
         Material(row["name"], float(row["density_kg_m3"]), row["source"], row["remark"])
         for row in rows("materials.csv")
     )

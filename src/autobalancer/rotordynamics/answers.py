@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from autobalancer.results.answers.answer import Answer, at_speed
-from autobalancer.results.display_units import length_axis
+from autobalancer.results.display_units import length_axis, speed_axis
 from autobalancer.shown import Column, rpm_and_si
 
 RATES = {"displacement": "", "velocity": "/s", "acceleration": "/s²"}
@@ -118,3 +118,37 @@ class ResponsePeaks(Answer):
     def remarks(self) -> Sequence[str]:
         """What is said where there is none."""
         return () if self.sizes["peak"] else ("no peak in this range",)
+
+
+class PlanarOscillators(Answer):
+    """Oscillators that stand for a rotor at a place: one in each direction, found in two ways."""
+
+    __slots__ = ()
+    row_of, needed = "way", ("stiffness", "mass", "damping", "valid_from", "valid_to")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Constants of each, its critical speed, and the speeds between which it holds."""
+        one = self[[*self.needed, "critical_speed"]].stack(one=("way", "direction"))
+        speeds = (
+            ("critical_speed", "critical speed", ".5g"),
+            ("valid_from", "holds from", ".4g"),
+            ("valid_to", "holds to", ".4g"),
+        )
+        shown = speed_axis(unit or self.shown_in)
+        return [
+            Column("way", [str(way) for way in one["way"].values]),
+            Column("along", [str(direction) for direction in one["direction"].values]),
+            Column("stiffness", one["stiffness"].values, "N/m"),
+            Column("mass", one["mass"].values, "kg", ".4g"),
+            Column("damping", one["damping"].values, "N s/m", ".4g"),
+            *(Column(head, one[name].values * shown.factor, shown.sign, form) for name, head, form in speeds),
+        ]
+
+    def has_table(self) -> bool:
+        """Both directions must be there, too."""
+        return super().has_table() and "direction" in self["stiffness"].dims
+
+    def remarks(self) -> Sequence[str]:
+        """Which way was taken, and what to be careful about."""
+        taken = [f"taken: {self.attrs['chosen']}"] if "chosen" in self.attrs else []
+        return [*taken, *map(str, self.attrs.get("notes", ()))]

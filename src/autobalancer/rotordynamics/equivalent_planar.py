@@ -15,7 +15,7 @@ from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.rotordynamics.answers import PlanarOscillators
 from autobalancer.rotordynamics.equivalent_parts import planar_machine
 from autobalancer.rotordynamics.equivalent_range import border, deviation, other_share
 from autobalancer.rotordynamics.question import attributes
@@ -44,7 +44,10 @@ class EquivalentPlanar:
     """
 
     machine: Machine
-    data: xr.Dataset
+    data: PlanarOscillators
+
+    def __repr__(self) -> str:
+        return f"{self.machine!r}\n{self.data!r}"
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def equivalent_planar(
         "planar_machine": planar.name,
         "notes": notes,
     }
-    return EquivalentPlanar(planar, Labeled.of(data))
+    return EquivalentPlanar(planar, PlanarOscillators.of(data))
 
 
 def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Direction:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from autobalancer.shown import Table, speed_cells
+from autobalancer.shown import Table, rpm_and_si, speed_cells
 
 
 @dataclass(frozen=True)
@@ -18,6 +18,10 @@ class Border:
     speed: float
     note: str
     known: bool = True
+
+    def __repr__(self) -> str:
+        speed = rpm_and_si(self.speed) if self.known else "not known"
+        return f"{self.name}: {speed}{f'; {self.note}' if self.note else ''}"
 
 
 class Borders(Table[Border]):

@@ -10,10 +10,10 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.words import note, say, speed_sign, speed_text
 
 if TYPE_CHECKING:
-    from autobalancer.cli.terminal.sheet import Column
+    pass
 
 
 def equivalent(
@@ -62,9 +62,9 @@ def equivalent(
         print_json({"oscillators": rows, "description": found.machine.description})
         return
     if as_csv:
-        print_csv(_columns(rows))
+        print_csv(data.columns(speed_sign()))
         return
-    print_sheet(_columns(rows), f"{described.name}: the planar oscillator in its place")
+    print_sheet(data.columns(speed_sign()), f"{described.name}: the planar oscillator in its place")
     for row in rows:
         held = _holds(row)
         if row["way"] == method and not held:
@@ -85,21 +85,3 @@ def _holds(row: dict[str, Any]) -> str:
     if math.isnan(row["valid_from"]) or math.isnan(row["valid_to"]):
         return ""
     return f"from {speed_text(row['valid_from'])} to {speed_text(row['valid_to'])}"
-
-
-def _columns(rows: list[dict[str, Any]]) -> list[Column]:
-    from autobalancer.cli.terminal.sheet import Column
-
-    def speeds(key: str) -> list[float]:
-        return [float(speed_number(row[key], ".10g")) for row in rows]
-
-    return [
-        Column("way", [row["way"] for row in rows]),
-        Column("along", [row["direction"] for row in rows]),
-        Column("stiffness", [row["stiffness"] for row in rows], "N/m"),
-        Column("mass", [row["mass"] for row in rows], "kg", ".4g"),
-        Column("damping", [row["damping"] for row in rows], "N s/m", ".4g"),
-        Column("critical speed", speeds("critical_speed"), speed_sign()),
-        Column("holds from", speeds("valid_from"), speed_sign(), ".4g"),
-        Column("holds to", speeds("valid_to"), speed_sign(), ".4g"),
-    ]

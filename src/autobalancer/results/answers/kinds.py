@@ -25,6 +25,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Labeled": "results.answers.labeled",
     "Measured": "results.answers.measured",
     "Modes": "rotordynamics.answers",
+    "PlanarOscillators": "rotordynamics.answers",
     "Ranges": "stability.states.answers",
     "Response": "rotordynamics.answers",
     "ResponsePeaks": "rotordynamics.answers",
@@ -32,6 +33,9 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "StabilityMap": "stability.maps.answers",
     "SteppedResponse": "results.answers.stepped",
     "Swept": "results.answers.swept",
+    "TorsionalCriticalSpeeds": "rotordynamics.torsion.answers",
+    "TorsionalModes": "rotordynamics.torsion.answers",
+    "TorsionalResponse": "rotordynamics.torsion.answers",
 }
 
 

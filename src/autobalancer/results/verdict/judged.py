@@ -118,7 +118,7 @@ class Verdict:
         """Plain numbers and texts, e.g. for JSON."""
         return {**asdict(self), "peak_ratio": self.peak_ratio}
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         head, lines, notes = verdict_lines(self)
         width = max((len(label) for label, _ in lines), default=0)
         return "\n".join(

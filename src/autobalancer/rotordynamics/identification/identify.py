@@ -45,6 +45,9 @@ class Identification:
         """Everything as text."""
         return report_text(self.data)
 
+    def __repr__(self) -> str:
+        return self.report()
+
 
 def identify(
     machine: Machine | str | Path,

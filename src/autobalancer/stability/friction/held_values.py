@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.shown import facts_text, rpm_and_si
 
 RELEASED = "released at rest at this speed at random places (not a run-up)"
 
@@ -143,6 +144,15 @@ class HeldByFriction:
     starts: int
     planes: tuple[HeldPlane, ...]
     note: str
+
+    def __repr__(self) -> str:
+        rows = [
+            (plane.name if not k else label, text)
+            for plane in self.planes
+            for k, (label, text) in enumerate(plane.rows)
+        ]
+        told = [facts_text(rows)] if rows else []
+        return "\n".join((f"friction at {rpm_and_si(self.speed)}", *told, *([self.note] if self.note else [])))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""

@@ -14,6 +14,7 @@ from scipy.optimize import brentq, minimize_scalar
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest, without
 from autobalancer.stability.maps.balanced import POINTS, Balanced, balanced_states
@@ -38,6 +39,11 @@ class StableWindows:
     windows: tuple[Window, ...]
     searched: Window
     note: str
+
+    def __repr__(self) -> str:
+        ranges = [f"stable from {rpm_and_si(low)} to {rpm_and_si(high)}" for low, high in self.windows]
+        low, high = map(rpm_and_si, self.searched)
+        return "\n".join(filter(None, [*(ranges or ["stable nowhere"]), f"searched from {low} to {high}", self.note]))
 
 
 def stable_windows(
