@@ -1,4 +1,5 @@
-"""Stability maps against a loop of numpy.linalg.eigvals over matrices assembled in Python."""
+"""Stability maps against a loop of numpy.linalg.eigvals over matrices assembled in Python, on orthotropic supports against one
+periodic state at a time."""
 
 from __future__ import annotations
 
@@ -10,14 +11,19 @@ import xarray as xr
 from tests.references.planar_linear import matrices
 
 import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.files.machine_file import load_race_machine
+from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.balanced_stations import StationBalls
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, seconds
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
-SMALL, LARGE = (250, 80), (1000, 1000)  # speeds, viscosities
+SMALL, LARGE, UNEVEN = (250, 80), (1000, 1000), (21, 11)  # speeds, viscosities
 
 
 def bench() -> list[dict[str, Any]]:
@@ -32,8 +38,39 @@ def bench() -> list[dict[str, Any]]:
     points = SMALL[0] * SMALL[1]
     note = f"{points} points, growth rates equal to {worst:.1g} 1/s"
     return [
+        *orthotropic(machine),
         compared("stability_map_vs_numpy", small, "numpy.linalg.eigvals in a loop", peer, note=note),
         measured("stability_map_points_per_s", LARGE[0] * LARGE[1] / large, "1/s", note="10^6 points, all cores"),
+    ]
+
+
+def orthotropic(machine: Machine) -> list[dict[str, Any]]:
+    """A map on orthotropic supports, with its borders, and its growth rates against one periodic state at a time."""
+    machine = with_value_at(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m"))
+    grid = axes(UNEVEN)
+    planes = [plane(with_quantity(machine, "viscosity", viscosity)) for viscosity in grid["viscosity"]]
+
+    def rates(members: list[Any]) -> np.ndarray:
+        return np.array([member.rates(grid["speed"]) for member in members])
+
+    fast = [balanced_states(p)[0] for p in planes]
+    slow = [StationBalls(of_plane(p), route="multipliers") for p in planes]
+    worst = float(np.abs(rates(fast) - rates(slow)).max())
+    assert worst < 1e-9 * 60.0, worst  # of the critical speed
+    points = UNEVEN[0] * UNEVEN[1]
+    note = f"{points} points on orthotropic supports, growth rates equal to {worst:.1g} 1/s"
+    peer = seconds(lambda: rates(slow), repeats=1)
+    whole = seconds(lambda: ab.stability.map(machine, grid), repeats=2)
+    return [
+        compared(
+            "orthotropic_growth_rates_vs_one_at_a_time", seconds(lambda: rates(fast)), "one at a time", peer, note=note
+        ),
+        measured(
+            "orthotropic_stability_map_s",
+            whole,
+            "s",
+            note=f"{points} points and all borders at {UNEVEN[1]} viscosities",
+        ),
     ]
 
 

@@ -169,7 +169,7 @@ def test_balls_that_are_nearly_equal_have_nearly_the_border_of_equal_balls() -> 
 
 def test_supports_that_are_nearly_isotropic_have_nearly_the_border_of_isotropic_ones() -> None:
     machine = rig(stiffness=(44654.0, 44654.0 * (1.0 + 1e-7)), beta=1e-4)
-    assert balanced_states(plane(machine))[0].route == "multipliers"
+    assert balanced_states(plane(machine))[0].route == "multipliers of a rotor at rest"
     reference = speeds(rig(beta=1e-4))
     assert speeds(machine)["exact border"] == pytest.approx(reference["exact border"], rel=1e-6)
     assert speeds(machine)["release speed"] == pytest.approx(reference["release speed"], rel=0.02)

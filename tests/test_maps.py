@@ -161,7 +161,7 @@ def test_maps_of_unequal_balls_and_orthotropic_supports_are_those_of_eigenvalues
     balls = [{"count": 1, "mass": f"{mass} g", "diameter": "12 mm"} for mass in (7.0, 9.0)]
     for changed, route in (
         (with_value_at(machine, "balancers[1].races[1].balls", balls), "eigenvalues"),
-        (with_value_at(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers"),
+        (with_value_at(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m")), "multipliers of a rotor at rest"),
     ):
         assert balanced_states(plane(changed))[0].route == route
         found = ab.stability.map(changed, {"speed": [66.0, 90.0], "viscosity": [2e-5, 5e-5]}, borders=0)

@@ -111,7 +111,7 @@ class Cycle:
         stiffness = np.linalg.solve(model.mass, model.stiffness_at(self.speed))
         fastest = math.sqrt(float(np.abs(np.linalg.eigvals(stiffness)).max())) + self.speed  # seen from the rotor
         steps = steps_of(fastest, self.speed)
-        nodes, weights, inner = _gauss()
+        nodes, weights, inner = gauss()
         width = math.pi / steps
         theta = (width * (np.arange(steps)[:, None] + nodes)).ravel()
         states = _waves(self.count, theta) @ state.reshape(self.count, self.size)
@@ -141,7 +141,7 @@ def steps_of(fastest: float, speed: float) -> int:
 
 
 @cache
-def _gauss() -> tuple[Floats, Floats, Matrix]:
+def gauss() -> tuple[Floats, Floats, Matrix]:
     """Nodes and weights in the unit interval, and integrals of the Lagrange polynomials from 0 to each node."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
     nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights

@@ -1,8 +1,9 @@
 """Growth rate of the balanced state over the speed, for any machine without gravity in its plane.
 
-There are three routes, the fastest that is exact is taken: equal balls of a planar rotor in races with one center by the
-polynomial of degree eight; other machines on isotropic supports by the eigenvalues of their linearized equations
-(:mod:`autobalancer.stability.maps.balanced_stations`); anisotropic supports by the multipliers over a turn. With
+The fastest route that is exact is taken: equal balls of a planar rotor in races with one center by the polynomial of degree
+eight; other machines on isotropic supports by the eigenvalues of their linearized equations
+(:mod:`autobalancer.stability.maps.balanced_stations`); anisotropic supports by multipliers, where a planar rotor rests over half
+a turn at many speeds at once (:mod:`autobalancer.stability.states.half_turns`), else over a turn. With
 forces on the balls (:mod:`autobalancer.stability.maps.balanced_forces`) states are sought by Newton's method. More than two
 balls in races that run true have a continuum of balanced states; some members stand for it, from the least to the greatest
 |S2| where that decides.
@@ -10,11 +11,13 @@ balls in races that run true have a continuum of balanced states; some members s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Floats, Plane
@@ -23,6 +26,8 @@ from autobalancer.stability.maps.balanced_forces import ForcedBalls
 from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rates
 from autobalancer.stability.states.described import Described
+from autobalancer.stability.states.half_turns import growth_rates as half_turn_rates
+from autobalancer.stability.states.planar import close_polygon
 from autobalancer.stability.states.spread import spread_of_two, spread_range
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
@@ -31,8 +36,10 @@ POINTS = {
     "eigenvalues": 420,
     "linearized field": 150,
     "multipliers": 60,
+    "multipliers of a rotor at rest": 100,
     "search": 150,
 }  # speeds at which a border is looked for
+IN_LINE = 1e-12  # balls stand in line if 1 - |S2|/N is below: one root is zero by symmetry
 
 
 class Balanced(Protocol):
@@ -40,7 +47,7 @@ class Balanced(Protocol):
 
     @property
     def route(self) -> str:
-        """polynomial, eigenvalues, linearized field, multipliers over a turn, or search."""
+        """A key of ``POINTS``."""
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s; nan where there is no such state."""
@@ -96,6 +103,46 @@ class EqualBalls:
         return grid, low + self.place * (high - low)
 
 
+@dataclass(frozen=True)
+class EqualBallsAtRest(EqualBalls):
+    """The same on orthotropic supports, races on the axis: only |S2| counts, its direction is an instant of the turn."""
+
+    route: str = "multipliers of a rotor at rest"
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s."""
+        count, spreads = self.balancer.count, self.spreads(speeds)
+        share = np.minimum(spreads / count, 1.0)
+        angle = 0.5 * np.arccos(share)
+        two = {name: getattr(self.plane, name)[:2] for name in ("ball_mass", "inertia", "drag", "race", "offset")}
+        pair = replace(self.plane, moment=self.plane.moment[:2] * math.sqrt(0.5 * count), **two)
+        return _at_rest(pair, speeds, np.stack([angle, -angle], axis=1), (share > 1.0 - IN_LINE).astype(int))
+
+
+@dataclass(frozen=True)
+class BallsAtRest:
+    """Any balls on orthotropic supports, races on the axis; of a continuum one member."""
+
+    plane: Plane
+    route: str = "multipliers of a rotor at rest"
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Growth rates, 1/s."""
+        p = self.plane
+        found = close_polygon(p.moment, -p.fixed_load)
+        if not found:
+            return np.full(speeds.size, np.nan)
+        neutral = np.full(speeds.size, max(p.moment.size - 2, 0))
+        return _at_rest(p, speeds, np.tile(found[0], (speeds.size, 1)), neutral)
+
+
+def _at_rest(p: Plane, speeds: Floats, angles: Floats, neutral: NDArray[np.int64]) -> Floats:
+    there = np.isfinite(angles).all(axis=1)
+    rates = np.full(speeds.size, np.nan)
+    rates[there] = half_turn_rates(p, speeds[there], angles[there], neutral[there])
+    return rates
+
+
 def balanced_states(p: Described) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
@@ -106,15 +153,22 @@ def balanced_states(p: Described) -> list[Balanced]:
         return list(members_of(p))
     if equal_balls(p):
         return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
-    return balanced_states(of_plane(p))
+    if np.any(p.offset) or p.isotropic:
+        return balanced_states(of_plane(p))
+    if _alike(p):
+        return [EqualBallsAtRest(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
+    return [BallsAtRest(p)]
 
 
 def equal_balls(p: Plane) -> bool:
     """Whether the polynomial of degree eight holds: isotropic, two or more equal balls, races with one center."""
+    return p.isotropic and _alike(p)
+
+
+def _alike(p: Plane) -> bool:
     columns = (p.moment, p.inertia, p.drag)
     return (
-        p.isotropic
-        and p.moment.size >= 2
+        p.moment.size >= 2
         and all(bool(np.all(column == column[0])) for column in columns)
         and bool(np.all(p.offset == p.offset[0]))
     )

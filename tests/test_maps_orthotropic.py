@@ -1,0 +1,84 @@
+"""Exact stability of balanced planar rotors on orthotropic supports, at many speeds at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.test_averaged import a_plane, unequal
+
+import autobalancer as ab
+from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
+from autobalancer.stability.maps.balanced_stations import StationBalls
+from autobalancer.stability.states.half_turns import growth_rates
+
+SPEEDS = np.array([31.0, 96.0, 104.0, 118.0, 131.0, 260.0, 900.0])
+
+
+def orthotropic(count: int = 2) -> Plane:
+    """Balls that are light on their feet: their inertia counts."""
+    return a_plane(count, s=2.0, stiffness=(1e5, 1.7e5), damping=(60.0, 25.0))
+
+
+def uneven(count: int, seed: int = 4) -> Plane:
+    return replace(unequal(np.random.default_rng(seed), count), stiffness=(1e5, 1.7e5), damping=(60.0, 25.0))
+
+
+def at(p: Plane, speeds: np.ndarray, angles: np.ndarray, neutral: int) -> np.ndarray:
+    both = np.tile(angles, (speeds.size, 1))
+    return np.asarray(growth_rates(p, speeds, both, np.full(speeds.size, neutral)))
+
+
+@pytest.mark.parametrize("p", [orthotropic(), uneven(2), uneven(3)], ids=["equal", "unequal", "three"])
+def test_rates_at_many_speeds_are_those_of_one_state_at_a_time(p: Plane) -> None:
+    (member,) = balanced_states(p)
+    assert member.route == "multipliers of a rotor at rest"
+    st = of_plane(replace(p, capability=float(p.moment.sum())))
+    one_by_one = StationBalls(st, route="multipliers").rates(SPEEDS)
+    assert member.rates(SPEEDS) == pytest.approx(one_by_one, abs=1e-8)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_where_the_supports_become_alike_the_rates_become_those_of_the_polynomial(count: int) -> None:
+    p = orthotropic(count)
+    alike = replace(p, stiffness=(1e5, 1e5), damping=(60.0, 60.0))
+    nearly = replace(p, stiffness=(1e5, 1e5 * (1.0 + 1e-11)), damping=(60.0, 60.0))
+    for one, other in zip(balanced_states(nearly), balanced_states(alike), strict=True):
+        assert isinstance(other, EqualBalls)
+        assert one.rates(SPEEDS) == pytest.approx(other.rates(SPEEDS), abs=1e-8)
+
+
+def test_an_exchange_of_x_and_y_changes_nothing() -> None:
+    p = orthotropic()
+    other = replace(p, stiffness=p.stiffness[::-1], damping=p.damping[::-1])
+    assert balanced_states(other)[0].rates(SPEEDS) == pytest.approx(balanced_states(p)[0].rates(SPEEDS), abs=1e-8)
+
+
+def test_equal_balls_count_through_the_size_of_their_double_angles_only() -> None:
+    """Its direction is the instant at which half a turn begins, so wherever the balls stand two can stand for all."""
+    random = np.random.default_rng(2)
+    p = orthotropic(4)
+    two = replace(orthotropic(), moment=np.sqrt(2.0) * p.moment[:2])
+    two = replace(two, mass=p.mass)
+    for _ in range(3):
+        angles = random.uniform(0.0, 2.0 * np.pi, 4)
+        share = abs(np.exp(2j * angles).sum()) / 4.0
+        half = 0.5 * np.arccos(share)
+        expected = at(two, SPEEDS, np.array([half, -half]), 0)
+        assert at(p, SPEEDS, angles, 2) == pytest.approx(expected, abs=1e-8)
+
+
+def test_of_many_balls_the_worst_and_the_best_positions_are_told_apart() -> None:
+    machine = ab.with_parameter(ab.example("discoidal"), "count", 4)
+    machine = ab.with_parameter(machine, "rotor.stiffness", ("40 kN/m", "50 kN/m"))
+    worst, best = ab.stability.borders(machine, only=("exact border", "exact border, best case"))
+    assert worst.speed > 1.001 * best.speed
+    between = {"speed": [0.5 * (worst.speed + best.speed)], "viscosity": ["20 mm^2/s"]}
+    rates = [
+        float(ab.stability.map(machine, between, positions=name, borders=0)["growth_rate"].item())
+        for name in ("worst", "best")
+    ]
+    assert rates[1] < 0.0 < rates[0]
