@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
@@ -107,8 +106,9 @@ class RubberLaw:
         total = self.elastic + 1j * self.viscous * w
         for k, tau in self.maxwell:
             total = total + k * 1j * w * tau / (1.0 + 1j * w * tau)
-        for k, limit in self.friction:
-            total = total + k * friction_stiffness(a / limit, self.law, motion)
+        if self.friction:
+            k_all, limits = np.array(self.friction).T
+            total = total + friction_stiffness(a[..., None] / limits, self.law, motion) @ k_all
         return np.asarray(total, np.complex128)
 
     def loss(self, amplitude: ArrayLike, speed: ArrayLike, motion: Motion = "circle") -> Floats:
@@ -166,14 +166,11 @@ def _tip(x: Floats) -> Floats:
 def _over_loop(x: Floats, t: Floats) -> Floats:
     """h' of half a loop, force -t at its start: -s before the force changes sign, tanh s after it; Gauss in pieces of angle."""
     end = 2.0 * x - t
+    marks = np.stack([-t, *(np.minimum(mark, end) for mark in PIECES), end], axis=-1)
+    angles = np.arccos(np.clip(1.0 - (marks + t[..., None]) / x[..., None], -1.0, 1.0))
+    half = 0.5 * np.diff(angles, axis=-1)
     node, weight = np.polynomial.legendre.leggauss(NODES)
-    marks = [-t] + [np.minimum(mark, end) for mark in PIECES] + [end]
-    angles = [np.arccos(np.clip(1.0 - (mark + t) / x, -1.0, 1.0)) for mark in marks]
-    total = np.zeros_like(x)
-    for low, high in pairwise(angles):
-        half = 0.5 * (high - low)
-        for where, share in zip(node, weight, strict=True):
-            angle = low + half * (1.0 + where)
-            s = x * (1.0 - np.cos(angle)) - t
-            total -= share * half * np.where(s < 0.0, s, np.tanh(s)) * np.cos(angle)
+    angle = angles[..., :-1, None] + half[..., None] * (1.0 + node)
+    s = x[..., None, None] * (1.0 - np.cos(angle)) - t[..., None, None]
+    total = -(half[..., None] * weight * np.where(s < 0.0, s, np.tanh(s)) * np.cos(angle)).sum(axis=(-2, -1))
     return np.asarray(2.0 / (np.pi * x) * total)

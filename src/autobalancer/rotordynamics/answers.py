@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -97,9 +98,24 @@ class Response(Answer):
             at.scaled("speed", "at", unit),
         ]
 
+    def remarks(self) -> Sequence[str]:
+        """What rubber that softens with the amplitude does to the curve."""
+        return rubber_remarks(self.attrs)
+
     def has_table(self) -> bool:
         """Several speeds and stations must be there."""
         return "semi_major" in self and set(self["semi_major"].dims) == {"speed", "station"} and self.sizes["speed"] > 0
+
+
+def rubber_remarks(attrs: Mapping[str, Any]) -> tuple[str, ...]:
+    """Where rubber moves farther than its elements."""
+    beyond = attrs.get("rubber_beyond_its_elements", ())
+    if not len(beyond):
+        return ()
+    return (
+        f"rubber of {', '.join(beyond)}: moves farther than its largest breakaway amplitude; its loss force no longer grows "
+        "there, as that of real rubber probably does. Give it a further element",
+    )
 
 
 class ResponsePeaks(Answer):

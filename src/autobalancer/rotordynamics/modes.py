@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import xarray as xr
@@ -13,11 +13,14 @@ from scipy.optimize import linear_sum_assignment
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.rotors.softened import Softened
 from autobalancer.errors import QuestionError
+from autobalancer.laws.rubber import Motion
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Modes
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.rotordynamics.rubber import at_amplitude, rubber_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
 from autobalancer.units import argument
@@ -30,6 +33,8 @@ def modes(
     balls: bool = True,
     modes: int = 10,
     stations: Sequence[str | float] | None = None,
+    rubber_amplitude: float | str | None = None,
+    motion: Motion = "line",
 ) -> Modes:
     """Damped and undamped natural frequencies of the rotor with mode shapes and whirl directions.
 
@@ -45,6 +50,11 @@ def modes(
         Number of modes, the lowest ones.
     stations
         Names or positions (m) for the whirl directions; by default all stations.
+    rubber_amplitude
+        Greatest deflection (m) of the rubber that softens with the amplitude, in each mode; by default small motions, in which
+        it is stiffest.
+    motion
+        Of this rubber: ``line`` after a blow, ``circle`` in whirl.
 
     Returns
     -------
@@ -70,6 +80,10 @@ def modes(
     at, axis = chosen_places(machine, model, stations, "modes"), along_axis(machine, model)
     every = free_motions(model, omega)
     found = every.lowest(modes)
+    if rubber_amplitude is not None:
+        rubber_amplitude = float(argument("rubber_amplitude", rubber_amplitude, "m"))
+        soft = _soft(machine, model, rubber_amplitude, motion)
+        found = at_amplitude(soft, omega, found, rubber_amplitude, motion)
     ellipses, station_ellipses = (ellipses_of(model, found.vector, places) for places in (axis, at))
     words = [whole_direction(_row(ellipses, i)) for i in range(found.count)]
     values = found.eigenvalue
@@ -86,7 +100,7 @@ def modes(
         "frequency": ("mode", values.imag, "natural frequency, damped", "rad/s"),
         "undamped_frequency": (
             "mode",
-            _undamped(model, omega, found),
+            _undamped(model, omega, found) if rubber_amplitude is None else np.abs(values),
             "natural frequency without damping",
             "rad/s",
         ),
@@ -107,10 +121,25 @@ def modes(
         result[key] = (dims, numbers, {"long_name": text, "units": unit})
     result.attrs = attributes(machine, f"Natural frequencies of {machine.name}", balls=balls) | {
         "speed": omega,
+        "rubber_amplitude": math.nan if rubber_amplitude is None else rubber_amplitude,
         "decay_rates_without_frequency": (-every.real).tolist(),
         "x_and_y": "alike" if model.isotropic else "different",
     }
     return Modes.of(result)
+
+
+def _soft(machine: Machine, model: LateralModel, size: float, motion: Motion) -> Softened:
+    """The rubber of a machine that is asked for modes at an amplitude."""
+    if not (math.isfinite(size) and size >= 0.0):
+        raise QuestionError(f"modes: rubber_amplitude: given {size:g} m; must be finite and not negative")
+    if motion not in get_args(Motion):
+        raise QuestionError(f"modes: motion: given {motion!r}; must be line or circle")
+    soft = rubber_of(machine, model)
+    if soft is None:
+        raise QuestionError(
+            "modes: rubber_amplitude: this machine has no rubber that softens with the amplitude; leave it out"
+        )
+    return soft
 
 
 def check_count(count: int, owner: str) -> None:

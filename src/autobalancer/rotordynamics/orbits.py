@@ -13,6 +13,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.response import amplitudes
+from autobalancer.rotordynamics.rubber import rubber_of
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import turning, whirl
 from autobalancer.units import argument, list_argument, unbalance_argument
@@ -61,8 +62,9 @@ def whirl_orbits(
         raise QuestionError(f"{owner}: points: given {points}; must be at least 9")
     at, axis = chosen_places(machine, model, stations, owner), along_axis(machine, model)
     load = load_of(machine, model, unbalance, ball_angles, owner)
+    soft = rubber_of(machine, model)
     angle = np.linspace(0.0, 2.0 * np.pi, points)
-    here, everywhere = (whirl(*(part[0] for part in amplitudes(model, omega[:1], load, p))) for p in (at, axis))
+    here, everywhere = (whirl(*(part[0] for part in amplitudes(model, omega[:1], load, p, soft))) for p in (at, axis))
     orbit, line = turning(here, angle), turning(everywhere, angle)
     result = xr.Dataset(
         coords={

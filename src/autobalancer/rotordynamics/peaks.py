@@ -16,6 +16,7 @@ from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import ResponsePeaks
 from autobalancer.rotordynamics.question import attributes, chosen_places, rotor_of
 from autobalancer.rotordynamics.response import UNITS, Quantity, amplitudes
+from autobalancer.rotordynamics.rubber import rubber_of
 from autobalancer.rotordynamics.unbalance import Given, load_of
 from autobalancer.rotordynamics.whirl import greatest_mean, mean_of_greatest, whirl
 from autobalancer.units import argument, unbalance_argument
@@ -78,8 +79,10 @@ def response_peaks(
     order = list(UNITS).index(quantity)
     summed = mean_of_greatest if measure == "mean_of_greatest" else greatest_mean
 
+    soft = rubber_of(machine, model)
+
     def height(speeds: Floats) -> Floats:
-        return speeds**order * summed(whirl(*amplitudes(model, speeds, load, places)))
+        return speeds**order * summed(whirl(*amplitudes(model, speeds, load, places, soft)))
 
     grid = np.linspace(lowest, highest, samples)
     level = height(grid)

@@ -11,10 +11,12 @@ import xarray as xr
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Complexes, Floats
+from autobalancer.assembly.rotors.softened import Softened
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Response
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.rotordynamics.rubber import add_rubber, in_circles, rubber_of
 from autobalancer.rotordynamics.smooth_speeds import smooth_speeds
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
@@ -37,6 +39,9 @@ def response(
     smooth: bool = False,
 ) -> Response:
     """Steady response of the rotor to its unbalance over the speed.
+
+    Rubber that softens with the amplitude has the stiffness and loss of its own deflection; the machine must be alike along x
+    and y then.
 
     Parameters
     ----------
@@ -68,7 +73,8 @@ def response(
         ``whirl`` (forward, backward, straight), and ``phase``, ``x_phase``, ``y_phase`` against the unbalance (rad,
         negative where the rotor lags; of the forward circle, along x, along y). Over ``speed`` two measures of all
         chosen stations together, see :func:`~autobalancer.rotordynamics.whirl.greatest_mean`: ``mean_of_greatest``,
-        Rodrigues et al. 2011, (3), and ``greatest_mean``.
+        Rodrigues et al. 2011, (3), and ``greatest_mean``. Over ``speed`` and ``rubber``, if there is any that softens:
+        ``rubber_amplitude`` (m), ``rubber_stiffness`` and ``rubber_loss`` (N/m).
 
     Raises
     ------
@@ -88,9 +94,10 @@ def response(
         raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, ball_angles, owner)
+    soft = rubber_of(machine, model)
     if smooth:
-        omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places)))
-    x, y = amplitudes(model, omega, load, places)
+        omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places, soft)))
+    x, y = amplitudes(model, omega, load, places, soft)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
     title = f"Unbalance response of {machine.name}"
     found = _dataset(omega, places, x * rate, y * rate, load.direction, quantity)
@@ -99,11 +106,18 @@ def response(
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
+    if soft is not None:
+        add_rubber(found, soft, in_circles(soft, omega, load.load))
     return Response.of(found)
 
 
-def amplitudes(model: LateralModel, speeds: Floats, load: Load, places: Places) -> tuple[Complexes, Complexes]:
+def amplitudes(
+    model: LateralModel, speeds: Floats, load: Load, places: Places, soft: Softened | None = None
+) -> tuple[Complexes, Complexes]:
     """Complex amplitudes of the displacement along x and y, each (S, places)."""
+    if soft is not None:
+        z = in_circles(soft, speeds, load.load).motion @ places.deflection.T
+        return z, np.asarray(-1j * z)
     n = model.pairs
     size = n if model.isotropic else model.size
     x, y = np.empty((2, speeds.size, places.deflection.shape[0]), np.complex128)

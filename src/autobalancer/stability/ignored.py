@@ -16,6 +16,7 @@ def ignored_at_rest(machine: Machine) -> tuple[str, ...]:
             "friction": any(race.friction is not None for race in races),
             "drag that is not linear": any(ball.drag_curve is not None for ball in resolve(machine)),
             "partitions": any(race.partitions is not None for race in races),
+            "softening of the rubber (stiffness of small motions)": has_rubber(machine),
         }
         | _by_all(machine)
     )
@@ -27,7 +28,15 @@ def ignored_by_stalled(machine: Machine) -> tuple[str, ...]:
     adheres = any(race.friction is not None and race.friction.adherence is not None for race in races)
     forced = any(race.forces for race in races)
     tilts = machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor)
-    return _there({"adherence": adheres, "tilt of the races": tilts, "forces on the balls": forced} | _by_all(machine))
+    return _there(
+        {
+            "adherence": adheres,
+            "tilt of the races": tilts,
+            "forces on the balls": forced,
+            "softening of the rubber by the unbalance": has_rubber(machine),
+        }
+        | _by_all(machine)
+    )
 
 
 def without(names: tuple[str, ...]) -> str:
@@ -40,7 +49,6 @@ def _by_all(machine: Machine) -> dict[str, bool]:
     return {
         "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
         "resolved contact": any(race.resolved is not None for race in races),
-        "softening of the rubber (stiffness of small motions)": has_rubber(machine),
         "excitations": bool(machine.excitations),
         "torsion of the drive": is_linked(machine),
         "slipstream": any(race.slipstream for race in races),

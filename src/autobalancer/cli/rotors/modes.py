@@ -25,6 +25,9 @@ def modes(
     ] = "",
     balls: Annotated[bool, typer.Option(help="Whether the masses of the balls sit on the rotor.")] = True,
     count: Annotated[int, typer.Option("--modes", help="How many of the lowest modes.")] = 10,
+    rubber_amplitude: Annotated[
+        str, typer.Option(help='Deflection of softening rubber in each mode, such as "0.3 mm"; by default small.')
+    ] = "",
     out: Outs = None,
     plot: Annotated[
         Path | None, typer.Option(help="Picture of the shapes, or of the Campbell diagram: .png, .svg or .pdf.")
@@ -50,6 +53,10 @@ def modes(
     from autobalancer.rotordynamics.modes import modes
     from autobalancer.units.ranges import range_values
 
+    if rubber_amplitude and speeds:
+        raise QuestionError(
+            "--rubber-amplitude: a Campbell diagram has the stiffness of small motions; leave out --speeds"
+        )
     if speed and speeds:
         raise QuestionError("modes: give either --speed or, for a Campbell diagram, --speeds")
     one_form(as_json, as_csv)
@@ -67,7 +74,8 @@ def modes(
         }
         answer |= {name: found[name].values for name in ("speed", "frequency", "damping_ratio", "whirl")}
     else:
-        found = modes(described, omega, balls=balls, modes=count)
+        amplitude = optional("--rubber-amplitude", rubber_amplitude, "m")
+        found = modes(described, omega, balls=balls, modes=count, rubber_amplitude=amplitude)
         answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE)}
     critical = _critical(described, balls)
     answer["critical_speeds"] = None if critical is None else _records(critical, "critical", _CRITICAL)[:count]

@@ -9,7 +9,7 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
-from autobalancer.cli.terminal.words import say, speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.words import note, say, speed_number, speed_sign, speed_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,6 +92,8 @@ def response(
         _print_peaks(found, peaks)
     else:
         print_sheet(_whirl(found), f"at {speed_text(float(chosen[0]))}")
+    for text in found.remarks():
+        note(text)
     files.say()
 
 

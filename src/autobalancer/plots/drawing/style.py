@@ -65,7 +65,7 @@ LOOK: Any = {
 # belongs to a name
 FORMULA = r"(?:[^$]|\$(?:\\mathdefault\{[^$]*\}|c_[a-z]|J_p/J_t|c_d\\,\\mathrm\{Re\})\$)*"
 GREEK = "alpha|beta|gamma|delta|varepsilon|zeta|eta|theta|kappa|lambda|mu|nu|xi|rho|sigma|tau|varphi|chi|psi|omega"
-SYMBOL = rf"(?:[A-Za-z]|\\(?:{GREEK}))(?:_(?:[a-z0-9]|\\mathrm\{{[a-z]+\}}))?|c_d \\mathrm\{{Re\}}"
+SYMBOL = rf"(?:[A-Za-z]|\\(?:{GREEK}))(?:_(?:[a-z0-9]|\\infty|\\mathrm\{{[a-z]+\}}))?|c_d \\mathrm\{{Re\}}"
 OWN_FORMULA = re.compile(rf"{FORMULA}|[^$]*, \$(?:{SYMBOL})\$(?: \([^$]*\))?")
 
 

@@ -13,14 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.assembly.profile import highest_prescribed
-from autobalancer.laws.stall import (
-    Receptance,
-    StalledBall,
-    StallRange,
-    parting_speeds,
-    planar_receptance,
-    stall_ranges,
-)
+from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
@@ -32,14 +25,14 @@ from autobalancer.stability.stall.joint import joint_borders
 from autobalancer.stability.stall.notes import (
     CAPTURE,
     DRAGLESS,
-    EXACTLY,
     HOW,
     PASS,
     RELEASE,
-    WORTH,
     capture_border,
     never,
 )
+from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
+from autobalancer.stability.stall.one_plane import parted
 from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
 
 CARRIED = "balls between partitions are carried along and never stall"
@@ -58,6 +51,9 @@ def release_of(
     if not groups:
         return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
+    soft = rubber_under_balls(machine)
+    if soft is not None:
+        return on_rubber(machine, soft, groups, left_out, capture)
     top = highest_searched(p)
     limit = _limit(machine, p) if up_to is None else up_to
     if isinstance(p, Stations):
@@ -87,28 +83,17 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
     folds = stall_ranges(ball, receptance, critical)
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
-    released = release_border(p) if group.plain and p.isotropic else _released(ball, receptance, p, folds, group.count)
+    how = f"{HOW}, highest of all resonances" if len(critical) > 1 else HOW
+    released = (
+        release_border(p)
+        if group.plain and p.isotropic
+        else parted(ball, receptance, critical, folds, group.count, how)
+    )
     if not capture:
         return (released,)
     caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
     reason = PASS if math.isnan(released.speed) else STEADY
     return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
-
-
-def _released(ball: StalledBall, receptance: Receptance, p: Plane, folds: tuple[StallRange, ...], count: int) -> Border:
-    """In a fold, or where several balls part before it."""
-    ends = [(fold.release, fold.release_whirl) for fold in folds]
-    if count > 1:
-        parted = parting_speeds(ball, receptance, p.critical_speeds)
-        ends = [end for end in ends if not any(whirl <= end[1] and whirl > 0.8 * end[1] for _, whirl in parted)]
-        ends += parted
-    if not ends:
-        return Border(RELEASE, math.nan, PASS)
-    speed, _ = max(ends)
-    notes = [f"{HOW}, highest of all resonances" if len(p.critical_speeds) > 1 else HOW]
-    if folds and folds[-1].release > (1.0 + WORTH) * speed:
-        notes.append(EXACTLY.format(folds[-1].release))
-    return Border(RELEASE, speed, "; ".join(notes))
 
 
 def _limit(machine: Machine, p: Described) -> float:

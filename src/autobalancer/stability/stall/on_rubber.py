@@ -1,0 +1,114 @@
+"""Release and capture on rubber that softens with the amplitude: the whirl that stalled balls make decides how stiff it is.
+
+N balls in line at the speed v load the rotor with the circle v^2 S, S = N m eps, whatever their phase. So the deflection that
+suits the stiffness is a function of v alone, and the torque balance of :mod:`autobalancer.laws.stall` holds with
+
+    H(v) = z(v) / (v^2 S),    K(|z|, v).
+
+The unbalance of the rotor whirls at another speed and is left out, as it is on linear supports. On rubber it changes what the
+balls feel, too, which only a run knows. Gyroscopic terms are taken with the speed of the rotor at release.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
+from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.softened import Softened, softened
+from autobalancer.errors import QuestionError
+from autobalancer.laws.stall import Receptance, StalledBall, StallRange, stall_ranges
+from autobalancer.machine import Machine
+from autobalancer.stability.border import Border
+from autobalancer.stability.host.planar import Complexes, Floats
+from autobalancer.stability.stall.capture import STEADY
+from autobalancer.stability.stall.groups import StalledGroup
+from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, HOW, PASS, RELEASE, capture_border, never
+from autobalancer.stability.stall.one_plane import parted
+
+ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
+BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
+SEVERAL = "not computed on softening rubber for balls of several planes or kinds; simulate a slow run-up"
+PASSES = 2  # the second with the rotor as fast as the first says
+
+
+def rubber_under_balls(machine: Machine) -> Softened | None:
+    """The softening rubber of a machine with the masses of its balls; none without any."""
+    bare = lateral_model(machine)
+    return softened(machine, bare, with_ball_mass(machine, bare))
+
+
+def on_rubber(
+    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], left_out: bool, capture: bool
+) -> tuple[Border, ...]:
+    """*release speed* and *capture speed* of equal balls of one plane."""
+    if len(groups) > 1 or left_out or not soft.sliding.isotropic:
+        text = (
+            SEVERAL if soft.sliding.isotropic else "not computed on softening rubber where x and y differ; simulate it"
+        )
+        found = (Border(RELEASE, math.nan, text, False), Border(CAPTURE, math.nan, text, False))
+        return found if capture else found[:1]
+    group = groups[0]
+    if not group.carries:
+        return never(DRAGLESS, capture)
+    total = group.count * group.moment
+    row = balancer_rows(machine, lateral_model(machine))[group.ball.balancer].deflection
+    ball = StalledBall(group.moment, total, group.ball.orbit_radius, group.drag, group.rolling)
+    resonances = _resonances(soft)
+    over = 1.0
+    folds: tuple[StallRange, ...] = ()
+    for _ in range(PASSES):
+        receptance = whirl_receptance(soft, row, total, over)
+        try:
+            folds = stall_ranges(ball, receptance, resonances)
+        except QuestionError as refused:
+            found = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
+            return found if capture else found[:1]
+        if not folds or math.isinf(folds[-1].release) or not soft.sliding.gyroscopic.any():
+            break
+        over = folds[-1].release / folds[-1].release_whirl
+    if folds and math.isinf(folds[-1].release):
+        return never("no drag is enough at a resonance", capture)
+    released = parted(
+        ball, receptance, resonances, folds, group.count, ON_RUBBER + _beyond(soft, row, total, folds, over)
+    )
+    if not capture:
+        return (released,)
+    caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
+    reason = PASS if math.isnan(released.speed) else STEADY
+    return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
+
+
+def whirl_receptance(soft: Softened, row: Floats, total: float, over: float = 1.0) -> Receptance:
+    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s."""
+
+    def receptance(whirl: Floats) -> Complexes:
+        v = np.atleast_1d(np.asarray(whirl, dtype=float))
+        size = total * v**2
+        found = soft.steady(v, np.outer(size, row).astype(np.complex128), "release speed", over=over)
+        return np.asarray(found.motion @ row / size)
+
+    return receptance
+
+
+def _resonances(soft: Softened) -> list[float]:
+    """Critical speeds of small motions, of large ones, and of the middle between both, rad/s."""
+    sizes = sorted({limit for law in soft.laws for _, limit in law.friction})
+    found: set[float] = set()
+    for size in [0.5 * sizes[0], math.sqrt(sizes[0] * sizes[-1]), 2.0 * sizes[-1]] if sizes else [1e-6]:
+        model = soft.at_amplitude(size, float(natural_frequencies(soft.sliding)[0]))
+        found.update(round(speed, 9) for speed in critical_speeds(model))
+    return sorted(found)
+
+
+def _beyond(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
+    if not folds:
+        return ""
+    v = np.array([folds[-1].release_whirl])
+    steady = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
+    sizes = [
+        float(size) for size, law in zip(steady.amplitude[0], soft.laws, strict=True) if size > law.largest_amplitude
+    ]
+    return f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
