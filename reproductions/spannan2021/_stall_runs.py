@@ -13,7 +13,7 @@ import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.laws.stall import StalledBall, StallRange, planar_receptance, stall_ranges
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, Rubber
 from autobalancer.simulation.sampling import Samples
 from reproductions.spannan2021.figure_6_24 import (
     BALL,
@@ -43,11 +43,13 @@ def machine(
     *,
     unbalance: float = UNBALANCE,
     hanging: bool = True,
+    rubber: Rubber | None = None,
 ) -> Machine:
     """The planar stand-in, whose speed goes through ``speeds`` (rad/s) with the acceleration ``rate``.
 
     With ``law`` *whole* the balls feel the drag law (6.9), with *linear* its linear range. They hang at the critical speed
-    when it starts, or turn in line with the rotor, and the rotor whirls as they make it.
+    when it starts, or turn in line with the rotor, and the rotor whirls as they make it. It stands on linear rubber unless
+    some is given.
     """
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(speeds)) / rate)])
     whirl_speed = CRITICAL if hanging else speeds[0]
@@ -67,10 +69,11 @@ def machine(
     receptance = complex(ROTOR(np.array([whirl_speed]))[0])
     whirl = 2.0 * BALL * ORBIT * whirl_speed**2 * receptance * np.exp(1j * MIDDLE)
     moving = 1j * whirl_speed * whirl
+    stands = {"stiffness": STIFFNESS, "damping": DAMPING} if rubber is None else {"rubber": rubber}
     return Machine(
         name="Discoidal rotor, table 6.4",
         axis="vertical",
-        rotor={"mass": MASS - 2.0 * BALL, "stiffness": STIFFNESS, "damping": DAMPING},
+        rotor={"mass": MASS - 2.0 * BALL, **stands},
         unbalances=[{"moment": unbalance}],
         balancers=[{"races": races}],
         drive={"kind": "speed", "profile": {"kind": "table", "time": times.tolist(), "speed": list(speeds)}},
