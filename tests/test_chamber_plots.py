@@ -15,7 +15,6 @@ from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.film import animate_chamber
-from autobalancer.plots.chamber.study import plot_catalogue, plot_step_sizes
 from autobalancer.plots.chamber.view import Camera, poses_of
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of
@@ -174,19 +173,19 @@ def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
     np.testing.assert_allclose(means["vertical_amplitude"], [[1.5e-5, 1e-5], [3.5e-5, 2.5e-5]])
     assert means["runs"].values.tolist() == [[2, 1], [2, 2]]
     drawn(ab.plot.chamber_optimal_means(means))
-    drawn(plot_step_sizes(ab.chamber.step_size([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
+    drawn(ab.plot.chamber_step_size(ab.chamber.step_size([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
     archive = Archive(tmp_path)
     for balls in (3, 8):
         archive.start(f"n{balls}", MACHINE, {"balls": balls, "friction": 0.5}, {}).end(
             "finished", {}, {"a": 0.1 * balls}
         )
-    figure = plot_catalogue(archive.runs(), "balls", "a", "friction")
+    figure = ab.plot.chamber_archive(archive.runs(), "balls", "a", "friction")
     drawn(figure)
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), [0.3, 0.8])
     with pytest.raises(QuestionError, match="given 'b'; the runs have"):
-        plot_catalogue(archive.runs(), "balls", "b")
+        ab.plot.chamber_archive(archive.runs(), "balls", "b")
     with pytest.raises(QuestionError, match="is a text"):
-        plot_catalogue(archive.runs(), "balls", "state")
+        ab.plot.chamber_archive(archive.runs(), "balls", "state")
     with pytest.raises(QuestionError, match="no number of balls from 30 to 40"):
         optimal_means(study(), {"deep": (30, 40)})
 
@@ -257,7 +256,7 @@ def test_a_picture_of_an_archive_has_units_whole_numbers_of_balls_and_a_title(tm
         )
     table = archive.runs()
     table["vertical_amplitude"].attrs["units"] = "m"
-    figure = plot_catalogue(table, "balls", "vertical_amplitude")
+    figure = ab.plot.chamber_archive(table, "balls", "vertical_amplitude")
     drawn(figure)
     panel = figure.axes[0]
     assert panel.get_ylabel() == "vertical amplitude (µm)"

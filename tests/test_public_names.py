@@ -107,6 +107,14 @@ def test_every_public_name_can_be_imported_and_is_documented() -> None:
             assert name in dir(home)
 
 
+def test_help_of_the_package_names_every_namespace() -> None:
+    assert re.findall(r"- ``ab\.(\w+)``: ", ab.__doc__ or "") == sorted(ABOUT, key=(ab.__doc__ or "").index)
+    for space in ABOUT:
+        found: dict[str, Any] = {}
+        exec(f"from autobalancer.{space} import *", found)
+        assert {name for name in found if name != "__builtins__"} == set(dir(getattr(ab, space))), space
+
+
 def test_a_namespace_has_no_module_with_the_name_of_a_function() -> None:
     for space in ABOUT:
         home = Path(getattr(ab, space).__file__).parent

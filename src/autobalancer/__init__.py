@@ -6,8 +6,19 @@
     >>> print(ab.verdict(run))
     >>> figure = ab.plot.run_up(run)
 
-The public names are those of ``dir(autobalancer)`` and of its namespaces, such as ``ab.plot`` and ``ab.stability``; each
-is imported when it is first used, so that ``import autobalancer`` is light and has no side effects.
+The first questions are functions of the package itself; the others are in its namespaces:
+
+- ``ab.plot``: pictures of runs and results
+- ``ab.stability``: border speeds, stability maps, steady states and branches
+- ``ab.rotor``: modes, critical speeds, responses, identification
+- ``ab.chamber``: studies of deep chambers
+- ``ab.flow``: the fluid in a race, and the drag on a ball in it
+- ``ab.measure``: from measured data to numbers
+- ``ab.catalog``: bearings, fluids, materials, friction, rigs and sample machines
+- ``ab.laws``: closed formulas on plain numbers, and your own laws
+
+``dir()`` of each lists its names; ``help()`` of a name explains it. A name is imported when it is first used, so that
+``import autobalancer`` is light and has no side effects.
 """
 
 from autobalancer.namespace import public as _public

@@ -7,8 +7,10 @@ from autobalancer.plots.chamber.history import chamber_run as chamber_run
 from autobalancer.plots.chamber.reactions import chamber_bearing_forces as chamber_bearing_forces
 from autobalancer.plots.chamber.reactions import chamber_reactions as chamber_reactions
 from autobalancer.plots.chamber.study import chamber_amplitudes as chamber_amplitudes
+from autobalancer.plots.chamber.study import chamber_archive as chamber_archive
 from autobalancer.plots.chamber.study import chamber_carried as chamber_carried
 from autobalancer.plots.chamber.study import chamber_optimal_means as chamber_optimal_means
+from autobalancer.plots.chamber.study import chamber_step_size as chamber_step_size
 from autobalancer.plots.drawing import style as style
 from autobalancer.plots.measured.ball_drag import ball_drag as ball_drag
 from autobalancer.plots.measured.drag import drag_laws as drag_laws
@@ -50,6 +52,7 @@ __all__ = [
     "branches",
     "campbell",
     "chamber_amplitudes",
+    "chamber_archive",
     "chamber_arrangement",
     "chamber_bearing_forces",
     "chamber_carried",
@@ -58,6 +61,7 @@ __all__ = [
     "chamber_optimal_means",
     "chamber_reactions",
     "chamber_run",
+    "chamber_step_size",
     "comparison",
     "drag_laws",
     "eigenvalues",

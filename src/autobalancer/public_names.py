@@ -81,6 +81,8 @@ NAMES: dict[str, dict[str, str]] = {
         "chamber_amplitudes": "plots.chamber.study",
         "chamber_optimal_means": "plots.chamber.study",
         "chamber_carried": "plots.chamber.study",
+        "chamber_step_size": "plots.chamber.study",
+        "chamber_archive": "plots.chamber.study",
     },
     "catalog": {
         "bearings": "catalog.bearing_table",

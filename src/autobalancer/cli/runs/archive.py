@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json
 
 if TYPE_CHECKING:
@@ -61,10 +62,9 @@ def archive(
         return
     table = held.runs(where)
     if plot is not None:
-        from autobalancer.plots.chamber.study import plot_catalogue
         from autobalancer.plots.drawing.save import save_picture
 
-        save_picture(plot_catalogue(table, x, y, by or None, log=log), plot)
+        save_picture(ab.plot.chamber_archive(table, x, y, by or None, log=log), plot)
     if as_json:
         names = [str(key) for key in table.data_vars]
         rows = zip(table["run"].values, *(table[key].values for key in names), strict=True)

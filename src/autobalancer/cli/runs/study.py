@@ -170,7 +170,6 @@ def step_size(
     Example: autobalancer chamber step-size --stiffness-over-mass 3e9 --plot steps.png
     """
     from autobalancer.cli.terminal.sheet import Column, print_sheet
-    from autobalancer.plots.chamber.study import plot_step_sizes
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
@@ -184,7 +183,7 @@ def step_size(
             scheme=scheme,
             progress=update,
         )
-    files.save(found, lambda: plot_step_sizes(found))
+    files.save(found, lambda: ab.plot.chamber_step_size(found))
     if as_json:
         print_json({str(name): found[name].values for name in found.variables})
         return

@@ -137,8 +137,21 @@ def chamber_optimal_means(means: Given, *, measure: str = "vertical_amplitude", 
     return figure
 
 
-def plot_step_sizes(study: xr.Dataset, *, title: str = "Central elastic collision") -> Figure:
-    """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5."""
+def chamber_step_size(study: Given, *, title: str = "Central elastic collision") -> Figure:
+    """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5.
+
+    Parameters
+    ----------
+    study
+        From :func:`~autobalancer.chamber.step_size`, or the path of its file.
+    title
+        Above the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    study = result(study, "plot.chamber_step_size", "chamber.step_size", lambda found: "phase_number" in found.dims)
     steps = study["step"].values
     speeds = study["relative_speed"].values
     beside = (
@@ -169,14 +182,30 @@ def plot_step_sizes(study: xr.Dataset, *, title: str = "Central elastic collisio
     return figure
 
 
-def plot_catalogue(table: xr.Dataset, x: str, y: str, by: str | None = None, *, log: bool = False) -> Figure:
+def chamber_archive(
+    table: Given, x: str = "balls", y: str = "vertical_amplitude", by: str | None = None, *, log: bool = False
+) -> Figure:
     """One value of the runs of an archive over another, in one color for each value of a third.
+
+    Parameters
+    ----------
+    table
+        From ``ab.chamber.Archive(folder).runs()``, or the path of its file.
+    x, y, by
+        Names of the values along both axes, and of the one that has its own colors.
+    log
+        Logarithmic scale of ``y``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
 
     Raises
     ------
     QuestionError
         If the table has no such value, or it is no number.
     """
+    table = result(table, "plot.chamber_archive", "chamber archive", lambda found: "run" in found.dims)
     for name in (x, y, *([by] if by else [])):
         if name not in table:
             raise QuestionError(
