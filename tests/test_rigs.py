@@ -97,7 +97,14 @@ def test_rigs_are_listed_and_their_files_are_complete_machines(tmp_path: Path) -
     assert (
         names
         == list(rigs())
-        == ["cfrp_rig", "discoidal_rig", "rodrigues_rig", "rodrigues_rig_fitted", "rodrigues_rig_point_balls"]
+        == [
+            "cfrp_rig",
+            "discoidal_rig",
+            "rodrigues_rig",
+            "rodrigues_rig_fitted",
+            "rodrigues_rig_motor",
+            "rodrigues_rig_point_balls",
+        ]
     )
     for name in names:
         printed = RUNNER.invoke(app, ["catalog", "rig", name])
