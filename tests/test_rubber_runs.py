@@ -9,6 +9,8 @@ import pytest
 from tests.references.rubber import CHAIN, ELASTIC, MASS, MAXWELL, VISCOUS, described, free_motion
 
 import autobalancer as ab
+from autobalancer.assembly.place_response import without_balancing
+from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import Machine
 
@@ -175,6 +177,21 @@ def test_every_kind_of_rotor_moves_alike_on_the_same_rubber(name: str) -> None:
         force = other[f"support_force_{axis}"].sum("support")
         atol = 1e-6 * np.abs(one[f"support_force_{axis}"]).max()
         np.testing.assert_allclose(force, one[f"support_force_{axis}"].sum("support"), rtol=0.0, atol=atol)
+
+
+@pytest.mark.parametrize("name", ["planar", "rigid", "three bushings"])
+def test_the_vibration_without_balls_is_that_of_a_run_with_the_balls_held(name: str) -> None:
+    balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
+    race = {"orbit_radius": 0.08, "eccentricity": 1e-3, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
+    planar = machine(described(), speed=SPEED, moment=UNBALANCE, balancers=[{"races": [race]}])
+    data = planar.model_dump(exclude_unset=True)
+    given = planar if name == "planar" else Machine(**{**data, "rotor": others()[name]})
+    held = ab.simulate(given, duration=10.0, hold_balls=True, save=ab.LastRevolutions(count=1, per_revolution=8))
+    vibration, force = without_balancing(places_of(given, assemble(given)), np.inf, SPEED)
+    size = float(np.hypot(held.turn_place_x, held.turn_place_y).isel(place=0).values[-1])
+    assert vibration[0] == pytest.approx(size, rel=2e-3)  # what sticks keeps a little of the force of the run-up
+    pressed = np.hypot(held.turn_support_force_x, held.turn_support_force_y).values[-1]
+    np.testing.assert_allclose(force, pressed, rtol=2e-3)
 
 
 def test_rubber_that_moves_beyond_its_largest_breakaway_amplitude_is_named() -> None:

@@ -4,8 +4,8 @@ Measured on the discoidal rig: a line at 53 rad/s from 57.5 to 64 rad/s, which a
 from 580 to 640 rpm. Done here in the same way with the planar stand-in of table 6.4 and the drag law (6.9), repaired: the
 speeds are 460 to 700 rpm, and the line is the speed in space of the slowest ball over the last 10 s of each, where it differs
 from that of the rotor by more than the resolution of such a record. Rolling resistance is not known; those above zero were
-chosen after seeing. On linear rubber the line is near the natural frequency of the stand-in, 60 rad/s, so it is missed with any rolling
-resistance. Rubber that softens with the amplitude, fitted to this line among others, meets it.
+chosen after seeing. On linear rubber the line is near the natural frequency of the stand-in, 60 rad/s, so it is missed with any
+rolling resistance. Rubber that softens with the amplitude, fitted to this line among others, meets it.
 """
 
 from __future__ import annotations

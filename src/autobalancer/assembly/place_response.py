@@ -6,10 +6,12 @@ import numpy as np
 
 from autobalancer.assembly.places import Places, table_shares
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors import unbalance_shape
+from autobalancer.assembly.rotors import lateral_model, unbalance_shape
 from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.assembly.rotors.reduction import circular
+from autobalancer.assembly.rotors.softened import softened
+from autobalancer.errors import QuestionError
 from autobalancer.machine import PlanarRotor
 
 AT_ONCE = 1_000_000  # entries of the dynamic stiffnesses that are solved together
@@ -68,9 +70,11 @@ def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats
     """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
 
     The balls are spread evenly over their races and held; the speed is steady, and nothing shakes the machine from outside.
-    nan at a critical speed of an undamped rotor.
+    nan at a critical speed of an undamped rotor, and on softening rubber where the rotor would not move in a circle.
     """
     now = np.array([float(speed)])
+    if places.rubber_rows.size:
+        return _on_rubber(places, time, speed)
     load = _loads(places, np.array([float(time)]))[0] + places.centers
     try:
         moved = np.linalg.solve(_dynamic_stiffness(places, now)[0], speed**2 * load)
@@ -79,6 +83,32 @@ def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats
     force = np.zeros((len(places.supports), 2), np.complex128)
     for i, share in enumerate(table_shares(places.speeds, now)):
         force += share * (places.stiffness[i] + 1j * speed * places.damping[i]) @ moved
+    return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)
+
+
+def _on_rubber(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
+    """The same on rubber that is as soft as its own deflection makes it."""
+    machine, bare = places.machine, lateral_model(places.machine)
+    soft = softened(machine, bare, places.model)
+    assert soft is not None
+    load = sum(
+        (
+            unbalance_factor(part, float(time)) * unbalance_shape(machine, bare, number)
+            for number, part in enumerate(machine.unbalances)
+        ),
+        places.center_loads,
+    )
+    try:
+        found = soft.steady(np.array([float(speed)]), speed**2 * load[None], "vibration without balls")
+    except QuestionError:
+        return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
+    whole = circular(bare, found.motion[0])  # x + i y = Z e^(i theta)
+    moved = np.linalg.lstsq(places.basis, whole, rcond=None)[0]
+    added = soft.added(found.amplitude, np.array([float(speed)]))[0]
+    stretch = np.concatenate([kappa * (mount.rows @ whole) for kappa, mount in zip(added, soft.mounts, strict=True)])
+    force = places.rubber_rows @ stretch
+    for i, share in enumerate(table_shares(places.speeds, np.array([float(speed)]))):
+        force = force + share * (places.run_stiffness[i] + 1j * speed * places.run_damping[i]) @ moved
     return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)
 
 

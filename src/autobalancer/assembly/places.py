@@ -43,6 +43,7 @@ class Places:
     basis: Matrix  # (N, R)
     capability: Floats  # (P,) of the balls, kg m
     centers: Complexes  # (R,) load of the balls spread evenly over their races
+    center_loads: Complexes  # (pairs,) the same over the coordinates of the model along x
 
 
 def places_of(machine: Machine, assembly: Assembly) -> Places:
@@ -64,10 +65,10 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
             kinds.append(kind)
     centers = sum(
         (
-            circular(model, np.asarray(moment * planes.rows[planes.of_balancer[number]].deflection, np.complex128))
+            np.asarray(moment * planes.rows[planes.of_balancer[number]].deflection, np.complex128)
             for number, moment in center_moments(machine, assembly.balls).items()
         ),
-        np.zeros(model.size, np.complex128),
+        np.zeros(model.pairs, np.complex128),
     )
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     rest = sag(bare, pull)
@@ -99,7 +100,8 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         model=model,
         basis=basis,
         capability=np.array([capability_of(balls) for balls in of_plane], np.float64),
-        centers=basis.T @ centers,
+        centers=basis.T @ circular(model, centers),
+        center_loads=centers,
     )
 
 
