@@ -155,12 +155,6 @@ def test_a_shaft_of_many_elements_is_followed_in_few_coordinates() -> None:
     assert float(specials(found, "Hopf")[0]["special_parameter"]) == pytest.approx(border, rel=1e-5)
 
 
-def test_supports_that_differ_along_x_and_y_are_refused_with_a_way_out() -> None:
-    machine = with_value_at(TWO_PLANES, "rotor.supports[1].stiffness", (2e4, 3e4))
-    with pytest.raises(QuestionError, match=r"twice its speed.*eigenvalues"):
-        branches(machine, "speed", 160.0, 180.0)
-
-
 def test_unbalances_of_a_general_rotor_change_together() -> None:
     family = Family(TWO_PLANES, ["unbalance"], 300.0)
     st = stations(TWO_PLANES)

@@ -93,6 +93,8 @@ def _print(found: Branches, speed_unit: str, every: bool) -> None:
         print_sheet(found.special_columns(shown, speed_unit), "special points")
     if len(shown) < len(rows):
         say(f"{len(rows) - len(shown)} more {DOUBLING}s are not shown; --all lists them")
+    for line in found.not_followed():
+        say(line)
 
 
 def _without_cascades(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import scipy.linalg
 
 from autobalancer.stability.continuation.follow import CORRECTIONS, NoConvergence, Point, locate
 from autobalancer.stability.continuation.special import Special, crossing_at
@@ -20,6 +21,8 @@ from autobalancer.stability.continuation.symmetric_points import symmetric_point
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 
 SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
+APART = 1e-13  # from an eigenvalue, over the greatest entry, so that the matrix can be factorized
+DOUBLING = 1e-7  # in units of the critical speed: a frequency so near to the speed is the speed
 SINGULAR = 1e-6  # singular value below which the equations have two curves through a point
 
 
@@ -65,12 +68,12 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     Newton's method on F = 0, (J - i w) q = 0, c.q = 1 for state, parameter, frequency w and mode q.
     """
     u, d = np.array(guess.u), guess.u.size - 1
-    values, vectors = np.linalg.eig(problem.jacobian(u))
+    values = problem.eigenvalues(u) / problem.span.frequency
     chosen = int(np.argmin(np.where(values.imag > SMALL, np.abs(values.real), np.inf)))
-    q, w = vectors[:, chosen].astype(np.complex128), float(values[chosen].imag)
+    q, w = null_vector(problem.jacobian(u), values[chosen]), float(values[chosen].imag)
     c = np.conj(q) / np.vdot(q, q)
     for _ in range(CORRECTIONS):
-        matrix, miss = hopf_equations(problem, u, w, q, c)
+        matrix, miss = hopf_slopes(problem, u, w, q, c), hopf_equations(problem, u, w, q, c)
         step = (
             np.linalg.lstsq(matrix, -miss, rcond=problem.slack)[0] if problem.loose else np.linalg.solve(matrix, -miss)
         )
@@ -80,40 +83,64 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
             break
     if not (np.all(np.isfinite(u)) and abs(u[-1] - guess.u[-1]) < 1e-3):
         raise NoConvergence
-    q = as_ball_angle(q, problem.first)
+    q = as_ball_angle(q, problem)
+    if (
+        abs(w * problem.span.frequency - problem.field(u).speed) < DOUBLING * problem.span.frequency
+        and problem.count > 1
+    ):
+        return Special("period doubling", Point(u, guess.tangent), w * problem.span.frequency, mode=q)
     # along a continuum the drift of its other states takes part: no coefficient of one mode decides
     lyapunov = math.nan if problem.loose else lyapunov_coefficient(problem, u, q, w)
     return Special("Hopf", Point(u, guess.tangent), w * problem.span.frequency, lyapunov, q)
 
 
-def hopf_equations(problem: Steady, u: Floats, w: float, q: Complexes, c: Complexes) -> tuple[Matrix, Floats]:
-    """Derivative and mismatch of F = 0, (J - i w) q = 0, c.q = 1 in state, share, w, Re q, Im q."""
+def hopf_equations(problem: Steady, u: Floats, w: float, q: Complexes, c: Complexes) -> Floats:
+    """Mismatch of F = 0, (J - i w) q = 0, c.q = 1."""
+    miss, length = problem.jacobian(u) @ q - 1j * w * q, c @ q - 1.0
+    return np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
+
+
+def hopf_slopes(problem: Steady, u: Floats, w: float, q: Complexes, c: Complexes) -> Matrix:
+    """Its derivative in state, share, w, Re q, Im q."""
     d = u.size - 1
     eye, j = np.eye(d), problem.jacobian(u)
     shares, weights = problem.span.offsets(float(u[-1]))
     moved = sum(m * problem.jacobian(np.append(u[:-1], s)) @ q for s, m in zip(shares, weights, strict=True))
-    bent = problem.second(u, np.broadcast_to(q, (d, d)), eye.astype(np.complex128)).T
+    bent = problem.bent(u, q)
     turning = j - 1j * w * eye
     rows = np.column_stack([bent, moved, -1j * q, turning, 1j * turning])
     norm = np.concatenate([np.zeros(d + 2), c, 1j * c])
     state_rows = np.column_stack([j, problem.slope(u), np.zeros((d, 2 * d + 1))])
-    miss, length = turning @ q, c @ q - 1.0
-    matrix = np.vstack([state_rows, rows.real, rows.imag, norm.real, norm.imag])
-    return matrix, np.concatenate([problem.residual(u), miss.real, miss.imag, [length.real, length.imag]])
+    return np.vstack([state_rows, rows.real, rows.imag, norm.real, norm.imag])
 
 
-def as_ball_angle(q: Complexes, first: int) -> Complexes:
-    """The mode 2 Re(q e^iwt) scaled to a greatest ball angle of 1 rad, that ball at its turning point at t = 0."""
-    balls = q[first : (first + q.size) // 2]
-    largest = balls[np.argmax(np.abs(balls))]
-    return np.asarray(0.5 * q / largest, np.complex128)
+def null_vector(matrix: Matrix, value: complex) -> Complexes:
+    """The eigenvector of an eigenvalue that is known well, by inverse iteration."""
+    size = matrix.shape[0]
+    near = matrix - (value + APART * np.abs(matrix).max()) * np.eye(size)
+    found = np.exp(1j * np.arange(size))
+    factors = scipy.linalg.lu_factor(near)
+    for _ in range(3):
+        found = scipy.linalg.lu_solve(factors, found)
+        found = found / np.linalg.norm(found)
+    return np.asarray(found, np.complex128)
+
+
+def as_ball_angle(q: Complexes, problem: Steady) -> Complexes:
+    """The mode 2 Re(q e^iwt) scaled to a greatest ball angle of 1 rad, that ball at its turning point at t = 0.
+
+    Where it changes over half a turn, in the mean square.
+    """
+    balls = q.reshape(problem.count, -1)[:, problem.angles]
+    most = balls[:, np.argmax((np.abs(balls) ** 2).sum(0))]
+    largest = most[np.argmax(np.abs(most))]
+    return np.asarray(0.5 * q / (largest / np.abs(largest) * np.linalg.norm(most)), np.complex128)
 
 
 def lyapunov_coefficient(problem: Steady, u: Floats, q: Complexes, w: float) -> float:
     """Kuznetsov (2004), eq. (5.62): amplitude a' = ... + w l1 a^3 in scaled time; below zero, a small stable cycle is born."""
     j = problem.jacobian(u)
-    values, left = np.linalg.eig(j.T)
-    p = np.conj(left[:, np.argmin(np.abs(values - 1j * w))])
+    p = np.conj(null_vector(j.T, 1j * w))
     p = p / np.conj(np.vdot(p, q))
     conj = np.conj(q)
     mean = np.linalg.solve(j, problem.second(u, q, conj))

@@ -6,7 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from autobalancer.stability.continuation.bifurcations import as_ball_angle, hopf_equations, lyapunov_coefficient
+from autobalancer.stability.continuation.bifurcations import (
+    as_ball_angle,
+    hopf_equations,
+    hopf_slopes,
+    lyapunov_coefficient,
+)
 from autobalancer.stability.continuation.special import Special
 from autobalancer.stability.continuation.steady import DIFFERENCE, Range, Steady
 from autobalancer.stability.continuation.symmetry import Groups
@@ -18,7 +23,7 @@ class Curve:
 
     def __init__(self, span: Range, groups: Groups, start: float, end: float, border: Complexes) -> None:
         self.span, self.groups, self.start, self.end, self.border = span, groups, start, end, border
-        self.size = span.rotor + 2 * len(groups)  # of the state
+        self.size = span.count * (span.rotor + 2 * len(groups))  # of the state
         self.weight = np.ones(self.unknowns)
 
     unknowns: int
@@ -31,8 +36,12 @@ class Curve:
         """The steady states at a value of the second parameter."""
         return Steady(self.span.moved(second), self.groups)
 
-    def equations(self, u: Floats, second: float) -> tuple[Matrix, Floats]:
-        """Derivative with respect to all unknowns but the last, and mismatch."""
+    def equations(self, u: Floats, second: float) -> Floats:
+        """The mismatch."""
+        raise NotImplementedError
+
+    def slopes(self, u: Floats, second: float) -> Matrix:
+        """Its derivative with respect to all unknowns but the last."""
         raise NotImplementedError
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
@@ -40,14 +49,14 @@ class Curve:
         raise NotImplementedError
 
     def residual(self, u: Floats) -> Floats:
-        return self.equations(u, self.second(u))[1]
+        return self.equations(u, self.second(u))
 
     def solve(self, u: Floats, row: Floats, right: Floats, last: float) -> Floats:
         value = self.second(u)
         step = DIFFERENCE * (abs(value) or abs(self.end - self.start))
-        four = [self.equations(u, value + k * step)[1] for k in (-2, -1, 1, 2)]
+        four = [self.equations(u, value + k * step) for k in (-2, -1, 1, 2)]
         slope = (four[0] - 8.0 * four[1] + 8.0 * four[2] - four[3]) / (12.0 * step) * (self.end - self.start)
-        matrix = np.vstack([np.column_stack([self.equations(u, value)[0], slope]), row])
+        matrix = np.vstack([np.column_stack([self.slopes(u, value), slope]), row])
         return np.asarray(np.linalg.solve(matrix, np.append(right, last)))
 
     def share(self, u: Floats) -> float:
@@ -68,8 +77,11 @@ class HopfCurve(Curve):
         d = self.size
         return u[: d + 1], float(u[d + 1]), u[d + 2 : 2 * d + 2] + 1j * u[2 * d + 2 : 3 * d + 2]
 
-    def equations(self, u: Floats, second: float) -> tuple[Matrix, Floats]:
+    def equations(self, u: Floats, second: float) -> Floats:
         return hopf_equations(self.steady(second), *self.parts(u), self.border)
+
+    def slopes(self, u: Floats, second: float) -> Matrix:
+        return hopf_slopes(self.steady(second), *self.parts(u), self.border)
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
         q = self.parts(u)[2]
@@ -78,7 +90,9 @@ class HopfCurve(Curve):
     def lyapunov(self, u: Floats) -> float:
         """First Lyapunov coefficient, as for a Hopf point."""
         point, frequency, q = self.parts(u)
-        return lyapunov_coefficient(self.steady(self.second(u)), point, as_ball_angle(q, self.span.rotor), frequency)
+        return lyapunov_coefficient(
+            self.steady(self.second(u)), point, as_ball_angle(q, self.steady(self.second(u))), frequency
+        )
 
     def frequency(self, u: Floats) -> float:
         """rad/s."""
@@ -93,21 +107,27 @@ class FoldCurve(Curve):
         """2 d + 2."""
         return 2 * self.size + 2
 
-    def equations(self, u: Floats, second: float) -> tuple[Matrix, Floats]:
+    def equations(self, u: Floats, second: float) -> Floats:
         d, problem = self.size, self.steady(second)
         point, q = u[: d + 1], u[d + 1 : 2 * d + 1]
-        j, eye, c = problem.jacobian(point), np.eye(d), self.border.real
+        return np.concatenate(
+            [problem.residual(point), problem.jacobian(point) @ q, [float(self.border.real @ q) - 1.0]]
+        )
+
+    def slopes(self, u: Floats, second: float) -> Matrix:
+        d, problem = self.size, self.steady(second)
+        point, q = u[: d + 1], u[d + 1 : 2 * d + 1]
+        j, c = problem.jacobian(point), self.border.real
         shares, weights = problem.span.offsets(float(point[-1]))
         moved = sum(m * problem.jacobian(np.append(point[:-1], s)) @ q for s, m in zip(shares, weights, strict=True))
-        bent = problem.second(point, np.broadcast_to(q, (d, d)), eye).T
-        matrix = np.block(
+        bent = problem.bent(point, q)
+        return np.block(
             [
                 [j, problem.slope(point)[:, None], np.zeros((d, d))],
                 [bent, np.asarray(moved)[:, None], j],
                 [np.zeros((1, d + 1)), c[None]],
             ]
         )
-        return matrix, np.concatenate([problem.residual(point), j @ q, [float(c @ q) - 1.0]])
 
     def renewed(self, u: Floats, tangent: Floats) -> tuple[Self, Floats, Floats]:
         q = u[self.size + 1 : 2 * self.size + 1]

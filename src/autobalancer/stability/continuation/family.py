@@ -22,9 +22,16 @@ from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, named_unit, parts_of
 from autobalancer.machine.profile import Constant
 from autobalancer.stability.continuation.symmetry import Groups, merged
+from autobalancer.stability.host.cycle import Cycle, Equations
 from autobalancer.stability.host.planar import Matrix, Plane, plane
 from autobalancer.stability.host.reduction import basis_for, projected
-from autobalancer.stability.host.stations import Stations, in_plane, of_plane, stations
+from autobalancer.stability.host.stations import (
+    Stations,
+    in_plane,
+    of_plane,
+    refuse_motion_along_the_axis,
+    stations,
+)
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.units import to_si
 from autobalancer.units.ranges import ends, example, is_range
@@ -32,6 +39,7 @@ from autobalancer.units.ranges import ends, example, is_range
 FIXED = ("count", "plateau", "rolling_resistance")  # no number that varies, or without effect where balls move slowly
 QUICK = ("unbalance", "drag")  # changed without going through the description of the machine
 QUICK_IN_PLANE = (*QUICK, "damping", "stiffness", "viscosity", "ball_mass")
+FIRST_COUNT = 9  # harmonics of a state on anisotropic supports, until more are needed
 SMOOTH = ("speed", *(name for name in QUANTITIES if name not in FIXED))
 
 
@@ -41,7 +49,7 @@ class Family:
     Parameters
     ----------
     machine
-        With any rotor on isotropic supports, without gravity across its axis.
+        With any rotor, without gravity across its axis.
     parameters
         Names or paths; every later call gives one value for each.
     speed
@@ -50,7 +58,8 @@ class Family:
     Raises
     ------
     QuestionError
-        For an unknown parameter, one that has no effect or is no number, a missing speed, anisotropic supports, gravity.
+        For an unknown parameter, one that has no effect or is no number, a missing speed, gravity, or anisotropic supports that
+        push along the axis or turn the rotor about it, too.
     """
 
     def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
@@ -60,12 +69,9 @@ class Family:
         self._stations = in_plane if planar else stations
         self._base = self._stations(machine)
         self._basis: Matrix | None = None
-        if not self._base.isotropic:
-            raise QuestionError(
-                "branches: the supports differ along x and y, so that no state rests in the rotor: in its frame all "
-                "motions have coefficients with twice its speed. Ask stability for Floquet multipliers over the speed "
-                "(eigenvalues, stable_windows), or simulate the machine"
-            )
+        self.count = 1 if self._base.isotropic else FIRST_COUNT  # of harmonics of a state
+        if self.count > 1:
+            refuse_motion_along_the_axis(self._base.model)
         for name in self.parameters:
             for part in parts_of(name):
                 self._check(part)
@@ -77,20 +83,37 @@ class Family:
         self._at = lru_cache(maxsize=64)(self._build)
         self.merged = lru_cache(maxsize=64)(self._merged)
 
-    def __call__(self, *values: float) -> Field:
+    def __call__(self, *values: float) -> Equations:
         """The field at these values."""
         return self._at(tuple(float(value) for value in values))
 
     def reduce(self, highest: float) -> None:
         """Take fewer coordinates of a rotor that has many, for speeds up to ``highest``, rad/s."""
         self._basis = basis_for(self._base, highest)
+        self._forget()
+
+    def refine(self, count: int) -> None:
+        """Count so many harmonics of a state."""
+        self.count = count
+        self._forget()
+
+    def _forget(self) -> None:
         self._at.cache_clear()
         self.merged.cache_clear()
 
-    def _merged(self, groups: Groups, *values: float) -> Field:
+    def _merged(self, groups: Groups, *values: float) -> Equations:
         """The field at these values with every group of balls as one ball."""
         whole = self(*values)
-        return Field(merged(whole.host, groups), whole.speed)
+        return self._equations(merged(whole.host, groups), whole.speed)
+
+    def _equations(self, host: Stations, speed: float) -> Equations:
+        if self.count > 1:
+            return Cycle(host, speed, self.count)
+        if not host.isotropic:
+            raise QuestionError(
+                "branches: the supports become different along x and y on the way; begin with a machine on which they differ"
+            )
+        return Field(host, speed)
 
     def read(self, index: int, value: float | str) -> float:
         """A value of parameter ``index`` in SI; texts have a unit."""
@@ -119,7 +142,7 @@ class Family:
         """Long name, SI unit and symbol of a parameter."""
         return axis_attributes(self.parameters[index])
 
-    def _build(self, values: tuple[float, ...]) -> Field:
+    def _build(self, values: tuple[float, ...]) -> Equations:
         machine, speed = self.machine, self._speed
         quick: dict[str, float] = {}
         for name, value in zip(self.parameters, values, strict=True):
@@ -134,11 +157,11 @@ class Family:
             p = self._plane if machine is self.machine else plane(machine)
             for name, value in quick.items():
                 p = _changed(p, machine, name, value)
-            return Field(of_plane(p), speed)
+            return self._equations(of_plane(p), speed)
         host = self._base if machine is self.machine else self._stations(machine)
         for name, value in quick.items():
             host = _scaled(host, name, value)
-        return Field(host if self._basis is None else projected(host, self._basis), speed)
+        return self._equations(host if self._basis is None else projected(host, self._basis), speed)
 
     def _check(self, name: str) -> None:
         if name != "speed" and "." not in name and name not in SMOOTH:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autobalancer.stability.continuation.follow import CORRECTIONS, Point
 from autobalancer.stability.continuation.special import Special, crossing_at
 from autobalancer.stability.continuation.steady import Steady, centers_of, true_races
-from autobalancer.stability.continuation.symmetry import gathered, joined, meeting, restoring, splittings
+from autobalancer.stability.continuation.symmetry import joined, meeting, restoring, splittings
 from autobalancer.stability.host.planar import Floats
 
 SMALL = 1e-9
@@ -38,11 +38,11 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
         guess = a.u + apart[0] / (apart[0] - apart[1]) * (b.u - a.u)
         groups = joined(problem.groups, (one, other))
         together = Steady(problem.span, groups)
-        start = np.append(gathered(problem.state(guess), groups, first) / together.scale, guess[-1])
+        start = np.append(together.gathered(problem.state(guess)), guess[-1])
         start[first + one] += 0.5 * math.remainder(guess[first + other] - guess[first + one], 2.0 * math.pi)
         u = falling_apart(together, one, start)
         if u is not None:
-            point = np.append(gathered(together.state(u), problem.groups, first) / problem.scale, u[-1])
+            point = np.append(problem.gathered(together.state(u)), u[-1])
             balls = problem.angles
             point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
             found.append(
@@ -148,9 +148,8 @@ def _closing(problem: Steady, guess: Floats, pair: list[int]) -> Floats | None:
         field, state = problem.field(u), u[:-1] * problem.scale
         missed = problem.residual(u)
         center = centers_of(field.host, state)[firsts] / length
-        balls = missed[problem.first + len(problem.groups) :][~true]
-        moving = [missed[: problem.first], u[problem.angles.stop : -1], balls, center.real, center.imag]
-        return np.concatenate([*moving, [_across(problem, u, pair)]])
+        torques = problem.angles.stop + np.flatnonzero(true)  # their mean, on anisotropic supports
+        return np.concatenate([np.delete(missed, torques), center.real, center.imag, [_across(problem, u, pair)]])
 
     u, size = np.array(guess), math.inf
     for _ in range(2 * CORRECTIONS):

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.stability.host.cycle import Equations
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
@@ -78,22 +79,32 @@ def expanded(states: Floats, groups: Groups, rotor: int) -> Floats:
     return np.concatenate([states[..., :rotor], states[..., place], states[..., len(groups) + place]], -1)
 
 
-def gathered(state: Floats, groups: Groups, rotor: int) -> Floats:
-    """The state of the merged balls for a state of all balls."""
-    n = (state.size - rotor) // 2
+def gathered(states: Floats, groups: Groups, rotor: int) -> Floats:
+    """States of the merged balls for states of all balls; the last axis counts components."""
+    n = (states.shape[-1] - rotor) // 2
     first = rotor + np.array([group[0] for group in groups], np.int64)
-    return np.concatenate([state[:rotor], state[first], state[n + first]])
+    return np.concatenate([states[..., :rotor], states[..., first], states[..., n + first]], -1)
 
 
-def restoring(field: Field, state: Floats) -> Floats:
-    """r of every ball, over I w^2: falls below zero where balls at this place no longer stay together."""
+def restoring(equations: Equations, state: Floats) -> Floats:
+    """r of every ball, over I w^2: falls below zero where balls at this place no longer stay together.
+
+    Where it varies over half a turn, the constant one that does the same.
+    """
+    field, here = (equations, state) if isinstance(equations, Field) else (equations.field, equations.around(state))
     p, first = field.host, field.rotor
-    half, turned = first // 2, np.zeros(state.size)
-    turned[first : first + field.balls] = 1.0  # the torque on a ball depends on no other ball but through the rotor
-    matrices, right = field.series(state, turned, 1)
-    whole = field.accelerations(state, field(state))
-    torque = right[1][half:] - matrices[1][half:, :half] @ whole
-    return np.asarray(-torque / (p.inertia * field.speed**2))
+    half, turned = first // 2, np.zeros_like(here)
+    turned[..., first : first + field.balls] = (
+        1.0  # the torque on a ball depends on no other ball but through the rotor
+    )
+    matrices, right = field.series(here, turned, 1)
+    whole = field.accelerations(here, field(here))
+    torque = right[1][..., half:] - (matrices[1][..., half:, :half] @ whole[..., None])[..., 0]
+    stiffness = np.asarray(-torque / (p.inertia * field.speed**2))
+    if isinstance(equations, Field):
+        return stiffness
+    slowed = np.roll(turned, field.balls, -1)
+    return equations.held(stiffness, -field.series(here, slowed, 1)[1][1][..., half:] / (p.inertia * field.speed))
 
 
 def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:

@@ -100,9 +100,15 @@ class Branches(Answer):
         return f"{self.attrs['machine_name']}: branches along {self['parameter'].attrs['long_name']}{ignores}"
 
     def remarks(self) -> Sequence[str]:
-        """How many special points there are."""
+        """How many special points there are, and what is not followed."""
         count = self.sizes.get("special", 0)
-        return [f"{count} special points: special_rows() lists them"] if count else ()
+        found = [f"{count} special points: special_rows() lists them"] if count else []
+        return found + self.not_followed()
+
+    def not_followed(self) -> list[str]:
+        """Why motions are missing, if any may be."""
+        why = self.attrs.get("not_followed")
+        return [f"periodic motions: {why}"] if why else []
 
 
 class BifurcationCurves(Answer):

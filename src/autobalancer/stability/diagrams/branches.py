@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -19,20 +20,28 @@ from autobalancer.stability.continuation.symmetry import coincident, kinds
 from autobalancer.stability.diagrams.answers import Branches
 from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
+from autobalancer.stability.host.cycle import Cycle, Equations
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
 from autobalancer.stability.periodic.stalled import stalled_orbits
 from autobalancer.stability.states.exchanges import without_exchanges
 from autobalancer.stability.states.state import StationState, state_vector
 from autobalancer.stability.states.stations import states_of
+from autobalancer.stability.states.swinging import settled_on
 from autobalancer.units import optional_argument
 
 State = Literal["balanced", "mixed", "coincident", "in line", "spread", "stalled", "partly stalled", "all"]
 STATES = get_args(State)
+SMOOTH = 1e-9  # of the highest harmonic of a state, in the units of its components
+MOST_HARMONICS = 65
 STARTS = 13  # places in the range at which a stalled orbit is looked for
 
+TWO_FREQUENCIES = (
+    "where supports differ along x and y, balls that move in the rotor have two frequencies, their own and twice the speed, and "
+    "are not followed; simulate the machine, or ask basin"
+)
+MOTIONS = ("stalled", "partly stalled")
 SAME_WHIRL = 0.02  # of the speed: stalled orbits of a group nearer to each other are of one branch
 
 
@@ -51,12 +60,15 @@ def branches(
     limit: int = 40,
     progress: Progress | None = None,
 ) -> Branches:
-    """Follow steady states and periodic motions of an isotropic machine at constant speed along a parameter; any rotor.
+    """Follow steady states and periodic motions of a machine at constant speed along a parameter; any rotor.
+
+    On anisotropic supports steady states repeat with every half turn: their stability is that of multipliers, and a Hopf point
+    is where the balls begin to swing with a frequency of their own. Motions with such a second frequency are not followed.
 
     Parameters
     ----------
     machine
-        A machine or the path of a machine file; any rotor on isotropic supports, no gravity across its axis.
+        A machine or the path of a machine file; any rotor, no gravity across its axis.
     parameter
         ``speed``, ``unbalance``, ``drag``, ``viscosity``, ``ball_mass``, ``ball_diameter``, ``damping``, ``stiffness``, or a
         path like ``"balancers[1].races[1].eccentricity"``.
@@ -71,7 +83,7 @@ def branches(
     switch
         Also follow all branches that start from the ones found.
     orbits
-        Follow the periodic motions that begin at Hopf points.
+        Follow the periodic motions that begin at Hopf points; on anisotropic supports none are followed.
     largest_step
         Of the parameter as a share of its range, and of the ball angles in rad; for orbits five times that.
     intervals
@@ -86,13 +98,16 @@ def branches(
     xarray.Dataset
         Along ``point``: ``branch``, the parameter, ``kind``, ``name``, ``verdict``, ``unstable_directions``,
         ``growth_rate``, least and greatest ``deflection`` and ``ball_angle_in_rotor``, mean ``ball_speed_in_space``,
-        ``period``. Along ``special``: ``special_type`` (fold, Hopf, pitchfork, branch point, period doubling, torus,
-        infinite period), where, ``lyapunov_coefficient`` and ``criticality`` of Hopf points.
+        ``period``; on anisotropic supports over half a turn of the rotor, so that the greatest and least deflection are
+        the half axes of the orbit where the balls do not swing. Along ``special``: ``special_type`` (fold, Hopf,
+        pitchfork, branch point, period doubling, torus, infinite period), where, ``lyapunov_coefficient`` and
+        ``criticality`` of Hopf points.
 
     Raises
     ------
     QuestionError
-        For an unknown parameter or state, an empty range, orthotropic supports, gravity in the plane, no balls.
+        For an unknown parameter or state, an empty range, gravity across the axis, no balls, stalled balls on anisotropic
+        supports.
     """
     speed = optional_argument("speed", speed, "rad/s")
     machine = balls_in_races(machine)
@@ -103,6 +118,8 @@ def branches(
     if not 4 <= intervals <= 400:
         raise QuestionError(f"intervals: given {intervals!r}; must be between 4 and 400, 30 is a good start")
     family = Family(machine, [parameter], speed)
+    if family.count > 1 and from_state in MOTIONS:
+        raise QuestionError(f"from_state: given {from_state!r}; {TWO_FREQUENCIES}")
     first, last = family.ends(0, start, end)
     if first == last:
         raise QuestionError(f"{parameter}: the range begins and ends at {first:.6g}; give two different values")
@@ -114,21 +131,26 @@ def branches(
         raise QuestionError("branches: the machine has no balls")
     if len({host.moment.size for host in hosts}) > 1:
         raise QuestionError(f"{parameter}: the number of balls must not change along the range")
-    span, kind = Range(family, first, last), kinds(hosts)
-    explorer = Explorer(span, kind, Steps(0.3 * largest_step, 1e-7, largest_step), intervals, limit, progress)
-    if from_state not in ("stalled", "partly stalled"):
-        field = family(first)
-        for state in starts_of(field, from_state, parameter, first):
-            begin = begin_at(field, state, kind)
-            explorer.steady_from(coincident(begin[field.rotor : field.rotor + field.balls], kind), begin)
-        if switch:
-            explorer.switch()
+    kind, steps = kinds(hosts), Steps(0.3 * largest_step, 1e-7, largest_step)
+
+    def explorer_of(span: Range) -> Explorer:
+        explorer = Explorer(span, kind, steps, intervals, limit, progress)
+        if from_state not in MOTIONS:
+            begin_all(explorer, from_state, parameter)
+            if switch:
+                explorer.switch()
+        return explorer
+
+    if family.count > 1:
+        explorer = explored(family, (first, last), explorer_of)
+    else:
+        explorer = explorer_of(span := Range(family, first, last))
         if orbits:
             explorer.orbits()
-    if from_state in ("stalled", "all"):
-        _stalled(explorer, span, kind, intervals, from_state)
-    if from_state in ("partly stalled", "all"):
-        _partly_stalled(explorer, span, kind, intervals, from_state)
+        if from_state in ("stalled", "all"):
+            _stalled(explorer, span, kind, intervals, from_state)
+        if from_state in ("partly stalled", "all"):
+            _partly_stalled(explorer, span, kind, intervals, from_state)
     attributes: dict[str, Any] = {
         "title": f"Branches of {machine.name}",
         **provenance(),
@@ -138,17 +160,59 @@ def branches(
         "theory": "pseudo-arclength continuation of the full equations",
         "ignores": ", ".join(ignored_at_rest(machine)),
     }
+    if family.count > 1:
+        attributes |= {"theory": f"{attributes['theory']} over half a turn", "not_followed": TWO_FREQUENCIES}
     if "speed" not in parameter:
         attributes["speed"] = family(first).speed
     return Branches.of(branch_dataset(explorer, family.attributes(0), attributes))
 
 
-def begin_at(field: Field, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
+def explored(
+    family: Family, ends: tuple[float, float], explore: Callable[[Range], Explorer], others: tuple[float, ...] = ()
+) -> Explorer:
+    """Branches with as many harmonics of their states as they need.
+
+    Raises
+    ------
+    QuestionError
+        If the balls do not swing smoothly somewhere.
+    """
+    explorer = explore(Range(family, *ends, others))
+    while explorer.tail() > SMOOTH:
+        if 2 * family.count > MOST_HARMONICS:
+            raise QuestionError(
+                f"branches: somewhere in the range balls swing so much that {family.count} harmonics do not describe it; "
+                "take a narrower range, or simulate the machine there"
+            )
+        family.refine(2 * family.count - 1)
+        explorer = explore(Range(family, *ends, others))
+    return explorer
+
+
+def begin_all(explorer: Explorer, from_state: str, parameter: str) -> None:
+    """Follow the steady states of one name, or all, from the begin of the range."""
+    span, kind = explorer.span, explorer.kind
+    field, lost = span.whole(0.0), []
+    for state in (states := starts_of(field, from_state, parameter, span.value(0.0))):
+        try:
+            begin = begin_at(field, state, kind)
+        except QuestionError as problem:  # balls swing on anisotropic supports, and may not find it near there
+            lost.append(problem)
+            continue
+        explorer.steady_from(coincident(begin[field.rotor : field.rotor + field.balls], kind), begin)
+    if len(lost) == len(states):
+        raise lost[0]
+
+
+def begin_at(field: Equations, state: StationState, kind: list[tuple[float, ...]]) -> Floats:
     """The state vector from which a steady state is followed: of a continuum the member in two bundles."""
-    return state_vector(field.host, field.speed, bundled_angles(field, state, kind))
+    angles = bundled_angles(field, state, kind)
+    if isinstance(field, Cycle):
+        return settled_on(field, angles, state.freedom)
+    return state_vector(field.host, field.speed, angles)
 
 
-def starts_of(field: Field, wanted: str, parameter: str, value: float) -> list[StationState]:
+def starts_of(field: Equations, wanted: str, parameter: str, value: float) -> list[StationState]:
     """The steady states of one name, or all."""
     states = without_exchanges(field.host, states_of(field.host, field.speed))
     chosen = [state for state in states if wanted in (state.name, "all")]

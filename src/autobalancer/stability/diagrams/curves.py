@@ -17,9 +17,9 @@ from autobalancer.stability.continuation.curves import Curve, FoldCurve, HopfCur
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.continuation.follow import NoConvergence, Point, Steps, at_parameter, follow, locate
 from autobalancer.stability.continuation.steady import Range
-from autobalancer.stability.continuation.symmetry import coincident, kinds
+from autobalancer.stability.continuation.symmetry import kinds
 from autobalancer.stability.diagrams.answers import BifurcationCurves
-from autobalancer.stability.diagrams.branches import begin_at, starts_of
+from autobalancer.stability.diagrams.branches import begin_all, explored
 from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest
@@ -46,7 +46,7 @@ def bifurcation_curves(
     Parameters
     ----------
     machine
-        A machine or the path of a machine file; any rotor on isotropic supports, no gravity across its axis.
+        A machine or the path of a machine file; any rotor, no gravity across its axis.
     kind
         *Hopf*: where a state becomes unstable and its balls begin to oscillate. *fold*: where two states meet and vanish.
     parameter, start, end
@@ -86,15 +86,17 @@ def bifurcation_curves(
     now = now if min(ends) <= now <= max(ends) else ends[0]
     at_speed = [(first, last), ends][(parameter, second).index("speed")] if "speed" in (parameter, second) else None
     family.reduce(max(at_speed) if at_speed else family(first, now).speed)
-    span = Range(family, first, last, (now,))
     kind_of = kinds([family(value, other).host for value in (first, last) for other in ends])
     if not kind_of:
         raise QuestionError("bifurcation curves: the machine has no balls")
-    explorer = Explorer(span, kind_of, Steps(0.3 * largest_step, 1e-7, largest_step), 10, 10, None)
-    field = family(first, now)
-    for state in starts_of(field, from_state, parameter, first):
-        begin = begin_at(field, state, kind_of)
-        explorer.steady_from(coincident(begin[field.rotor : field.rotor + field.balls], kind_of), begin)
+    steps = Steps(0.3 * largest_step, 1e-7, largest_step)
+
+    def explorer_of(span: Range) -> Explorer:
+        explorer = Explorer(span, kind_of, steps, 10, 10, None)
+        begin_all(explorer, from_state, parameter)
+        return explorer
+
+    explorer = explored(family, (first, last), explorer_of, (now,))
     found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
     if not found:
         raise QuestionError(

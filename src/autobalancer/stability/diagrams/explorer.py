@@ -21,7 +21,7 @@ from autobalancer.stability.continuation.follow import (
 from autobalancer.stability.continuation.loop import Loop
 from autobalancer.stability.continuation.special import Special
 from autobalancer.stability.continuation.steady import Range, Steady
-from autobalancer.stability.continuation.symmetry import Groups, gathered, signature
+from autobalancer.stability.continuation.symmetry import Groups, signature
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.periodic.branch import follow_orbits
 from autobalancer.stability.periodic.orbits import Orbits, born_at
@@ -73,7 +73,7 @@ class Explorer:
     def steady_from(self, groups: Groups, state: Floats, share: float = 0.0) -> None:
         """The branch through a steady state of all balls at an end of the range, unless it is known."""
         problem = Steady(self.span, groups)
-        guess = np.append(gathered(state, groups, problem.first) / problem.scale, share)
+        guess = np.append(problem.gathered(state), share)
         problem.loose = bool(problem.freedom_or_none(guess))
         try:
             u = at_parameter(problem, guess, share)
@@ -106,6 +106,11 @@ class Explorer:
             for groups, way in found.special.onward:
                 self._switched(found, found.steady, groups, way)
             waiting.extend(f for f in self.specials[seen:] if f.special.onward)
+
+    def tail(self) -> float:
+        """Size of the highest harmonic that was counted, greatest of all steady states."""
+        steady = [branch for branch in self.branches if branch.problem is not None]
+        return max((b.problem.tail(p.u) for b in steady if b.problem for p in b.points), default=0.0)
 
     def orbits(self) -> None:
         """Follow the periodic orbits born at every Hopf point."""
@@ -163,7 +168,7 @@ class Explorer:
         """What branches off: balls joined, balls split along ``way``, or another direction of the same balls."""
         u = found.special.point.u
         new = Steady(self.span, groups)
-        here = np.append(gathered(old.state(u), groups, new.first) / new.scale, u[-1])
+        here = np.append(new.gathered(old.state(u)), u[-1])
         if found.row.name == "balanced" and new.freedom_or_none(here):
             return  # a continuum of balanced states, of which the curve of two bundles is followed
         if way.size == u.size and groups == old.groups:

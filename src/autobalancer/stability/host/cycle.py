@@ -6,9 +6,9 @@ that period, and
     dx/dt + W dx/dtheta = f(x, theta)
 
 has no angle in it that is not a coordinate: steady states are at rest in it, and theories of states at rest serve as they stand:
-Newton's method, continuation, folds, Hopf points and their coefficients (Iooss 1988). x(theta) is counted in harmonics 1,
-sqrt(2) cos 2 theta, sqrt(2) sin 2 theta, ..., at as many angles of half a turn, so that the mean of x^2 is the sum of squares,
-and the first numbers of a state are its mean. Where the motion is smooth, some harmonics are exact to rounding.
+Newton's method, continuation, folds, Hopf points and their coefficients (Kuznetsov et al. 2005). x(theta) is counted in
+harmonics 1, sqrt(2) cos 2 theta, sqrt(2) sin 2 theta, ..., at as many angles of half a turn, so that the mean of x^2 is the sum
+of squares, and the first numbers of a state are its mean. Where the motion is smooth, some harmonics are exact to rounding.
 
 Growth rates are ln(multiplier) over the time of half a turn. Multipliers are those of the map over half a turn, which is
 integrated by the Gauss method of four stages (order eight). A growth rate plus 2iW is another name for the same motion.
@@ -66,6 +66,10 @@ class Cycle:
         """States at the angles, (..., count, size)."""
         return np.asarray(_waves(self.count) @ state.reshape(*state.shape[:-1], self.count, self.size))
 
+    def at(self, state: Floats, theta: Floats) -> Floats:
+        """A state at any rotor angles, (k, size)."""
+        return np.asarray(_waves(self.count, theta) @ state.reshape(self.count, self.size))
+
     def harmonics(self, states: Numbers) -> Numbers:
         """The other way, (..., count * size)."""
         found = _waves(self.count).T @ states / self.count
@@ -105,6 +109,18 @@ class Cycle:
         """The symmetric trilinear form C(u, u, v) of the third derivatives."""
         return self.harmonics(self.field.third(self.around(state), self.around(u), self.around(v)))
 
+    def held(self, stiffness: Floats, damping: Floats) -> Floats:
+        """The constant r that holds d'' + c(theta) d' + r(theta) d = 0 (prime: by theta) at the same border, (n,).
+
+        ``stiffness`` r and ``damping`` c at the angles, (count, n). The other harmonics of d are eliminated: what is left of
+        its mean vanishes where d has the multiplier 1.
+        """
+        waves, slopes, found = _waves(self.count), _slopes(self.count), []
+        for r, c in zip(stiffness.T, damping.T, strict=True):
+            whole = waves.T @ (r[:, None] * waves + c[:, None] * (waves @ slopes)) / self.count + slopes @ slopes
+            found.append(whole[0, 0] - whole[0, 1:] @ np.linalg.solve(whole[1:, 1:], whole[1:, 0]))
+        return np.array(found)
+
     def half_turn(self, state: Floats) -> Matrix:
         """The map of small motions over half a turn from the angle zero on, in the frame of the rotor, (size, size)."""
         model = self.host.model
@@ -114,8 +130,7 @@ class Cycle:
         nodes, weights, inner = gauss()
         width = math.pi / steps
         theta = (width * (np.arange(steps)[:, None] + nodes)).ravel()
-        states = _waves(self.count, theta) @ state.reshape(self.count, self.size)
-        rates = replace(self.field, theta=theta).jacobian(states).reshape(steps, 4, self.size, self.size)
+        rates = replace(self.field, theta=theta).jacobian(self.at(state, theta)).reshape(steps, 4, self.size, self.size)
         size, h = self.size, width / self.speed
         left = np.eye(4 * size) - h * np.einsum("ij,sikl->sikjl", inner, rates).reshape(steps, 4 * size, 4 * size)
         stages = np.linalg.solve(left, rates.reshape(steps, 4 * size, size)).reshape(steps, 4, size, size)
@@ -129,6 +144,9 @@ class Cycle:
         """Growth rates, 1/s, greatest real part first, (size,)."""
         values = np.log(np.linalg.eigvals(self.half_turn(state)).astype(np.complex128)) * self.speed / math.pi
         return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+Equations = Field | Cycle  # a rotor by its supports: isotropic, or not
 
 
 def steps_of(fastest: float, speed: float) -> int:

@@ -41,6 +41,8 @@ class Field:
     speed: float
     theta: float | Floats = 0.0
 
+    count = 1  # of harmonics of a state, see :class:`~autobalancer.stability.host.cycle.Cycle`
+
     @property
     def balls(self) -> int:
         """Number of balls n."""
@@ -64,10 +66,12 @@ class Field:
         if model.isotropic:
             mass, turning, stiffness = (_real(m) for m in model.complex_matrices(self.speed))
             return mass, turning, stiffness, fixed
-        n, cosine, sine = 2 * model.pairs, np.cos(self.theta), np.sin(self.theta)
         refuse_motion_along_the_axis(model)
-        turned = np.kron([[1.0, 0.0], [0.0, 1.0]], np.eye(model.pairs)) * np.asarray(cosine)[..., None, None]
-        turned = turned + np.kron([[0.0, -1.0], [1.0, 0.0]], np.eye(model.pairs)) * np.asarray(sine)[..., None, None]
+        n, both = 2 * model.pairs, np.arange(model.pairs)
+        turned, angles = np.zeros((*np.shape(self.theta), n, n)), np.asarray(self.theta)[..., None]
+        x, y = both, model.pairs + both
+        turned[..., x, x] = turned[..., y, y] = np.cos(angles)
+        turned[..., y, x], turned[..., x, y] = np.sin(angles), -np.sin(angles)
         turning = model.damping_at(self.speed) + self.speed * model.gyroscopic
         back = np.swapaxes(turned, -1, -2)
         mass, turning, stiffness = (
@@ -229,6 +233,11 @@ class Field:
         """The symmetric bilinear form B(u, v) of the second derivatives."""
         plus, minus = (self.taylor(state, d, 2)[2] for d in (u + v, u - v))
         return np.asarray(0.5 * (plus - minus))
+
+    def bent(self, state: Floats, u: Numbers) -> Numbers:
+        """The matrix of B(u, .)."""
+        each = np.eye(state.size, dtype=u.dtype)
+        return self.second(state, np.broadcast_to(u, each.shape), each).T
 
     def third(self, state: Floats, u: Numbers, v: Numbers) -> Numbers:
         """The symmetric trilinear form C(u, u, v) of the third derivatives."""

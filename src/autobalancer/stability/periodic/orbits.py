@@ -17,8 +17,8 @@ from autobalancer.stability.continuation.follow import NoConvergence, correct
 from autobalancer.stability.continuation.special import Special
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import Groups, expanded
+from autobalancer.stability.host.cycle import Equations
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
-from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.collocation import DEGREE, Condensed, Mesh, basis, condensed
 
 FIRST_AMPLITUDE = 0.03  # of the ball angle, rad
@@ -89,7 +89,7 @@ class Orbits:
         """Seconds."""
         return self.unit * float(np.exp(u[-2]))
 
-    def _field(self, u: Floats, at: Floats) -> tuple[Field, Floats]:
+    def _field(self, u: Floats, at: Floats) -> tuple[Equations, Floats]:
         """The field of the merged balls, and its values (scaled, over the unit period) at scaled states."""
         field = self.span.field(float(u[-1]), self.groups)
         return field, field(at * self.scale) * self.period(u) / self.scale
@@ -156,7 +156,7 @@ class Orbits:
             winding[list(group)] = turns
         return Orbit(self.mesh.nodes, states, self.period(u), tuple(winding.tolist()), values, own, field.speed)
 
-    def _multipliers(self, field: Field, states: Matrix, u: Floats) -> Complexes:
+    def _multipliers(self, field: Equations, states: Matrix, u: Floats) -> Complexes:
         """Eigenvalues of the monodromy matrix, the one nearest to 1 first, then by amount."""
         at, scale = self.mesh.at_gauss(states), self.span.scale(field.balls)
         jacobians = field.jacobian(at) * (self.period(u) * scale / scale[:, None])

@@ -7,21 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.stability.continuation.steady import Steady, centers_of, running_true, true_races
+from autobalancer.stability.continuation.steady import Steady, centers_of, nearly_true_races, running_true
+from autobalancer.stability.host.cycle import Cycle, Equations
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.states.linear import kept
 from autobalancer.stability.states.state import named_at_rest
 
 ZERO = 1e-9  # growth rates up to this share of the speed count as zero
+AROUND = np.pi * np.arange(64) / 64  # rotor angles at which extrema of a steady state are looked for
 FINE = 16  # points per interval where extrema are looked for
 
 
 @dataclass(frozen=True)
 class Row:
-    """A steady state or an orbit in SI; ``state`` is the state of all balls (of an orbit at its begin)."""
+    """A steady state or an orbit in SI; ``state`` is the state of all balls.
+
+    Of a steady state on anisotropic supports its mean over half a turn of the rotor, of an orbit that at its begin.
+    """
 
     share: float
     value: float
@@ -42,29 +46,30 @@ class Row:
 def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
+    around = field.at(state, AROUND) if isinstance(field, Cycle) else state[None]
     values = problem.all_eigenvalues(u)
     freedom = running_true(field, state, problem.span.length)
     name = _name(field, state, problem.span.length)
     deciding = kept(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
-    angles = state[field.rotor : field.rotor + n]
-    size = deflections(field.host, state)
+    angles = around[:, field.rotor : field.rotor + n]
+    size = deflections(field.host, around)
     unstable = int((deciding.real > ZERO * field.speed).sum())
     return Row(
         share=float(u[-1]),
         value=problem.span.value(float(u[-1])),
         speed=field.speed,
         name=name,
-        state=state,
-        stations=(size, size),
-        deflection=(float(size.max()), float(size.max())),
-        low=angles,
-        high=angles,
+        state=state[: field.rotor + 2 * n],
+        stations=(size.min(0), size.max(0)),
+        deflection=(float(size.max(1).min()), float(size.max())),
+        low=angles.min(0),
+        high=angles.max(0),
         ball_speed=np.full(n, field.speed),
         growth=float(lead.real),
         unstable=unstable,
-        period=math.nan,
+        period=math.nan if len(around) == 1 else math.pi / field.speed,
         frequency=abs(float(lead.imag)),
     )
 
@@ -105,11 +110,11 @@ def deflections(host: Stations, states: Floats) -> Floats:
     return np.asarray(np.hypot(*along))
 
 
-def _name(field: Field, state: Floats, length: float) -> str:
+def _name(field: Equations, state: Floats, length: float) -> str:
     host, first = field.host, field.rotor
     if host.forces is not None:
         return named_at_rest(host, field.speed, state[first : first + field.balls], 0).name
-    center, true = centers_of(host, state), true_races(field, state, length)
+    center, true = centers_of(host, state[: first + 2 * field.balls]), nearly_true_races(field, state, length)
     stations = set(host.station.tolist())
     balanced = set(host.station[true].tolist())
     if balanced:

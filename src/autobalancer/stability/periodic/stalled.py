@@ -16,8 +16,8 @@ from autobalancer.catalog.resolve import Ball
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import Groups
+from autobalancer.stability.host.cycle import Equations
 from autobalancer.stability.host.planar import Floats, Matrix
-from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.collocation import Mesh
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.stall.groups import Loads, StalledGroup
@@ -49,7 +49,7 @@ def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) ->
             yield problem, u
 
 
-def _group(field: Field, number: int) -> StalledGroup:
+def _group(field: Equations, number: int) -> StalledGroup:
     """One of the merged balls."""
     p, i = field.host, number
     orbit = float(p.moment[i] / p.ball_mass[i])
@@ -58,7 +58,7 @@ def _group(field: Field, number: int) -> StalledGroup:
     return StalledGroup(int(p.station[i]), 1, ball, 0.0)
 
 
-def _guess(field: Field, whirl: float, phases: Floats, times: Floats) -> Matrix:
+def _guess(field: Equations, whirl: float, phases: Floats, times: Floats) -> Matrix:
     """States over one period (unit time) with the balls at these angles at time zero, circling steadily."""
     p, speed = field.host, field.speed
     back = np.exp(-2j * np.pi * times)[:, None]  # what turns with the balls, in the frame of the rotor

@@ -31,19 +31,30 @@ def swinging(st: Stations, speed: float, angles: Floats, freedom: int = 0) -> tu
     QuestionError
         If Newton's method finds no such state, or the balls do not swing smoothly.
     """
-    start = np.asarray(angles, np.float64)[None]
+    start = np.asarray(angles, np.float64)
     for count in COUNTS:
         cycle = Cycle(st, speed, count)
-        parts = np.zeros((count, cycle.size))
-        here = slice(cycle.rotor, cycle.rotor + cycle.balls)
-        parts[: len(start), here] = start
-        state = _newton(cycle, parts.ravel(), freedom)
-        start = state.reshape(count, -1)[:, here]
+        state = settled_on(cycle, start, freedom)
+        start = state.reshape(count, -1)[:, cycle.rotor : cycle.rotor + cycle.balls]
         if tail(cycle, state) < TAIL:
             return cycle, state
     raise QuestionError(
         f"steady state: the balls do not swing smoothly at {speed:.6g} rad/s (harmonic {COUNTS[-1] - 1})"
     )
+
+
+def settled_on(cycle: Cycle, angles: Floats, freedom: int = 0) -> Floats:
+    """The state near ball angles, their mean (n,) or harmonic after harmonic (k, n), with as many harmonics as the cycle has.
+
+    Raises
+    ------
+    QuestionError
+        If Newton's method finds no such state.
+    """
+    start = np.atleast_2d(angles)
+    parts = np.zeros((cycle.count, cycle.size))
+    parts[: len(start), cycle.rotor : cycle.rotor + cycle.balls] = start
+    return _newton(cycle, parts.ravel(), freedom)
 
 
 def tail(cycle: Cycle, state: Floats) -> float:
