@@ -56,10 +56,10 @@ def branches(
 ) -> Figure:
     """Draw branches over their parameter: deflection, ball angles, and the speed of stalled balls.
 
-    Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions are drawn by their
-    greatest (thick) and least value (thin). Stalled balls have no line among the angles but one among the speeds. Marks
-    are small where an unstable state stays unstable; of equal marks very close to each other one is drawn. A branch too
-    narrow to be read has a letter and is drawn again below, enlarged; up to three of them.
+    Stable states and motions are solid, unstable ones dashed, one color for each kind. Periodic motions, and steady states on
+    anisotropic supports, are drawn by their greatest (thick) and least value (thin). Stalled balls have no line among the
+    angles but one among the speeds. Marks are small where an unstable state stays unstable; of equal marks very close to each
+    other one is drawn. A branch too narrow to be read has a letter and is drawn again below, enlarged; up to three of them.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def _draw(
     """All branches and special points in one panel; of a ``part`` of them its width and its height in deflection, SI."""
     x = across.shown(data["parameter"].values)
     for piece, stable, name in _pieces(data):
-        moving = low != high and (data["kind"].values[piece] == "orbit").any()
+        moving = low != high and np.isfinite(data["period"].values[piece]).any()
         for quantity, width in [(high, 1.5), (low, 0.9)] if moving else [(high, 1.5)]:
             values = np.atleast_2d(data[quantity].values.T)[:, piece] * unit.factor
             for line in values:
@@ -213,6 +213,9 @@ def _pieces(data: xr.Dataset) -> Iterator[tuple[slice, bool, str]]:
 def _explained(data: xr.Dataset) -> list[Line2D]:
     names = dict.fromkeys(name for _, _, name in _pieces(data))
     handles = [Line2D([], [], color=COLORS.get(name, INK), lw=1.8, label=NAMES.get(name, name)) for name in names]
+    if np.isfinite(data["period"].values[data["kind"].values == "equilibrium"]).any():
+        for width, which in ((1.5, "greatest"), (0.9, "least")):
+            handles.append(Line2D([], [], color=INK, lw=width, label=f"{which} over half a turn"))
     if (data["verdict"].values != "unstable").any():
         handles.append(Line2D([], [], color=INK, label="stable"))
     if (data["verdict"].values == "unstable").any():
