@@ -7,10 +7,13 @@ which its balls balance.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from autobalancer.stability.averaged.stations import refuse_without_drag
+from autobalancer.stability.averaged.stations import eigenvalues_at, refuse_without_drag
 from autobalancer.stability.host.planar import Complexes, Floats, Plane
+from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.states.planar import close_polygon
 
 IN_LINE = (
@@ -60,25 +63,12 @@ def growth_rates(p: Plane, speeds: Floats, spreads: Floats | float) -> Floats:
     return rates
 
 
-def _eigenvalues(p: Plane, w: Floats, spreads: Floats) -> Complexes:
-    """Of (4.69) for two balls at +-a, cos 2a = |g2|/g, (k, 6); the matrices are those of one station."""
+def _eigenvalues(p: Plane, speeds: Floats, spreads: Floats) -> Complexes:
+    """Of two balls at +-a, cos 2a = |g2|/g, in races that run true, (k, size)."""
     drag = float(p.drag.mean())
-    moment = np.sqrt(0.5 * drag * float((p.moment**2 / p.drag).sum()))
+    two = {name: getattr(p, name)[[0, 0]] for name in ("ball_mass", "inertia", "race", "offset")}
+    moment = np.full(2, np.sqrt(0.5 * drag * float((p.moment**2 / p.drag).sum())))
+    pair = of_plane(replace(p, moment=moment, drag=np.full(2, drag), **two))
     angle = 0.5 * np.arccos(np.minimum(spreads, 1.0))
-    cos, sin = np.stack([np.cos(angle)] * 2, axis=1), np.stack([np.sin(angle), -np.sin(angle)], axis=1)
-    half, w1 = 0.5 * w[:, None], w[:, None]
-    share = moment / p.mass
-    a, b = np.zeros((w.size, 6, 6)), np.zeros((w.size, 6, 6))
-    for i, (k, damping) in enumerate(zip(p.stiffness, p.damping, strict=True)):
-        x, y = 2 * i, 2 * i + 1
-        a[:, x, x] = a[:, y, y] = -1.0
-        b[:, x, x] = b[:, y, y] = -0.5 * damping / p.mass
-        b[:, x, y] = 0.5 * w - 0.5 * k / (p.mass * w)
-        b[:, y, x] = -b[:, x, y]
-        a[:, x, 4:], a[:, y, 4:] = share * sin, -share * cos
-        b[:, x, 4:], b[:, y, 4:] = half * share * cos, half * share * sin
-        a[:, 4:, x], a[:, 4:, y] = half * cos, half * sin
-        b[:, 4:, x], b[:, 4:, y] = half * w1 * sin, -half * w1 * cos
-    a[:, [4, 5], [4, 5]] = drag / moment
-    unit = np.array([share] * 4 + [1.0] * 2)
-    return np.asarray(np.linalg.eigvals(-np.linalg.solve(a * unit, b * unit)), np.complex128)
+    true = np.zeros((speeds.size, 2), np.complex128)
+    return eigenvalues_at(pair, speeds, np.stack([angle, -angle], axis=1), true)

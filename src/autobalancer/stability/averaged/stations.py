@@ -32,36 +32,41 @@ LOST = 1e-7  # singular value, over the greatest, of ball motions that move noth
 
 
 class Whirl(NamedTuple):
-    """What balls move: h complex coordinates a, of which the share Z = ``felt`` R a is felt."""
+    """What balls move at k speeds: h complex coordinates a, of which the share Z = ``felt`` R a is felt."""
 
-    slow: Complexes  # (h, h) before a'
-    held: Complexes  # D, (h, h)
+    slow: Complexes  # (k, h, h) before a'
+    held: Complexes  # D, (k, h, h)
     rows: Matrix  # R, (P, h)
     felt: float
     mass: Floats  # (h,)
 
 
-def whirl_of(st: Stations, speed: float) -> Whirl:
-    """The matrices of the rotor at a speed."""
-    w, model, n = speed, st.model, st.model.pairs
+def whirl_of(st: Stations, speeds: Floats) -> Whirl:
+    """The matrices of the rotor at speeds (k,)."""
+    w, model, n = speeds[:, None, None], st.model, st.model.pairs
+    damping, stiffness = model.damping, model.stiffness
+    if model.speeds.size > 1:
+        damping, stiffness = (np.array([at(one) for one in speeds]) for at in (model.damping_at, model.stiffness_at))
+    slow = np.asarray(2j * w * model.mass + w * model.gyroscopic, np.complex128)
+    moving = damping + w * model.gyroscopic
+    held = np.asarray(stiffness - w * w * model.mass + 1j * w * moving, np.complex128)
+    mass = np.diag(model.mass)
     if st.isotropic:
-        mass, turning, stiffness = model.complex_matrices(w)
-        gyroscopic = model.gyroscopic[:n, :n] + 1j * model.gyroscopic[n : 2 * n, :n]
-        slow, held = 2j * w * mass + w * gyroscopic, stiffness + 1j * w * turning - w * w * mass
-        return Whirl(slow, held, st.rows, 1.0, np.diag(model.mass)[:n])
+        slow, held = (matrix[:, :n, :n] + 1j * matrix[:, n : 2 * n, :n] for matrix in (slow, held))
+        return Whirl(slow, held, st.rows, 1.0, mass[:n])
     quarter = np.ones(model.size, np.complex128)
     quarter[n : 2 * n] = 1j
     seen = np.outer(quarter, quarter.conj())
-    moving = model.damping_at(w) + w * model.gyroscopic
-    slow = seen * (2j * w * model.mass + w * model.gyroscopic)
-    held = seen * (model.stiffness_at(w) + 1j * w * moving - w * w * model.mass)
     rows = np.concatenate([st.rows, st.rows, np.zeros((len(st.names), model.size - 2 * n))], 1)
-    return Whirl(slow, held, rows, 0.5, np.diag(model.mass))
+    return Whirl(np.asarray(seen * slow), np.asarray(seen * held), rows, 0.5, mass)
 
 
 def averaged_station_matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, Floats]:
     """A and B of A x' + B x = 0 for x = (Re a, Im a, phi_1 ... phi_n), real."""
-    return _matrices(st, speed, state, whirl_of(st, speed))
+    center = (state.whirl[st.station] + st.offset)[None]
+    speeds = np.array([speed])
+    a, b = _matrices(st, speeds, state.angles[None], center, whirl_of(st, speeds))
+    return a[0], b[0]
 
 
 def averaged_station_eigenvalues(st: Stations, speed: float, state: StationState) -> Complexes:
@@ -72,14 +77,26 @@ def averaged_station_eigenvalues(st: Stations, speed: float, state: StationState
     QuestionError
         If a ball has no drag.
     """
+    center = state.whirl[st.station] + st.offset
+    values = eigenvalues_at(st, np.array([speed]), state.angles[None], center[None])[0]
+    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def eigenvalues_at(st: Stations, speeds: Floats, angles: Matrix, centers: Complexes) -> Complexes:
+    """Eigenvalues at k speeds for ball angles and race centers in the rotor, both (k, n); (k, size), 1/s.
+
+    Raises
+    ------
+    QuestionError
+        If a ball has no drag.
+    """
     refuse_without_drag(st.drag)
-    whirl = whirl_of(st, speed)
-    a, b = _matrices(st, speed, state, whirl)
-    heavy = np.sqrt(whirl.mass * speed)
+    whirl = whirl_of(st, speeds)
+    a, b = _matrices(st, speeds, angles, centers, whirl)
+    heavy = np.sqrt(whirl.mass * float(speeds.mean()))
     unit = 1.0 / np.concatenate([heavy, heavy, np.sqrt(st.drag)])
     scale = np.outer(unit, unit)
-    values = np.linalg.eigvals(-np.linalg.solve(a * scale, b * scale))
-    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+    return np.asarray(np.linalg.eigvals(-np.linalg.solve(a * scale, b * scale)), np.complex128)
 
 
 def averaged_station_growth(st: Stations, speed: float, state: StationState) -> float:
@@ -99,19 +116,21 @@ def refuse_without_drag(drag: Floats) -> None:
         raise QuestionError("averaged theory: a ball without drag has no averaged equation of motion; give it some")
 
 
-def _matrices(st: Stations, speed: float, state: StationState, whirl: Whirl) -> tuple[Floats, Floats]:
-    w, h = speed, whirl.held.shape[0]
-    push = whirl.rows[st.station].T * (st.moment * np.exp(1j * state.angles))  # (h, n)
-    size = 2 * h + st.moment.size
-    a, b = np.zeros((size, size)), np.zeros((size, size))
-    host, ball = slice(0, 2 * h), slice(2 * h, None)
-    a[host, host], b[host, host] = _real(whirl.slow), _real(whirl.held)
-    a[host, ball], b[host, ball] = -2.0 * w * _parts(push), -w * w * _parts(1j * push)
+def _matrices(st: Stations, speeds: Floats, angles: Matrix, centers: Complexes, whirl: Whirl) -> tuple[Matrix, Matrix]:
+    """A and B at k speeds, each (k, size, size)."""
+    n, h, w, felt = st.moment.size, whirl.held.shape[1], speeds[:, None, None], whirl.felt
+    push = whirl.rows[st.station].T * (st.moment * np.exp(1j * angles))[:, None]  # (k, h, n)
+    a, b = (np.zeros((speeds.size, 2 * h + n, 2 * h + n)) for _ in range(2))
+    host, ball, each = slice(0, 2 * h), slice(2 * h, None), 2 * h + np.arange(n)
+    a[:, host, host] = _real(whirl.slow)
+    b[:, host, host] = _real(whirl.held)
+    along, across = _parts(push), _parts(1j * push)
+    a[:, host, ball], b[:, host, ball] = -2.0 * w * along, -w * w * across
     # Re[e^(-i phi) z] and Im[e^(-i phi) z] of a complex z as rows over its real and imaginary part
-    a[ball, host], b[ball, host] = whirl.felt * w * _parts(push).T, -whirl.felt * w * w * _parts(1j * push).T
-    a[ball, ball] = np.diag(st.drag)
-    center = state.whirl[st.station] + st.offset
-    b[ball, ball] = np.diag(w * w * (st.moment * np.exp(-1j * state.angles) * center).real)
+    a[:, ball, host] = felt * w * along.swapaxes(1, 2)
+    b[:, ball, host] = -felt * w * w * across.swapaxes(1, 2)
+    a[:, each, each] = st.drag
+    b[:, each, each] = speeds[:, None] ** 2 * (st.moment * np.exp(-1j * angles) * centers).real
     return a, b
 
 
@@ -121,13 +140,13 @@ def _neutral(st: Stations, state: StationState) -> int:
         return 0
     weight = np.sqrt(np.diag(st.model.mass)[: st.model.pairs])
     push = st.rows[st.station].T * (st.moment * np.exp(1j * state.angles)) / weight[:, None]
-    reach = np.linalg.svd(_parts(push), compute_uv=False)
+    reach = np.linalg.svd(np.vstack([push.real, push.imag]), compute_uv=False)
     return st.moment.size - int(np.sum(reach > LOST * reach[0]))
 
 
-def _real(matrix: Complexes) -> Matrix:
-    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
+def _real(matrices: Complexes) -> Matrix:
+    return np.block([[matrices.real, -matrices.imag], [matrices.imag, matrices.real]])
 
 
 def _parts(columns: Complexes) -> Matrix:
-    return np.vstack([columns.real, columns.imag])
+    return np.concatenate([columns.real, columns.imag], axis=1)
