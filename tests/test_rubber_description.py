@@ -104,6 +104,13 @@ def test_every_kind_of_rotor_has_the_same_small_motions_on_the_same_rubber():
     assert np.diag(stiffness)[:3] == pytest.approx([0.0, 12.0 * frequency**2, 12.0 * frequency**2], rel=1e-12)
 
 
+def test_check_says_how_soft_rubber_becomes_and_what_counts_with_which_stiffness():
+    said = dict(ab.check(machine_of(PlanarRotor(mass=12.0, rubber=SLIDING))).rows())
+    first, second = said["rubber"].split("\n")
+    assert first == "support: 39 kN/m in small motions, 25 kN/m in the largest, when all elements slide"
+    assert second.startswith("critical speeds, borders and what friction holds are those of small motions")
+
+
 def test_a_machine_on_rubber_is_read_and_written_alike(tmp_path):
     machine = machine_of(PlanarRotor(mass=12.0, rubber={**SLIDING, "maxwell": RELAXING}))
     ab.save_machine(machine, tmp_path / "rubber.toml")

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.rubber import rubbers
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.results.number_text import significant
 from autobalancer.stability.host.damping import damping_ratio
 from autobalancer.stability.host.forces import without_forces
 from autobalancer.stability.host.loads import loads_at_corners
@@ -65,6 +67,18 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
         tuple(math.sqrt(k / mass) for k, _ in pairs),
         tuple(b / (2.0 * math.sqrt(k * mass)) for k, b in pairs),
     )
+
+
+def rubber_texts(machine: Machine) -> tuple[str, ...]:
+    """How soft each piece of softening rubber becomes, and what is counted with it; empty without any."""
+    found = []
+    for name, rubber in rubbers(machine):
+        stiff, soft = (significant(1e-3 * one) for one in (rubber.initial_stiffness, float(rubber.stiffness)))
+        found.append(f"{name}: {stiff} kN/m in small motions, {soft} kN/m in the largest, when all elements slide")
+    if not found:
+        return ()
+    what = "critical speeds, borders and what friction holds are those of small motions"
+    return (*found, f"{what}; release, capture and vibration without balancing know how far it moves")
 
 
 def _spatial(machine: Machine, highest: float | None) -> Frame:

@@ -25,6 +25,7 @@ def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
         ("axis", found.axis),
         ("mass", f"{found.total_mass:.6g} kg with balls, {found.rotor_mass:.6g} kg without"),
         *_critical_speeds(found, said),
+        *([("rubber", "\n".join(found.rubber))] if found.rubber else []),
         *_unbalance(found, said),
         *(_race(race, found) for race in found.races),
         *_together(found),

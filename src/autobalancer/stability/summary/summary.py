@@ -25,7 +25,7 @@ from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
 from autobalancer.stability.maps.speeds import Border, borders
-from autobalancer.stability.summary.rotor import StationSummary, frame_of
+from autobalancer.stability.summary.rotor import StationSummary, frame_of, rubber_texts
 from autobalancer.stability.summary.rows import SpeedText, summary_rows
 from autobalancer.stability.summary.service import Service, service_of
 
@@ -74,6 +74,7 @@ class Summary(Described):
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
     friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
     several_unbalances: bool = False
+    rubber: tuple[str, ...] = ()  # how soft each piece of softening rubber becomes, and what the other rows count with
     off_center: OffCenter | None = None  # what races off the axis leave; None without balls
 
     def rows(self, said: SpeedText = rpm_and_si) -> list[tuple[str, str]]:
@@ -124,6 +125,7 @@ def summary(machine: Machine | str | Path) -> Summary:
         critical_speeds=critical,
         damping_ratios=frame.damping_ratios,
         unbalance=unbalance,
+        rubber=rubber_texts(machine),
         several_unbalances=len(machine.unbalances) > 1 or any(part.is_couple for part in machine.unbalances),
         unbalance_varies=any(part.schedule is not None for part in machine.unbalances),
         races=races,
