@@ -6,13 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 from tests.test_averaged import a_plane, unequal
 
 import autobalancer as ab
+from autobalancer.stability.averaged.formulas import explicit_averaged_border
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
 from autobalancer.stability.maps.balanced_stations import StationBalls
+from autobalancer.stability.maps.exact import border_of, worst_case
+from autobalancer.stability.states import right_angles
 from autobalancer.stability.states.half_turns import growth_rates
 
 SPEEDS = np.array([31.0, 96.0, 104.0, 118.0, 131.0, 260.0, 900.0])
@@ -82,3 +86,47 @@ def test_of_many_balls_the_worst_and_the_best_positions_are_told_apart() -> None
         for name in ("worst", "best")
     ]
     assert rates[1] < 0.0 < rates[0]
+
+
+def test_balls_at_right_angles_act_like_a_ring_that_is_alike_in_all_directions() -> None:
+    """So seen in space nothing repeats: exponents of constant coefficients are those of the map over half a turn."""
+    for p, angles in ((orthotropic(), (0.25, -0.25)), (orthotropic(4), (0.0, 0.5, 0.3, 0.8))):
+        found = at(p, SPEEDS, np.pi * np.array(angles), p.moment.size - 2)
+        assert right_angles.growth_rates(p, SPEEDS) == pytest.approx(found, abs=1e-8)
+
+
+def test_the_exponents_at_right_angles_are_the_roots_of_one_polynomial() -> None:
+    p = orthotropic(4)
+    inertia, drag, coupling = float(p.inertia[0]), float(p.drag[0]), 0.5 * float((p.moment**2).sum())
+    x, y = (Polynomial([k, b, p.mass]) for k, b in zip(p.stiffness, p.damping, strict=True))
+    t4 = Polynomial([0.0, 0.0, 0.0, 0.0, 1.0])
+    for speed in SPEEDS[:6]:
+        a, slope = Polynomial([-inertia * speed**2, drag, inertia]), Polynomial([drag, 2.0 * inertia])
+        whole = x * y * (a**2 + speed**2 * slope**2) - coupling * t4 * (x + y) * a + coupling**2 * t4**2
+        found = np.sort_complex(right_angles.exponents(p, np.array([speed]))[0])
+        assert found == pytest.approx(np.sort_complex(whole.roots().astype(complex)), abs=1e-7 * speed)
+
+
+def test_no_unbalance_has_a_border_above_the_worst_case() -> None:
+    p = a_plane(s=0.3, stiffness=(1e5, 1.7e5), damping=(300.0, 200.0))
+    worst = worst_case(p)
+    assert "|S2|/N = 0," in worst.note
+    at_right_angles = border_of(balanced_states(replace(p, unbalance=2.0**0.5 * p.moment[0]))[0], p)
+    assert at_right_angles[0] == pytest.approx(worst.speed, rel=1e-8)
+    for share in (0.3, 1.2, 1.9):
+        member = balanced_states(replace(p, unbalance=share * p.moment[0]))[0]
+        assert border_of(member, p)[0] < worst.speed
+
+
+def test_the_worst_case_becomes_the_explicit_one_of_isotropic_supports() -> None:
+    p = a_plane(s=0.3)
+    nearly = replace(p, stiffness=(1e5, 1e5 * (1.0 + 1e-9)))
+    assert worst_case(nearly).speed == pytest.approx(worst_case(p).speed, rel=1e-8)
+
+
+def test_of_heavily_damped_light_balls_the_worst_case_is_the_averaged_border() -> None:
+    for share, tolerance in ((1e-2, 2e-4), (1e-3, 3e-6)):
+        p = a_plane(s=share, stiffness=(1e5, 1.7e5), damping=(60.0, 25.0))
+        averaged, exact = explicit_averaged_border(p).speed, worst_case(p).speed
+        assert exact > 1.001 * p.critical_speeds[-1]
+        assert exact == pytest.approx(averaged, rel=tolerance)

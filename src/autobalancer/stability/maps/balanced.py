@@ -28,6 +28,7 @@ from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_ra
 from autobalancer.stability.states.described import Described
 from autobalancer.stability.states.half_turns import growth_rates as half_turn_rates
 from autobalancer.stability.states.planar import close_polygon
+from autobalancer.stability.states.right_angles import growth_rates as right_angle_rates
 from autobalancer.stability.states.spread import spread_of_two, spread_range
 
 MEMBERS = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of the continuum, by |S2| from least to greatest
@@ -108,14 +109,21 @@ class EqualBallsAtRest(EqualBalls):
     """The same on orthotropic supports, races on the axis: only |S2| counts, its direction is an instant of the turn."""
 
     route: str = "multipliers of a rotor at rest"
+    spread: float | None = None  # |S2| if it is given, else what balances
+
+    def spreads(self, speeds: Floats) -> Floats:
+        """|S2| at each speed; nan where the balls are too weak."""
+        return super().spreads(speeds) if self.spread is None else np.full(speeds.size, self.spread)
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s."""
-        count, spreads = self.balancer.count, self.spreads(speeds)
+        p, count, spreads = self.plane, self.balancer.count, self.spreads(speeds)
+        if not spreads.any():
+            return right_angle_rates(p, speeds)
         share = np.minimum(spreads / count, 1.0)
         angle = 0.5 * np.arccos(share)
-        two = {name: getattr(self.plane, name)[:2] for name in ("ball_mass", "inertia", "drag", "race", "offset")}
-        pair = replace(self.plane, moment=self.plane.moment[:2] * math.sqrt(0.5 * count), **two)
+        two = {name: getattr(p, name)[:2] for name in ("ball_mass", "inertia", "drag", "race", "offset")}
+        pair = replace(p, moment=p.moment[:2] * math.sqrt(0.5 * count), **two)
         return _at_rest(pair, speeds, np.stack([angle, -angle], axis=1), (share > 1.0 - IN_LINE).astype(int))
 
 
@@ -155,17 +163,18 @@ def balanced_states(p: Described) -> list[Balanced]:
         return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
     if np.any(p.offset) or p.isotropic:
         return balanced_states(of_plane(p))
-    if _alike(p):
+    if alike(p):
         return [EqualBallsAtRest(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
     return [BallsAtRest(p)]
 
 
 def equal_balls(p: Plane) -> bool:
     """Whether the polynomial of degree eight holds: isotropic, two or more equal balls, races with one center."""
-    return p.isotropic and _alike(p)
+    return p.isotropic and alike(p)
 
 
-def _alike(p: Plane) -> bool:
+def alike(p: Plane) -> bool:
+    """Whether there are two or more equal balls, in races with one center."""
     columns = (p.moment, p.inertia, p.drag)
     return (
         p.moment.size >= 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +16,9 @@ from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.maps.balanced import (
     Balanced,
     EqualBalls,
+    EqualBallsAtRest,
+    alike,
     balanced_states,
-    equal_balls,
     planar_balancer_of,
 )
 from autobalancer.stability.maps.balanced_forces import ForcedBalls
@@ -99,17 +101,17 @@ def worst_case_of(p: Described) -> Border:
 def worst_case(p: Plane) -> Border:
     """*exact border, worst case*: the highest one for any unbalance from zero to capability, equal balls only.
 
-    Over these unbalances |S2| takes all values from 0 to N. Zero, where the two ball modes have one frequency, is the
-    worst for a well damped rotor and has an explicit border; where the rotor is damped lightly balls in line may be.
+    Over these unbalances |S2| takes all values from 0 to N. Zero, where the two ball modes have one frequency, is the worst for a
+    well damped rotor and has an explicit border on isotropic supports; where the rotor is damped lightly balls in line may be.
     """
     name = "exact border, worst case"
-    if not equal_balls(p):
-        return Border(
-            name, math.nan, "computed for equal balls on isotropic supports only; see the exact border", False
-        )
+    if not alike(p):
+        return Border(name, math.nan, "computed for equal balls only; see the exact border", False)
     if np.any(p.offset != 0.0):
         return Border(name, math.nan, "computed for races on the axis only; see the exact border", False)
     balancer = planar_balancer_of(p)
+    if not p.isotropic:
+        return _worst_spread([EqualBallsAtRest(p, spread=share * balancer.count) for share in SPREADS], p)
     if balancer.damping == 0.0 or balancer.drag == 0.0:
         return Border(name, math.inf, "the rotor or its balls are undamped")
     speed, spread = worst_case_border(balancer), 0.0
@@ -145,13 +147,17 @@ def worst_case_at_one_station(st: Stations) -> Border:
                 else "balls without forces only"
             )
         return Border(name, math.nan, f"computed for {which}; see the exact border", False)
-    found = []
-    for share in SPREADS:
-        speed, note = border_of(EqualAtOneStation(st, spread=share * st.moment.size), st)
-        found.append((speed, share, note))
-    speed, share, note = max(found, key=lambda one: one[0])
+    return _worst_spread([EqualAtOneStation(st, spread=share * st.moment.size) for share in SPREADS], st)
+
+
+def _worst_spread(members: Sequence[Balanced], p: Described) -> Border:
+    """The worst of members for each of ``SPREADS``."""
+    found = [(*border_of(member, p), share) for member, share in zip(members, SPREADS, strict=True)]
+    speed, note, share = max(found, key=lambda one: one[0])
     where = f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
-    return Border(name, speed, "; ".join(filter(None, (where, note if math.isinf(speed) else ""))))
+    return Border(
+        "exact border, worst case", speed, "; ".join(filter(None, (where, note if math.isinf(speed) else "")))
+    )
 
 
 class _FixedSpread:
