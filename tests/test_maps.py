@@ -340,7 +340,8 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
     figure = ab.plot.eigenvalues(found, speed_unit="rad/s")
     upper, lower = figure.axes
     assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
-    assert any(text.get_text() in set(found["leading_motion"].values) for text in upper.texts)
+    motions = {f"leading mode: {motion}" for motion in found["leading_motion"].values}
+    assert any(text.get_text() in motions for text in upper.texts)
     assert "rad/s" in lower.get_xlabel()
 
 

@@ -247,6 +247,16 @@ def test_the_run_up_shows_the_machine_without_balancing_beside_it(drum: xr.Datas
     assert np.asarray(whole.get_ydata()) == pytest.approx(1e6 * held.envelope_high.values)
 
 
+def test_without_balancing_at_the_end_of_a_ramp_is_a_mark_that_can_be_seen() -> None:
+    ramp = {"kind": "ramp", "start": 900.0, "end": 1100.0, "duration": 2.0}
+    machine = ab.with_parameter(ab.example("discoidal"), "drive.profile", ramp)
+    panel = ab.plot.run_up(ab.simulate(machine, duration=2.0, progress=False)).axes[1]
+    (mark,) = (line for line in panel.get_lines() if line.get_marker() == "_")
+    assert mark.get_markersize() > 10.0
+    words = [label.text.get_text() for label in labels_of(panel).entries]
+    assert any("without balancing at the last speed" in text for text in words)
+
+
 def test_the_end_of_a_part_of_a_run_is_named_by_its_time(two: xr.Dataset) -> None:
     end = float(two.attrs["end_time"])
     for until, when in ((end, "at the end"), (0.75 * end, f"at {0.75 * end - 0.015:.4g} s")):

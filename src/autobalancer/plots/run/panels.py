@@ -74,6 +74,9 @@ def deflection_panel(
         )
     if without is not None:
         axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
+        instant = _is_instant(without, time)
+        if instant:  # the line is too short to be seen
+            axes.plot(without.time[-1:], without.value[-1:] * unit.factor, "_", color=UNBALANCE, ms=24.0, mew=1.4)
     if unit == EACH_ITS_OWN:
         plain_log_ticks(axes, "y", length_tick)
     axes.set_ylabel(f"deflection ({unit.sign})" if unit.sign else "deflection")
@@ -81,10 +84,14 @@ def deflection_panel(
         legend(axes)
     _numbers(axes, deflections, unit)
     if without is not None:  # last: of all labels it can move farthest
-        words = f"{length_text(float(without.value[-1]))} without balancing"
+        words = f"{length_text(float(without.value[-1]))} without balancing{' at the last speed' * instant}"
         level = float(np.ptp(without.value)) <= 0.01 * float(without.value[-1])
         back = without.time[0] if level else None
         label_point(axes, words, without.time[-1], without.value[-1] * unit.factor, color=UNBALANCE, back=back)
+
+
+def _is_instant(curve: Curve, time: np.ndarray) -> bool:
+    return bool(np.ptp(curve.time) < 0.01 * np.ptp(time))
 
 
 def angle_panel(

@@ -64,6 +64,9 @@ def eigenvalues(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | N
     return figure
 
 
+LEADING = "leading mode: "  # what it is whose motion is named
+
+
 def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.ndarray) -> None:
     rate = found["growth_rate"].values
     axes.axhline(0.0, color=INK, lw=0.8)
@@ -79,10 +82,11 @@ def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.nd
     span = speed[-1] - speed[0]
     for start, end, text in _runs([str(word) for word in found["leading_motion"].values]):
         left, right = edges[start], edges[end + 1]
-        if right - left < 0.0088 * span * len(text) or text.startswith("periodic state"):
+        room_for = (right - left) / (0.0088 * span)  # letters
+        if room_for < len(text) or text.startswith("periodic state"):
             continue
         axes.annotate(
-            text,
+            f"{LEADING}{text}" if room_for >= len(LEADING) + len(text) else text,
             (0.5 * (left + right), 1.0),
             xycoords=("data", "axes fraction"),
             xytext=(0, -12),

@@ -136,7 +136,7 @@ def _borders(found: Summary, said: SpeedText) -> Iterator[Row]:
         yield "border speeds", f"none: {found.no_borders_because}"
         return
     if not math.isnan(found.sommerfeld_number):
-        yield "S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
+        yield "Sommerfeld number S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
     for border in found.borders:
         shown = said(border.speed) + (f"   ({border.note})" if border.note else "")
         yield border.name, shown if border.known else f"not known: {border.note}"
