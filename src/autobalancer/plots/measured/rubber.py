@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,7 +11,7 @@ from matplotlib.figure import Figure
 from autobalancer.laws.rubber import Motion, RubberLaw
 from autobalancer.plots.drawing.style import BALLS, INK, heading, look, picture
 from autobalancer.results.answers.rubber_fit import RubberFit
-from autobalancer.results.answers.rubber_points import RubberPoints
+from autobalancer.results.answers.rubber_points import RubberPoints, joined
 from autobalancer.results.given import refusal
 
 WIDER = 3.0  # than the points, each way
@@ -21,7 +23,7 @@ MOTIONS: tuple[tuple[Motion, str, str, str], ...] = (
 
 def rubber(
     found: RubberFit | RubberLaw,
-    points: RubberPoints | None = None,
+    points: RubberPoints | Sequence[RubberPoints] | None = None,
     *,
     frequency: float | None = None,
     amplitudes: tuple[float, float] | None = None,
@@ -33,7 +35,7 @@ def rubber(
     found
         From :func:`~autobalancer.measure.rubber`, with a band of one standard deviation; or a law.
     points
-        Further points; by default those of the fit.
+        Of :func:`~autobalancer.measure.rubber_loops` or the like, in place of those of the fit; one or several sets.
     frequency
         Of the curves, rad/s; by default the median of the points.
     amplitudes
@@ -44,6 +46,8 @@ def rubber(
     matplotlib.figure.Figure
     """
     law = _law(found)
+    if points is not None and not isinstance(points, RubberPoints):
+        points = joined(list(points))
     shown = points if points is not None else found.points if isinstance(found, RubberFit) else None
     if frequency is None:
         frequency = 0.0 if shown is None else float(np.median(shown.frequency))
