@@ -220,6 +220,30 @@ def test_runs_on_both_sides_of_the_border_grow_and_decay_as_the_multipliers_say(
     assert found == pytest.approx(rate, abs=0.02 * abs(rate))
 
 
+@pytest.mark.parametrize(("speed", "turns", "close"), [(180.0, 60, 2e-3), (250.0, 250, 2e-5)])
+def test_runs_of_two_planes_in_the_full_motion_grow_and_decay_as_the_multipliers_say(
+    speed: float, turns: int, close: float
+) -> None:
+    machine, turn = full(1.3), 2.0 * math.pi / speed
+    st, flat = stations(machine), stations(full(1.3, "deflection"))
+    (state,) = balanced_of(st, speed)
+    angles = in_mean(st, speed, state).angles + np.array([1e-5, 0.0, 0.0, 0.0])
+    machine = ab.with_parameter(machine, "drive", {"kind": "speed", "profile": {"kind": "constant", "speed": speed}})
+    for number, pair in enumerate(np.split(angles, 2), 1):
+        machine = ab.with_parameter(machine, f"balancers[{number}].races[1].balls[1].start_angles", pair.tolist())
+    run = ab.simulate(machine, duration=turns * turn, save=(Samples(turns + 1),), tolerance=1e-12)
+    ways = np.diff(run["ball_angle_in_rotor"].values, axis=0)[turns // 2 :]
+    # three turns say what the fourth is: three motions are left
+    before = np.concatenate([np.column_stack([way[2:-1], way[1:-2], way[:-3]]) for way in ways.T])
+    solution = np.linalg.lstsq(before, np.concatenate([way[3:] for way in ways.T]), rcond=None)[0]
+    rates_there = np.log(np.roots([1.0, *-solution]).astype(complex)).real / turn
+    rate, other = (exponents_of(one, speed, balanced_of(one, speed)[0])[0].real for one in (st, flat))
+    found = rates_there[np.argmin(np.abs(rates_there - rate))]
+    assert (found > 0.0) == (speed < 190.17)  # the exact border
+    assert found == pytest.approx(rate, rel=close)
+    assert abs(rate / other - 1.0) > 2.0 * close  # than the deflection alone would have it
+
+
 def test_the_ends_of_starts_on_tilting_races_have_their_names() -> None:
     st = stations(full(1.3))
     found = ab.basin(full(1.3), 250.0, random=1, hold=3.0)
