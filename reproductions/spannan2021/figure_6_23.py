@@ -1,7 +1,8 @@
 """Figure 6.23 in kind: a slow run-up and run-down of the discoidal stand-in (table 6.4) with two balls in 0.65 mm^2/s oil.
 
 Two balls of 6.656 g effective mass; drag law (6.9), its cubic branch repaired, and rolling resistances from 0 to 0.01,
-which the source does not state; 0.01 was chosen because it meets the measured release. The speed changes by 0.1 rad/s^2 as in the
+which the source does not state; 0.01 was chosen because it meets the measured release, but only without unbalance (see
+softening_rubber). The speed changes by 0.1 rad/s^2 as in the
 source. The balls hang near the critical speed when a run-up begins, and are released where they leave it: measured at 64 rad/s,
 stepping upwards (figure 6.22). Balls leave the critical speed within seconds. One then goes on slower than the rotor for some
 time, since the whirl that both still make brakes it; in the source it does not.
