@@ -18,7 +18,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.plain_names import axis_attributes, dimension_of, text_of
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.host.planar import Floats, plane
+from autobalancer.stability.host.planar import Floats, Plane, plane
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 from autobalancer.stability.maps.answers import BorderCurve
 from autobalancer.stability.maps.exact import exact_borders
@@ -31,7 +31,7 @@ from autobalancer.stability.maps.speeds import (
     speed_or_none,
 )
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
-from autobalancer.stability.states.described import described, lower_critical_speed
+from autobalancer.stability.states.described import Described, described, lower_critical_speed
 
 Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
@@ -99,7 +99,7 @@ def border_curve(
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
-        if parameter == "unbalance" and not only and constant is not None and p.isotropic and not np.any(p.offset):
+        if parameter == "unbalance" and not only and constant is not None and _any_unbalance(p):
             rows.append(
                 (
                     *(b for b in constant if not b.name.startswith("exact border")),
@@ -114,6 +114,12 @@ def border_curve(
         if progress is not None:
             progress(number + 1, len(points))
     return _dataset(machine, parameter, numbers, rows, critical)
+
+
+def _any_unbalance(p: Described) -> bool:
+    """Whether all borders but the exact one of a state are those of any unbalance."""
+    one_plane = isinstance(p, Plane) or (p.isotropic and len(p.names) == 1)
+    return one_plane and not np.any(p.offset)
 
 
 def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:

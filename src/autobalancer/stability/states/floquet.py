@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.cycle import steps_of
+from autobalancer.stability.host.cycle import gauss, steps_of
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.harmonic_balance import Swing, swing_of
@@ -69,9 +69,7 @@ def half_turn(st: Stations, swing: Swing) -> Matrix:
         float(np.abs(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness_at(swing.speed)))).max())
     )
     steps = steps_of(fastest, swing.speed)
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
-    inner = _integrals(nodes)
+    nodes, weights, inner = gauss()
     width = math.pi / steps
     turn = width * (np.arange(steps)[:, None] + nodes)
     rates = _rates(st, swing, turn.ravel()).reshape(steps, 4, 2 * (model.size + n), -1)
@@ -84,13 +82,6 @@ def half_turn(st: Stations, swing: Swing) -> Matrix:
         whole = one @ whole
     mirror = np.tile(np.concatenate([np.full(model.size, -1.0), np.ones(n)]), 2)
     return np.asarray(mirror[:, None] * whole)
-
-
-def _integrals(nodes: Floats) -> Matrix:
-    """Integrals of the Lagrange polynomials from 0 to each node."""
-    powers = np.vander(nodes, increasing=True)
-    order = np.arange(1, nodes.size + 1)
-    return np.asarray((nodes[:, None] ** order / order) @ np.linalg.inv(powers))
 
 
 def _rates(st: Stations, swing: Swing, turn: Floats) -> Matrix:

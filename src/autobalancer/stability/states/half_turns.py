@@ -19,7 +19,7 @@ from autobalancer.stability.host.planar import Floats, Matrix, Plane
 
 LEAST, UNIT = 16, 8  # steps in half a turn: at least, and in multiples of
 PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor, seen from the rotor
-AT_ONCE = 4_000_000  # numbers in memory
+AT_ONCE = 30_000  # numbers in memory: more do not fit the cache of a processor
 
 SIDES = np.array(
     [[[1.0, 0.0], [0.0, -1.0]], [[0.0, -1.0], [-1.0, 0.0]]]
@@ -59,21 +59,20 @@ def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
     Stages are solved for accelerations only, which positions and speeds follow from.
     """
     nodes, weights, inner = gauss()
-    k, size = speeds.size, 2 + p.moment.size
-    held, slowed = (
-        one.reshape(k, steps, 4, size, size)
-        for one in _accelerations(p, speeds, angles, (np.pi / steps * (np.arange(steps)[:, None] + nodes)).ravel())
+    k, size, h = speeds.size, 2 + p.moment.size, (np.pi / steps / speeds)[:, None, None, None]
+    held, slowed = _accelerations(p, speeds, angles)
+    theta = np.pi / steps * (np.arange(steps)[:, None] + nodes)
+    waves = np.stack([np.ones_like(theta), np.cos(2.0 * theta), np.sin(2.0 * theta)], axis=-1)  # (steps, 4, 3)
+    parts = np.concatenate(
+        [(inner @ inner)[:, :, None] * waves[:, :, None], inner[:, :, None] * waves[:, :, None]], axis=-1
     )
-    h = (np.pi / steps / speeds)[:, None, None, None]
-    twice = inner @ inner
-    left = np.empty((k, steps, 4, size, 4, size))
-    for stage in range(4):
-        left[:, :, :, :, stage] = -(h * h)[..., None] * (twice[:, stage, None, None] * held)
-        left[:, :, :, :, stage] -= h[..., None] * (inner[:, stage, None, None] * slowed)
-        left[:, :, stage, range(size), stage, range(size)] += 1.0
+    blocks = parts.reshape(-1, 6) @ np.concatenate([-h * h * held, -h * slowed], axis=1).reshape(k, 6, -1)
+    left = blocks.reshape(k, steps, 4, 4, size, size).swapaxes(3, 4).reshape(k, steps, 4 * size, 4 * size)
+    left[:, :, range(4 * size), range(4 * size)] += 1.0
+    at_start = (waves.reshape(-1, 3) @ one.reshape(k, 3, -1) for one in (held, slowed))
+    held, slowed = (one.reshape(k, steps, 4, size, size) for one in at_start)
     right = np.concatenate([held, slowed + h[..., None] * nodes[:, None, None] * held], axis=-1)
-    whole = left.reshape(k, steps, 4 * size, 4 * size), right.reshape(k, steps, 4 * size, 2 * size)
-    found = np.linalg.solve(*whole).reshape(k, steps, 4, 2 * size * size)
+    found = np.linalg.solve(left, right.reshape(k, steps, 4 * size, 2 * size)).reshape(k, steps, 4, 2 * size * size)
     maps = np.zeros((k, steps, 2 * size, 2 * size)) + np.eye(2 * size)
     maps[:, :, range(size), range(size, 2 * size)] = h[..., 0]
     maps[:, :, :size] += h * h * (weights @ inner @ found).reshape(k, steps, size, 2 * size)
@@ -93,8 +92,8 @@ def _greatest(half: Matrix, speeds: Floats, neutral: NDArray[np.int64]) -> Float
     return np.asarray(counted.max(axis=1) * speeds / np.pi)
 
 
-def _accelerations(p: Plane, speeds: Floats, angles: Matrix, theta: Floats) -> Matrix:
-    """Of positions and of speeds at rotor angles, (2, k, angles, 2 + n, 2 + n)."""
+def _accelerations(p: Plane, speeds: Floats, angles: Matrix) -> Matrix:
+    """Of positions and of speeds: constant, with cos 2 theta and with sin 2 theta, (2, k, 3, 2 + n, 2 + n)."""
     k, n = angles.shape
     size, w = 2 + n, speeds[:, None, None]
     (kx, ky), (bx, by) = p.stiffness, p.damping
@@ -115,7 +114,5 @@ def _accelerations(p: Plane, speeds: Floats, angles: Matrix, theta: Floats) -> M
     for wave, (side, across) in enumerate(zip(SIDES, ACROSS, strict=True), 1):
         held[:, :2, :2, wave] = uneven * side - w * drift * across
         slowed[:, :2, :2, wave] = drift * side
-    moved = np.linalg.solve(mass, force.reshape(k, size, -1)).reshape(k, size * 2 * size, 3)
-    waves = np.stack([np.ones(theta.size), np.cos(2.0 * theta), np.sin(2.0 * theta)])
-    found = (moved @ waves).reshape(k, size, 2, size, theta.size)
-    return np.asarray(found.transpose(2, 0, 4, 1, 3))
+    moved = np.linalg.solve(mass, force.reshape(k, size, -1)).reshape(k, size, 2, size, 3)
+    return np.asarray(moved.transpose(2, 0, 4, 1, 3))

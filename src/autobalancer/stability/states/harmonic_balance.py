@@ -141,8 +141,8 @@ class _Balance:
         """Newton's step, wave by wave in units of the inertia of the balls, which grows with the square of the wave."""
         n, m = miss.shape
         size = 1.0 / np.sqrt(1.0 + self.st.inertia[:, None] / unit * np.maximum(self.squares, 0.0))  # (n, m)
-        blocks = np.einsum("ka,ikjl,lb->iajb", self.waves, slope.reshape(n, m, n, m), self.waves)
-        scaled = (blocks * size[:, :, None, None] * size).reshape(n * m, n * m)
+        blocks = self.waves.T @ slope.reshape(n, m, n, m).swapaxes(1, 2) @ self.waves  # (n, n, m, m)
+        scaled = (blocks.swapaxes(1, 2) * size[:, :, None, None] * size).reshape(n * m, n * m)
         found = np.linalg.lstsq(scaled, -((miss @ self.waves) * size).ravel(), rcond=1e-9)[0]
         return np.asarray((found.reshape(n, m) * size) @ self.waves.T)
 

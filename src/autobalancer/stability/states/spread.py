@@ -5,6 +5,8 @@ Exact stability depends on the ball positions through |S2| only. Two balls have 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -18,6 +20,7 @@ def spread_of_two(share: Floats) -> Floats:
     return np.asarray(np.abs(np.asarray(share, np.float64) ** 2 - 2.0))
 
 
+@lru_cache(maxsize=1024)
 def spread_range(count: int, share: float) -> tuple[float, float]:
     """Least and greatest |S2| of ``count`` unit vectors that add up to ``share``, 0 <= share <= count.
 
