@@ -59,6 +59,10 @@ class Curve:
         matrix = np.vstack([np.column_stack([self.slopes(u, value), slope]), row])
         return np.asarray(np.linalg.solve(matrix, np.append(right, last)))
 
+    def tail(self, u: Floats) -> float:
+        """Size of the highest harmonic of the state; zero of one at rest."""
+        return self.steady(self.second(u)).tail(u[: self.size + 1])
+
     def share(self, u: Floats) -> float:
         """Share of the first parameter's range."""
         return float(u[self.size])

@@ -183,6 +183,7 @@ class Steady:
         self.scale = span.scale(len(groups))
         self.weight = np.ones(self.scale.size + 1)
         self.first = span.rotor  # number of the first ball angle
+        self._known: dict[bytes, Complexes] = {}  # eigenvalues at the points asked last
 
     @property
     def slack(self) -> float:
@@ -249,6 +250,12 @@ class Steady:
 
     def eigenvalues(self, u: Floats) -> Complexes:
         """Of the merged balls, 1/s, greatest real part first; on anisotropic supports exponents of multipliers."""
+        key = u.tobytes()
+        if key not in self._known:  # the end of a step is the begin of the next one
+            self._known = {**dict([*self._known.items()][-1:]), key: self._eigenvalues(u)}
+        return self._known[key]
+
+    def _eigenvalues(self, u: Floats) -> Complexes:
         field = self.field(u)
         if isinstance(field, Cycle):
             return field.exponents(u[:-1] * self.scale)

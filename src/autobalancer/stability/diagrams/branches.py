@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from autobalancer.units import optional_argument
 
 State = Literal["balanced", "mixed", "coincident", "in line", "spread", "stalled", "partly stalled", "all"]
 STATES = get_args(State)
+Found = TypeVar("Found")
 SMOOTH = 1e-9  # of the highest harmonic of a state, in the units of its components
 MOST_HARMONICS = 65
 STARTS = 13  # places in the range at which a stalled orbit is looked for
@@ -133,18 +134,17 @@ def branches(
         raise QuestionError(f"{parameter}: the number of balls must not change along the range")
     kind, steps = kinds(hosts), Steps(0.3 * largest_step, 1e-7, largest_step)
 
-    def explorer_of(span: Range) -> Explorer:
-        explorer = Explorer(span, kind, steps, intervals, limit, progress)
+    def steady() -> tuple[Explorer, float]:
+        explorer = Explorer(Range(family, first, last), kind, steps, intervals, limit, progress)
         if from_state not in MOTIONS:
             begin_all(explorer, from_state, parameter)
             if switch:
                 explorer.switch()
-        return explorer
+        return explorer, explorer.tail()
 
-    if family.count > 1:
-        explorer = explored(family, (first, last), explorer_of)
-    else:
-        explorer = explorer_of(span := Range(family, first, last))
+    explorer = with_enough_harmonics(family, steady)
+    if family.count == 1:
+        span = explorer.span
         if orbits:
             explorer.orbits()
         if from_state in ("stalled", "all"):
@@ -167,26 +167,24 @@ def branches(
     return Branches.of(branch_dataset(explorer, family.attributes(0), attributes))
 
 
-def explored(
-    family: Family, ends: tuple[float, float], explore: Callable[[Range], Explorer], others: tuple[float, ...] = ()
-) -> Explorer:
-    """Branches with as many harmonics of their states as they need.
+def with_enough_harmonics(family: Family, explore: Callable[[], tuple[Found, float]]) -> Found:
+    """What ``explore`` finds with as many harmonics as its states need; it also says how large the highest one is.
 
     Raises
     ------
     QuestionError
         If the balls do not swing smoothly somewhere.
     """
-    explorer = explore(Range(family, *ends, others))
-    while explorer.tail() > SMOOTH:
+    while True:
+        found, tail = explore()
+        if tail <= SMOOTH:
+            return found
         if 2 * family.count > MOST_HARMONICS:
             raise QuestionError(
                 f"branches: somewhere in the range balls swing so much that {family.count} harmonics do not describe it; "
                 "take a narrower range, or simulate the machine there"
             )
         family.refine(2 * family.count - 1)
-        explorer = explore(Range(family, *ends, others))
-    return explorer
 
 
 def begin_all(explorer: Explorer, from_state: str, parameter: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,11 +20,13 @@ from autobalancer.stability.continuation.follow import NoConvergence, Point, Ste
 from autobalancer.stability.continuation.steady import Range
 from autobalancer.stability.continuation.symmetry import kinds
 from autobalancer.stability.diagrams.answers import BifurcationCurves
-from autobalancer.stability.diagrams.branches import begin_all, explored
+from autobalancer.stability.diagrams.branches import begin_all, with_enough_harmonics
 from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.units import optional_argument
+
+NEAR = 5e-3  # of both ranges: a special point so near to a curve is on it
 
 
 def bifurcation_curves(
@@ -91,27 +94,27 @@ def bifurcation_curves(
         raise QuestionError("bifurcation curves: the machine has no balls")
     steps = Steps(0.3 * largest_step, 1e-7, largest_step)
 
-    def explorer_of(span: Range) -> Explorer:
-        explorer = Explorer(span, kind_of, steps, 10, 10, None)
+    def followed() -> tuple[tuple[list[dict[str, Any]], list[dict[str, Any]]], float]:
+        explorer = Explorer(Range(family, first, last, (now,)), kind_of, steps, 10, 10, None)
         begin_all(explorer, from_state, parameter)
-        return explorer
+        found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
+        if not found:
+            raise QuestionError(
+                f"kind: no {kind} point of the {from_state} state along {parameter} from {first:.6g} to {last:.6g} at "
+                f"{second} = {now:.6g}; widen the range"
+            )
+        rows: list[dict[str, Any]] = []
+        specials: list[dict[str, Any]] = []
+        for number, entry in enumerate(found, 1):
+            assert entry.steady is not None
+            problem, u = curve_from(entry.special, entry.steady, now, ends)
+            if _passes(rows, problem, u):
+                continue  # the curve came back here along the first parameter
+            sides = [_side(problem, u, way, number, specials, largest_step, progress) for way in (1.0, -1.0)]
+            rows += [*reversed(sides[1]), *sides[0][1:]]
+        return (rows, specials), max(explorer.tail(), *(row["tail"] for row in rows))
 
-    explorer = explored(family, (first, last), explorer_of, (now,))
-    found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
-    if not found:
-        raise QuestionError(
-            f"kind: no {kind} point of the {from_state} state along {parameter} from {first:.6g} to {last:.6g} at "
-            f"{second} = {now:.6g}; widen the range"
-        )
-    rows: list[dict[str, Any]] = []
-    specials: list[dict[str, Any]] = []
-    for number, entry in enumerate(found, 1):
-        assert entry.steady is not None
-        problem, u = curve_from(entry.special, entry.steady, now, ends)
-        if any(_near(row, problem, u) for row in rows):
-            continue  # the curve came back here along the first parameter
-        sides = [_side(problem, u, way, number, specials, largest_step, progress) for way in (1.0, -1.0)]
-        rows += [*reversed(sides[1]), *sides[0][1:]]
+    rows, specials = with_enough_harmonics(family, followed)
     attributes = {
         "title": f"{kind} curves of {machine.name}, {from_state} state",
         **provenance(),
@@ -180,14 +183,23 @@ def _row(problem: Curve, u: Floats, number: int) -> dict[str, Any]:
         "second_parameter": problem.second(u),
         "share": problem.share(u),
         "mark": float(u[-1]),
+        "tail": problem.tail(u),
     }
     if isinstance(problem, HopfCurve):
         row |= {"frequency": problem.frequency(u), "lyapunov_coefficient": problem.lyapunov(u)}
     return row
 
 
-def _near(row: dict[str, Any], problem: Curve, u: Floats) -> bool:
-    return bool(abs(row["share"] - problem.share(u)) < 1e-3 and abs(row["mark"] - float(u[-1])) < 2e-2)
+def _passes(rows: list[dict[str, Any]], problem: Curve, u: Floats) -> bool:
+    """Whether a curve that was followed goes through this point."""
+    mark, share = float(u[-1]), problem.share(u)
+    for a, b in pairwise(rows):
+        if a["curve"] != b["curve"] or not min(a["mark"], b["mark"]) - NEAR <= mark <= max(a["mark"], b["mark"]) + NEAR:
+            continue
+        part = (mark - a["mark"]) / (b["mark"] - a["mark"]) if a["mark"] != b["mark"] else 0.5
+        if abs(a["share"] + part * (b["share"] - a["share"]) - share) < NEAR:
+            return True
+    return False
 
 
 def _dataset(

@@ -16,7 +16,7 @@ from autobalancer.stability.states.linear import kept
 from autobalancer.stability.states.state import named_at_rest
 
 ZERO = 1e-9  # growth rates up to this share of the speed count as zero
-AROUND = np.pi * np.arange(64) / 64  # rotor angles at which extrema of a steady state are looked for
+AROUND = np.pi * np.arange(180) / 180  # rotor angles at which extrema of a steady state are looked for
 FINE = 16  # points per interval where extrema are looked for
 
 
