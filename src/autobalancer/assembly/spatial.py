@@ -19,6 +19,7 @@ from autobalancer.assembly.rotors import (
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.hardening import hardening_rows
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.mounts import Mount, mounts, sliding_model
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
@@ -91,7 +92,8 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     name, front = reference(machine, model)
     rows = balancer_rows(machine, model)
     named = station_rows(machine, model)
-    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(rubber, model.pairs)])
+    held_places = hardening_rows(machine, model)[0::2, : model.pairs]
+    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(rubber, model.pairs), held_places])
     loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
     total = sum(loads, np.zeros(model.pairs, np.complex128))
     alike = model.isotropic and all(mount.isotropic(model.pairs) for mount in rubber)

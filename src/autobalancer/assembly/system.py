@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.bearings.hardening import bearings_of, has_hardening, off_center
 from autobalancer.assembly.contact.meetings import contact_rows, set_contacts
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.excitations import excitations
@@ -116,7 +117,7 @@ def assemble(
     """
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
-    general = general or is_linked(machine) or has_rubber(machine)
+    general = general or is_linked(machine) or has_rubber(machine) or has_hardening(machine)
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = _pull(machine)
@@ -168,8 +169,8 @@ def assemble_general(
     """Numbers of a machine for the equations of any linear rotor."""
     parts = spatial_parts(machine, balls) if parts is None else parts
     model = _model(machine, balls, lags)
-    calm = _pull(machine) == 0.0 and not machine.excitations
-    turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
+    calm = _pull(machine) == 0.0 and not machine.excitations and not off_center(machine)
+    turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic and not off_center(machine)
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
     further = resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
@@ -197,6 +198,7 @@ def assemble_general(
         work=work,
         fluid=fluids.fluid,
         rubber=rubber_rows(parts, elastic),
+        bearings=bearings_of(machine, parts),
         shakes=shakes,
         shake_vectors=vectors,
         **rows,

@@ -30,6 +30,7 @@ from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
 from autobalancer.kernels.records.forces import FORCE, PLACE
 from autobalancer.kernels.records.friction import SLIP
 from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
+from autobalancer.kernels.records.hardening import HARDENING
 from autobalancer.kernels.records.impacts import IMPACT, TOUCH
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
 from autobalancer.kernels.records.rubber import ELEMENT, MOUNT
@@ -127,6 +128,14 @@ class Rubber(NamedTuple):
     reach: Matrix = np.zeros((0, 0))  # (2 mounts, W) B M^-1
 
 
+class Bearings(NamedTuple):
+    """Bearings that become stiffer as they deflect."""
+
+    springs: Rows = HARDENING.rows(0)
+    rows: Matrix = np.zeros((0, 0))  # (2 bearings, W) B: the deflection in each along x and y
+    reach: Matrix = np.zeros((0, 0))  # (2 bearings, W) B M^-1
+
+
 class System(NamedTuple):
     """Parameters of the equations of motion, SI, and their work space. What a machine does not have is empty."""
 
@@ -158,6 +167,7 @@ class System(NamedTuple):
     forces: Rows = FORCE.rows(0)
     force_numbers: Floats = np.zeros(0)  # own numbers of all forces
     rubber: Rubber = Rubber()
+    bearings: Bearings = Bearings()
     shakes: Rows = SHAKE.rows(0)
     shake_vectors: Matrix = np.zeros((0, 0))  # (2 excitations, W)
 

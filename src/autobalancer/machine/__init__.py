@@ -52,6 +52,7 @@ from autobalancer.machine.quantity import Quantity
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.disk import Disk
+from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
@@ -112,6 +113,7 @@ __all__ = [
     "FreeSphereDrag",
     "Friction",
     "FrictionLaw",
+    "Hardening",
     "Harmonic",
     "HarmonicForce",
     "Hill",

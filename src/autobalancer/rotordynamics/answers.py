@@ -30,8 +30,8 @@ class Modes(Answer):
         ]
 
     def remarks(self) -> Sequence[str]:
-        """What is said where there is none."""
-        return () if self.sizes["mode"] else ("nothing oscillates",)
+        """What is said where there is none, and what is left out."""
+        return (*(() if self.sizes["mode"] else ("nothing oscillates",)), *left_out(self.attrs))
 
     def heading(self) -> str:
         """Whose they are, and at which speed."""
@@ -50,6 +50,10 @@ class CriticalSpeeds(Answer):
         if np.any(self["harmonic"].values != 1.0):
             found.append(Column("frequency over speed", self["harmonic"].values, form="g"))
         return [*found, self.texts("name", "mode")]
+
+    def remarks(self) -> Sequence[str]:
+        """What is left out."""
+        return left_out(self.attrs)
 
 
 class Campbell(Answer):
@@ -99,12 +103,17 @@ class Response(Answer):
         ]
 
     def remarks(self) -> Sequence[str]:
-        """What rubber that softens with the amplitude does to the curve."""
-        return rubber_remarks(self.attrs)
+        """What rubber that softens with the amplitude does to the curve, and what is left out."""
+        return (*rubber_remarks(self.attrs), *left_out(self.attrs))
 
     def has_table(self) -> bool:
         """Several speeds and stations must be there."""
         return "semi_major" in self and set(self["semi_major"].dims) == {"speed", "station"} and self.sizes["speed"] > 0
+
+
+def left_out(attrs: Mapping[str, Any]) -> tuple[str, ...]:
+    """What of the machine the answer does not know."""
+    return (f"leaves out: {attrs['ignores']}",) if attrs.get("ignores") else ()
 
 
 def rubber_remarks(attrs: Mapping[str, Any]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.bearings.hardening import has_hardening
 from autobalancer.assembly.rotors import LateralModel, Rows, lateral_model, reference, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import QuestionError
@@ -132,4 +133,5 @@ def attributes(machine: Machine, title: str, *, balls: bool) -> dict[str, Any]:
         "machine": machine_text(machine),
         "machine_name": machine.name,
         "balls": "their mass is on the rotor" if balls else "none",
+        **({"ignores": "hardening of the bearings"} if has_hardening(machine) else {}),
     }

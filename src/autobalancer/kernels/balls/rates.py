@@ -14,6 +14,7 @@ from __future__ import annotations
 from numba import njit
 
 from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.host.hardening import hardened
 from autobalancer.kernels.host.linear import alone, together, write_rotor
 from autobalancer.kernels.host.links import turn_links
 from autobalancer.kernels.host.rubber import stretched
@@ -27,7 +28,7 @@ from autobalancer.kernels.system import system_at
 def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # type: ignore[no-untyped-def]
     """Time derivative ``dy`` of the state ``y``; ``kind`` goes to the functions. Whether any ball was taken wrongly."""
     p = behind(system_at(system))
-    motion = stretched(y, dy, p, shaken(time, y, p, alone(time, y, system)))
+    motion = hardened(p, stretched(y, dy, p, shaken(time, y, p, alone(time, y, system))))
     prepare(time, y, p, motion)
     torque, inertia = motion.torque, p.polar_inertia
     if p.drive.linked == 1:

@@ -9,6 +9,7 @@ from pydantic import model_validator
 from autobalancer.errors import MachineError, UnitError
 from autobalancer.machine.part import ImpossiblePart, Part, Problem, key
 from autobalancer.machine.quantity import Damping, Inertia, Mass, Quantity, Stiffness
+from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.rubber import Rubber, small_free_motions
 from autobalancer.units import Given, to_si
 
@@ -74,6 +75,7 @@ class PlanarRotor(Part):
         None,
     )
     rubber: Rubber | None = key("that softens with the amplitude, in place of springs and dampers", None)
+    hardening: Hardening | None = key("a force beside the springs that grows faster than the deflection", None)
     inertia: Inertia | None = key(
         "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"
     )

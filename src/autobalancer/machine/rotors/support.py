@@ -9,6 +9,7 @@ from pydantic import model_validator
 
 from autobalancer.machine.part import Listed, Part, key
 from autobalancer.machine.quantity import Damping, Position, Quantity, Speed, Stiffness
+from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.rubber import Rubber
 
 SignedStiffness = Annotated[float, Quantity("N/m")]
@@ -99,6 +100,7 @@ class Support(Part):
     cross_stiffness: tuple[SignedStiffness, SignedStiffness] | None = key(
         "$k_{xy}$ and $k_{yx}$ of a fluid film, of any sign", None
     )
+    hardening: Hardening | None = key("a force beside the spring that grows faster than the deflection", None)
     tilt_stiffness: TiltStiffness = key("against the slope of the axis", 0.0)
     tilt_damping: TiltDamping = key("against the rate of the slope", 0.0)
 
@@ -108,6 +110,8 @@ class Support(Part):
             raise ValueError("give either 'stiffness' (and 'damping') or a 'table' over the speed, not both")
         if self.rubber is not None:
             only_rubber({name: getattr(self, name) for name in ("stiffness", "damping", "table", "cross_stiffness")})
+        if self.hardening is not None and not self.carries:
+            raise ValueError("hardening: it stands beside a spring; give a 'stiffness', a 'table' or 'rubber' too")
         nothing = self.tilt_stiffness == 0.0 and self.tilt_damping == 0.0 and self.damping == 0.0
         if not self.carries and nothing:
             raise ValueError("stiffness: missing; give it, a 'table' or 'rubber', or make it a damper by 'damping'")

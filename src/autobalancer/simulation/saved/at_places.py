@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.bearings.hardening import hardening_forces, has_hardening
 from autobalancer.assembly.drive import unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
 from autobalancer.assembly.places import Places, coordinates, deflections, rubber_forces, support_forces, turning_mass
@@ -64,7 +65,8 @@ def over_turns(states: Matrix, times: Floats, assembly: Assembly, places: Places
 def at_the_end(time: float, speed: float, assembly: Assembly, places: Places) -> dict[str, Any]:
     """What the machine would do at its last speed with its balls held, unless it is shaken; and how it sags at rest."""
     sag = {"rotor_sag": ("place", np.abs(places.sag))} if places.sag.any() else {}
-    if not assembly.balls or places.machine.excitations or not abs(speed) < FASTEST:
+    unknown = places.machine.excitations or has_hardening(places.machine)
+    if not assembly.balls or unknown or not abs(speed) < FASTEST:
         return sag
     vibration, force = without_balancing(places, time, speed)
     return {**sag, "vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
@@ -109,6 +111,7 @@ def _forces(
     prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, assembly: Assembly, places: Places
 ) -> dict[str, Any]:
     force = support_forces(places, states[:, SPEED], q, v, rubber_forces(states, assembly))
+    force = force + hardening_forces(places.machine, force.shape[1], assembly.system.bearings.rows[:, : q.shape[1]], q)
     return {
         f"{prefix}support_force_x": ((dimension, "support"), force.real),
         f"{prefix}support_force_y": ((dimension, "support"), force.imag),

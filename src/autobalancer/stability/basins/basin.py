@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.bearings.hardening import has_hardening
 from autobalancer.assembly.drive import steady
 from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
@@ -95,6 +96,8 @@ def why_unnamed(machine: Machine) -> str:
         return "gravity acts across the axis"
     if has_rubber(machine):
         return "rubber softens with the amplitude, and the states that have names are those of small motions"
+    if has_hardening(machine):
+        return "bearings become stiffer with the deflection, and the states that have names are those of small motions"
     if has_forces(machine):
         return "forces act on the balls, which may hold them at other places"
     return ""

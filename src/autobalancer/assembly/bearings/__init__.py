@@ -1,0 +1,1 @@
+"""Bearings that become stiffer as they deflect."""
