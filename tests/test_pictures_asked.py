@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.public_names import NAMES
 
-OF_RACES = ["run_up", "race", "orbit"]
+OF_RACES = ["run_up", "race", "orbit", "impacts"]
 OF_CHAMBERS = [
     "chamber_run",
     "chamber_energy",

@@ -33,6 +33,7 @@ from autobalancer.plots.rotor.unbalance_response import response as response
 from autobalancer.plots.rotor.whirl import whirl_along_axis as whirl_along_axis
 from autobalancer.plots.rotor.whirl import whirl_orbits as whirl_orbits
 from autobalancer.plots.run.comparison import comparison as comparison
+from autobalancer.plots.run.impacts import impacts as impacts
 from autobalancer.plots.run.orbit import orbit as orbit
 from autobalancer.plots.run.race import race as race
 from autobalancer.plots.run.run_up import run_up as run_up
@@ -69,6 +70,7 @@ __all__ = [
     "equivalent_planar",
     "flow",
     "identification",
+    "impacts",
     "map",
     "measured_drag",
     "modes",

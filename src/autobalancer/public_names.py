@@ -45,6 +45,7 @@ NAMES: dict[str, dict[str, str]] = {
         "race": "plots.run.race",
         "comparison": "plots.run.comparison",
         "orbit": "plots.run.orbit",
+        "impacts": "plots.run.impacts",
         "basin": "plots.stability.basins",
         "eigenvalues": "plots.stability.growth",
         "map": "plots.stability.stability_map",

@@ -93,6 +93,12 @@ LABELS: dict[str, Label] = {
     "support_force_y": Label("force of the rotor on a support along y, its weight included", "N", "space"),
     "turn_support_force_x": Label("force on a support along x in the last revolutions", "N", "space"),
     "turn_support_force_y": Label("force on a support along y in the last revolutions", "N", "space"),
+    "impact_time": Label("time of the impact", "s"),
+    "impact_speed": Label("speed at which the bodies approached", "m/s"),
+    "impact_loss": Label("energy that the impact takes, by its restitution", "J"),
+    "impact_impulse": Label("impulse of the impact, by its restitution", "N s"),
+    "impact_ball": Label("ball that hits, counted from 1", ""),
+    "impact_partner": Label("ball that is hit; 0: a partition, -1: a wall of the race", ""),
     "event_time": Label("time of the event", "s"),
     "event_name": Label("what happened", ""),
     "event_speed": Label("rotor speed at the event", "rad/s"),
@@ -135,8 +141,8 @@ LABELS: dict[str, Label] = {
     "contacts_ball": Label("contacts of two balls begun since the last sample", ""),
     "contacts_wall": Label("contacts with walls begun since the last sample", ""),
     "greatest_contact_force": Label("greatest normal force since the last sample", "N"),
-    "impact_speed": Label("sum of the speeds at which contacts began since the last sample", "m/s"),
-    "impact_energy": Label("sum of the energies of approach with which contacts began since the last sample", "J"),
+    "impact_speeds": Label("sum of the speeds at which contacts began since the last sample", "m/s"),
+    "impact_energies": Label("sum of the energies of approach with which contacts began since the last sample", "J"),
 }
 
 

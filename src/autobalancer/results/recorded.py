@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from autobalancer.results.impacts import Impacts
 from autobalancer.results.places import Complexes, Floats, moved
 from autobalancer.results.series import (
     counted,
@@ -80,6 +81,7 @@ class Recorded:
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
+    impacts: Impacts | None = None  # of balls on each other, partitions and walls
 
     @cached_property
     def moved(self) -> Moved:
@@ -103,6 +105,13 @@ class Recorded:
         if self.centered:
             greatest[0] = max(greatest[0], self.residual_vibration)
         return greatest
+
+    @property
+    def late_impacts(self) -> tuple[float, float]:
+        """Impacts a second (1/s) and the power they dissipate (W) at the end of the run; asks for ``impacts``."""
+        assert self.impacts is not None
+        span = self.end - LAST * self.end, self.end
+        return self.impacts.rate(*span), self.impacts.power(*span)
 
     @cached_property
     def settled(self) -> Settled:

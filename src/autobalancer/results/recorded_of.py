@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.impacts import impacts_of
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.places import Floats, plane_vectors, turns_of
 from autobalancer.results.recorded import LAST, Balls, Bins, Recorded
@@ -42,6 +43,7 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         bins=bins,
         balls=balls,
         jumps=jumps,
+        impacts=impacts_of(run),
         **told,
         **of_turns,
     )

@@ -20,7 +20,19 @@ PLANAR = Equations(planar)
 
 
 def equations(assembly: Assembly) -> Equations:
-    """The equations of a machine; only those that it needs are loaded."""
+    """The equations of a machine; only those that it needs are loaded. Impacts are noted where there is room for them."""
+    chosen = _equations(assembly)
+    if not assembly.system.touches.size:
+        return chosen
+    from autobalancer.kernels.balls import impacts
+
+    if assembly.model is Model.RESOLVED:
+        return chosen._replace(switch=impacts.impacts_of_resolved)
+    noting = impacts.impacts_of_guided if chosen.switch is no_switch else impacts.impacts_and_adherence
+    return chosen._replace(switch=noting)
+
+
+def _equations(assembly: Assembly) -> Equations:
     if assembly.model is Model.PLANAR:
         return PLANAR
     if assembly.model is Model.RESOLVED:

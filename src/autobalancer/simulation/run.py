@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.contact.touches import with_touches
 from autobalancer.assembly.forces.rows import force_at_fault
 from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
@@ -41,6 +42,7 @@ from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.fresh import memory_for
+from autobalancer.simulation.impacts import Noted, with_impacts
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.remarks.coincidence import coincidence_text
@@ -142,12 +144,14 @@ def simulate_races(
     known = KnownLags({}, {}) if hold_balls else fluid_lags(machine, end, seed=seed, max_steps=max_steps)
     rotating = None if frame == "auto" else frame == "rotor"
 
-    def assembled() -> Assembly:
+    def assembled() -> tuple[Assembly, Noted]:
         if hold_balls:
-            return assemble_held(machine, rotating)
-        return assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
+            return assemble_held(machine, rotating), Noted(())
+        free = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
+        noting, touches = with_touches(machine, free)
+        return noting, Noted(touches)
 
-    assembly = assembled()
+    assembly, noted = assembled()
     places = places_of(machine, assembly)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
@@ -165,14 +169,14 @@ def simulate_races(
     if slow:
         warn(slow, DurationWarning)
     state = memory_for(assembly, end, tolerance, pair)
-    status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+    status, interrupted = _drive(assembly, noted, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     spent = status == RUNNING  # once more would take as long again
     if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly = assembled()
+        assembly, noted = assembled()
         record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
         state = memory_for(assembly, end, tolerance, pair)
-        status, interrupted = _drive(assembly, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+        status, interrupted = _drive(assembly, noted, pair, record, state, end, max_steps, progress, keep_on_interrupt)
     steps = int(state.counts[ACCEPTED])
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
@@ -212,6 +216,7 @@ def simulate_races(
             "evaluations": int(state.counts[EVALUATIONS]),
         },
     )
+    run = with_impacts(run, noted)
     run.attrs |= drag_range_attributes(assembly, run, record, state)
     if friction := friction_text(machine, () if hold_balls else assembly.balls, run):
         run.attrs["friction_text"] = friction
@@ -235,6 +240,7 @@ def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:
 
 def _drive(
     assembly: Assembly,
+    noted: Noted,
     pair: tableaus.Tableau,
     record: Record,
     state: Memory,
@@ -249,6 +255,7 @@ def _drive(
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
             status = advance(*moving, assembly.system, pair, record, state, budget)
+            noted.take(assembly.system)
             if progress is not None:
                 progress(float(state.clock[TIME]), end)
     except KeyboardInterrupt:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.contact.touches import ROOM, with_touches
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.profile import unbalance_jumps
@@ -20,7 +21,8 @@ from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.runge_kutta import advance
+from autobalancer.kernels.integrators.memory import ACCEPTED
+from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import dimension_of_path
@@ -31,6 +33,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fresh import memory_for
+from autobalancer.simulation.impacts import Noted
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
@@ -155,8 +158,14 @@ def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins:
     pair = tableaus.dormand_prince_8()
     record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end, unbalance_jumps(places.machine, end))
     memory = memory_for(assembly, end, tolerance, pair)
-    status = advance(*equations(assembly), assembly.system, pair, record, memory, max_steps)
-    return sweep_row(status, assembly, places, record, memory, end)
+    assembly, touches = with_touches(places.machine, assembly)
+    noted, status, moving = Noted(touches), RUNNING, equations(assembly)
+    while status == RUNNING and memory.counts[ACCEPTED] < max_steps:
+        status = advance(
+            *moving, assembly.system, pair, record, memory, min(ROOM, max_steps - int(memory.counts[ACCEPTED]))
+        )
+        noted.take(assembly.system)
+    return sweep_row(status, assembly, places, record, memory, end, noted.found())
 
 
 def _dataset(

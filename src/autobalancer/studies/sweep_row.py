@@ -16,6 +16,7 @@ from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_TURN, TIME, M
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import SPEED, THETA, Floats, Matrix
+from autobalancer.results.impacts import Impacts
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.places import turns_of
 from autobalancer.results.recorded import Balls, Bins, Recorded
@@ -28,7 +29,13 @@ from autobalancer.simulation.saved.dataset import ball_motion, in_order, whole_b
 
 
 def sweep_row(
-    status: int, assembly: Assembly, places: Places, record: Record, memory: Memory, end: float
+    status: int,
+    assembly: Assembly,
+    places: Places,
+    record: Record,
+    memory: Memory,
+    end: float,
+    impacts: Impacts | None = None,
 ) -> dict[str, Any]:
     """All that a sweep keeps of a run with an envelope and its last revolutions; what it cannot say is left out."""
     steps = int(memory.counts[ACCEPTED])
@@ -49,6 +56,7 @@ def sweep_row(
         bins=Bins(middle, 2.0 * (time - middle), low, high, speed),
         balls=moving,
         jumps=unbalance_jumps(places.machine, end),
+        impacts=impacts,
         final_angle=wrapped(angle[-1] - np.angle(unbalance_at(assembly.system, float(time[-1])))) if moving else None,
         **_of_turns(assembly, places, record, memory),
     )

@@ -12,7 +12,7 @@ from autobalancer.kernels.fields import Row
 from autobalancer.kernels.laws.rebound import NONE
 from autobalancer.kernels.system import Floats, Integers
 from autobalancer.laws import hertz
-from autobalancer.laws.rebound import hertz_damping_ratio
+from autobalancer.laws.rebound import hertz_damping_ratio, slowest_rebound
 from autobalancer.machine.chamber import ChamberMachine, FreeBalls, HistoryContact
 from autobalancer.machine.chamber.contact import ChamberContact
 
@@ -81,14 +81,23 @@ def rebound_tables(machine: ChamberMachine) -> tuple[Floats, Integers]:
     """
     contact, groups = machine.contact, ball_groups(machine)
     first = np.full((len(groups), len(groups) + 1), NONE, np.int64)
-    tables = Tables(dampers if isinstance(contact, HistoryContact) else shares)
+    tables, asked = (
+        Tables(dampers if isinstance(contact, HistoryContact) else shares),
+        (contact.rebound, contact.restitution),
+    )
     for i, (number, one) in enumerate(groups):
         viscosity = float(machine.chambers[number].viscosity or 0.0)
-        asked = contact.rebound, float(contact.restitution)
-        first[i, -1] = tables.first(*asked, one.ball_mass, one.radius, viscosity)
+        first[i, -1] = tables.first(*asked, _least(contact, one.ball_mass, one.radius, viscosity))
         for j, (other_number, two) in enumerate(groups):
             if other_number == number:
                 mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
                 radius = 1.0 / (1.0 / one.radius + 1.0 / two.radius)
-                first[i, j] = tables.first(*asked, mass, radius, viscosity)
+                first[i, j] = tables.first(*asked, _least(contact, mass, radius, viscosity))
     return tables.numbers, first
+
+
+def _least(contact: ChamberContact, mass: float, radius: float, viscosity: float) -> float:
+    """The speed below which a fluid leaves no rebound, m/s; reduced mass (kg) and radius (m)."""
+    if contact.rebound is None or contact.rebound.critical_stokes is None:
+        return 0.0
+    return slowest_rebound(float(contact.rebound.critical_stokes), mass, radius, viscosity)

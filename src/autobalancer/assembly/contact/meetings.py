@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.contact.rebound import Tables, dampers
+from autobalancer.assembly.contact.rebound import Tables, dampers, least_rebound
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
 from autobalancer.kernels.laws.rebound import NONE
@@ -79,13 +79,11 @@ def restitution(race: Race) -> float:
 def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None) -> int:
     """Where the table of a ball that meets another one, or a partition, begins."""
     rebound = race.contact.rebound if race.contact is not None else None
-    mass, radius = one.mass, one.radius
-    if other is not None:
-        mass, radius = _parallel(mass, other.mass), _parallel(radius, other.radius)
-    return tables.first(rebound, restitution(race), mass, radius, one.fluid_density * one.fluid_viscosity)
+    return tables.first(rebound, restitution(race), least_rebound(rebound, one, other))
 
 
-def _parallel(one: float, other: float) -> float:
+def parallel(one: float, other: float) -> float:
+    """Reduced mass, inertia or radius of two."""
     return one * (other / (one + other))
 
 
@@ -95,7 +93,7 @@ def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> 
     The torque is the same on both, so their distance moves with the reduced inertia, and neither is the first. The damping is
     that of ratio 1 where the ratio depends on the impact.
     """
-    inertia = _parallel(one.inertia, other.inertia)
+    inertia = parallel(one.inertia, other.inertia)
     if race.contact is not None and race.contact.stiffness is not None:
         stiffness = float(race.contact.stiffness) * (one.orbit_radius * other.orbit_radius)
     else:

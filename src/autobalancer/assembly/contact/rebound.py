@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.catalog.resolve import Ball
 from autobalancer.kernels.laws.rebound import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, SIZE, TURNS
 from autobalancer.laws.rebound import LEAST, damping_ratio, slowest_rebound, wet_factor, yielding_factor
 from autobalancer.machine.rebound import Rebound
@@ -41,6 +42,16 @@ def restitution_at(law: Law, speeds: Floats) -> Floats:
     return np.maximum(slow * factor, LEAST)
 
 
+def least_rebound(rebound: Rebound | None, one: Ball, other: Ball | None = None) -> float:
+    """The speed below which a ball does not rebound from another, or from a wall, m/s; 0 without a fluid."""
+    if rebound is None or rebound.critical_stokes is None:
+        return 0.0
+    mass, radius = one.mass, one.radius
+    if other is not None:
+        mass, radius = 1.0 / (1.0 / mass + 1.0 / other.mass), 1.0 / (1.0 / radius + 1.0 / other.radius)
+    return slowest_rebound(float(rebound.critical_stokes), mass, radius, one.fluid_density * one.fluid_viscosity)
+
+
 class Tables:
     """The tables of a machine one behind the other; equal contacts share one. ``kind`` is ``dampers`` or ``shares``."""
 
@@ -49,13 +60,10 @@ class Tables:
         self._first: dict[Law, int] = {}
         self._tables: list[Floats] = []
 
-    def first(self, rebound: Rebound | None, slow: float, mass: float, radius: float, viscosity: float) -> int:
-        """Where the table of a contact begins, NONE without one; reduced ``mass`` and ``radius``, dynamic ``viscosity``."""
+    def first(self, rebound: Rebound | None, slow: float, least: float) -> int:
+        """Where the table of a contact begins, NONE without one; restitution of slow impacts and speed without any (m/s)."""
         if rebound is None:
             return NONE
-        least = 0.0
-        if rebound.critical_stokes is not None:
-            least = slowest_rebound(float(rebound.critical_stokes), mass, radius, viscosity)
         law = (rebound, slow, float(f"{least:.9g}"))  # the same for equal balls, however it was rounded
         if law not in self._first:
             self._first[law] = SIZE * len(self._tables)

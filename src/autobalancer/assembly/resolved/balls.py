@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contact.meetings import meeting_table
-from autobalancer.assembly.contact.rebound import Tables, dampers
+from autobalancer.assembly.contact.rebound import Tables, dampers, least_rebound
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
 from autobalancer.assembly.resolved.friction import friction_rows
 from autobalancer.assembly.resolved.walls import (
@@ -87,8 +87,7 @@ def _wall_table(tables: Tables, race: Race, ball: Ball) -> int:
     """Where the table of a ball and the walls of its race begins."""
     contact = race.resolved
     assert contact is not None
-    viscosity = ball.fluid_density * ball.fluid_viscosity
-    return tables.first(contact.rebound, float(contact.restitution or 0.0), ball.mass, ball.radius, viscosity)
+    return tables.first(contact.rebound, float(contact.restitution or 0.0), least_rebound(contact.rebound, ball))
 
 
 def _pair_tables(tables: Tables, machine: Machine, balls: tuple[Ball, ...]) -> Integers:

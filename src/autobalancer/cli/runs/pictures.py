@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Pictures = dict[str, "Callable[[], Figure]"]
 
-RACES = ("run-up", "race", "orbit")
+RACES = ("run-up", "race", "orbit", "impacts")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
 
@@ -53,7 +53,7 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
         "start": wishes.start,
         "end": wishes.end,
     }
-    return {
+    pictures: Pictures = {
         "run-up": lambda: ab.plot.run_up(run, log_deflection=wishes.log, **both),
         "race": lambda: ab.plot.race(run, time=wishes.time, speed_unit=wishes.speed_unit),
         "orbit": lambda: ab.plot.orbit(
@@ -63,6 +63,10 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
             **both,
         ),
     }
+    if run.sizes.get("impact", 0):
+        part: dict[str, Any] = {"speed_unit": wishes.speed_unit, "start": wishes.start, "end": wishes.end}
+        pictures["impacts"] = lambda: ab.plot.impacts(run, **part)
+    return pictures
 
 
 def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:

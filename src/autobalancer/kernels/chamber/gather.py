@@ -86,8 +86,8 @@ def _meet_wall(chamber, filled, i, wall, line, offset, taken, stiffness, s):
 def _note_impact(since, line, rate, lightness):
     """A contact begins with the relative velocity ``rate``, along ``line`` from the ball to its partner."""
     speed = max(dot(rate, line) / sqrt(dot(line, line)), 0.0)
-    since.impact_speed += speed
-    since.impact_energy += 0.5 * speed * speed / lightness
+    since.impact_speeds += speed
+    since.impact_energies += 0.5 * speed * speed / lightness
 
 
 @njit(**MERGED)

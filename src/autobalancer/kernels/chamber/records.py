@@ -132,8 +132,8 @@ SINCE = Record(  # the last sample
     Field("greatest_force", "N", "greatest normal force of a contact"),
     Field("contacts_ball", "", "contacts between balls that began", (), WHOLE),
     Field("contacts_wall", "", "contacts with walls that began", (), WHOLE),
-    Field("impact_speed", "m/s", "sum of the speeds at which all of them began"),
-    Field("impact_energy", "J", "sum of the energies of approach with which all of them began"),
+    Field("impact_speeds", "m/s", "sum of the speeds at which all of them began"),
+    Field("impact_energies", "J", "sum of the energies of approach with which all of them began"),
 )
 
 TOO_DENSE, LOST_BALLS = 1, 2
@@ -172,8 +172,8 @@ SAMPLE = Record(  # where a run has a variable of this name, it is this number
     Field("contacts_ball", "", "contacts between balls that began since the sample before", (), WHOLE),
     Field("contacts_wall", "", "contacts with walls that began since then", (), WHOLE),
     Field("greatest_contact_force", "N", "greatest normal force since then"),
-    Field("impact_speed", "m/s", "sum of the speeds at which these contacts began"),
-    Field("impact_energy", "J", "sum of the energies of approach with which they began"),
+    Field("impact_speeds", "m/s", "sum of the speeds at which these contacts began"),
+    Field("impact_energies", "J", "sum of the energies of approach with which they began"),
 )
 
 # contacts side by side, so that vector registers take several of them

@@ -56,9 +56,9 @@ def note_sample(chamber, every, sample, balls):
     sample.motor_torque, sample.energy_contact = body.torque, chamber.power.stored
     sample.contacts_ball, sample.contacts_wall = since.contacts_ball, since.contacts_wall
     sample.greatest_contact_force = since.greatest_force
-    sample.impact_speed, sample.impact_energy = since.impact_speed, since.impact_energy
+    sample.impact_speeds, sample.impact_energies = since.impact_speeds, since.impact_energies
     since.contacts_ball = since.contacts_wall = 0
-    since.impact_speed = since.impact_energy = 0.0
+    since.impact_speeds = since.impact_energies = 0.0
     since.greatest_force = 0.0
     _copy_account(chamber.account, sample)
     for i in range(chamber.balls.shape[0]):

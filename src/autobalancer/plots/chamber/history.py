@@ -93,14 +93,14 @@ def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
 
 
 def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
-    """Rates (1/s) of the contacts of a ``run`` that begin, and the hardest of them (N), over time, below a ``title``."""
+    """Rates (1/s) of contacts of a ``run`` that begin, the power they dissipate (W), the hardest (N), below a ``title``."""
     from matplotlib.ticker import SymmetricalLogLocator
 
     run = given_chamber_run(run, "plot.chamber_collisions")
     found = collision_statistics(run)
     with look():
-        figure = picture(7.2, 4.4)
-        rates, force = figure.subplots(2, 1, sharex=True)
+        figure = picture(7.2, 5.8)
+        rates, power, force = figure.subplots(3, 1, sharex=True)
         time = found["part_time"].values
         rates.step(time, found["contacts_ball_rate"].values, where="mid", color=BALLS[0], label="between balls")
         rates.step(time, found["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
@@ -109,6 +109,9 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
         rates.yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=(1.0, 2.0, 5.0)))
         rates.yaxis.set_major_formatter("{x:g}")
         legend(rates)
+        power.step(time, found["impact_power"].values, where="mid", color=INK)
+        power.set_ylabel("lost in impacts (W)")
+        power.set_ylim(bottom=0.0)
         force.step(time, found["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
         force.set_xlabel("time (s)")

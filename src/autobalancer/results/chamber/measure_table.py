@@ -71,6 +71,16 @@ CHAMBER_MEASURES = (
     *_reaction("constraint_moment_z", "N m", lambda r: r.values("constraint_moment")[:, 2]),
     Measure("contacts_ball", "", "", "contacts between balls", lambda r: r.run["contacts_ball"].values.sum()),
     Measure("contacts_wall", "", "", "contacts with the chamber", lambda r: r.run["contacts_wall"].values.sum()),
+    Measure("impact_rate", "1/s", "stage", "contacts begun a second", lambda r: r.over_stages(r.impacts)),
+    Measure(
+        "impact_speed", "m/s", "stage", "mean speed at which contacts began", lambda r: r.of_an_impact("impact_speeds")
+    ),
+    Measure(
+        "impact_energy",
+        *("J", "stage", "mean energy of approach with which contacts began"),
+        lambda r: r.of_an_impact("impact_energies"),
+    ),
+    Measure("impact_power", "W", "stage", "power that impacts dissipate", lambda r: r.over_stages(r.impact_loss)),
     Measure("hardest_contact", "N", "", "force of the hardest contact", lambda r: r.contact_force.max()),
     Measure(
         "hardest_contact_time",

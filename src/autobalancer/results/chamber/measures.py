@@ -24,7 +24,8 @@ PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "dura
 def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     """Contacts of a ``run`` between balls and with the chamber: totals, rates over time in ``bins`` parts, the hardest.
 
-    Rates (1/s) count contacts that began in a part; ``greatest_force`` (N) is the greatest force of a contact in it.
+    Rates (1/s) count contacts that began in a part; ``impact_power`` (W) is what impacts dissipate in it, and
+    ``greatest_force`` (N) the greatest force of a contact.
     """
     window(run)
     time = run["time"].values
@@ -39,6 +40,9 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
         found[name] = _scalar(float(counts.sum()), "", text)
         rate = np.add.reduceat(counts, starts) / span
         found[f"{name}_rate"] = ("part_time", rate, {"units": "1/s", "long_name": f"rate of {text}"})
+    lost = np.diff(run["loss_contact"].values, prepend=run["loss_contact"].values[:1])
+    power = np.add.reduceat(lost, starts) / span
+    found["impact_power"] = ("part_time", power, {"units": "W", "long_name": "power that impacts dissipate"})
     found["greatest_force"] = ("part_time", np.maximum.reduceat(force, starts), {"units": "N"})
     found["greatest_force"].attrs["long_name"] = "greatest force of a contact"
     hardest = int(np.argmax(force))

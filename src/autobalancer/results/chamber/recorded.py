@@ -67,6 +67,32 @@ class ChamberRecorded:
         force = self.values("bearing_force")[:, bearing - 1]
         return np.asarray(np.hypot(force[:, 1], force[:, 2]))
 
+    def over_stages(self, amounts: Floats) -> Floats:
+        """What came a second before and in steady state, of ``amounts`` since the last sample (T,); nan without time."""
+        first, last = self.steady.start, self.time.size - 1
+        spans = (0, max(first - 1, 0)), (max(first - 1, 0), last)
+        totals = np.cumsum(amounts)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.array([(totals[b] - totals[a]) / (self.time[b] - self.time[a]) for a, b in spans])
+
+    @cached_property
+    def impacts(self) -> Floats:
+        """Contacts of balls begun since the last sample, (T,)."""
+        return np.asarray(self.run["contacts_ball"].values + self.run["contacts_wall"].values, np.float64)
+
+    def of_an_impact(self, sums: str) -> Floats:
+        """The mean of a contact that began, before and in steady state; nan in runs that did not keep it, or without contacts."""
+        if sums not in self.run:
+            return np.full(2, np.nan)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.over_stages(self.run[sums].values) / self.over_stages(self.impacts)
+
+    @cached_property
+    def impact_loss(self) -> Floats:
+        """Energy lost in impacts since the last sample, (T,) J."""
+        lost = np.asarray(self.run["loss_contact"].values, np.float64)
+        return np.diff(lost, prepend=lost[:1])
+
     @cached_property
     def contact_force(self) -> Floats:
         """Greatest force of a contact since the last sample, (T,) N."""
