@@ -100,6 +100,7 @@ def test_rigs_are_listed_and_their_files_are_complete_machines(tmp_path: Path) -
         == [
             "cfrp_rig",
             "discoidal_rig",
+            "discoidal_rig_rubber",
             "rodrigues_rig",
             "rodrigues_rig_fitted",
             "rodrigues_rig_motor",

@@ -40,12 +40,10 @@ def stepped(
     plateau: float = 0.60,
 ) -> Machine:
     """The planar stand-in with its drag law (6.9) that goes through the speeds; on linear rubber unless some is given."""
-    ends = np.arange(1, SPEEDS.size + 1) * (HELD + STEP) - STEP
-    times = np.sort(np.concatenate([[0.0], ends, ends[:-1] + STEP]))
     plain = machine(rolling, "whole", SPEEDS[:2].tolist(), 1.0, rubber=rubber)
     race = plain.balancers[0].races[0]
     data: dict[str, Any] = plain.model_dump(exclude_unset=True)
-    data["drive"]["profile"] = {"kind": "table", "time": times.tolist(), "speed": np.repeat(SPEEDS, 2).tolist()}
+    data["drive"]["profile"] = profile()
     found = data["balancers"][0]["races"][0]
     found["drag"] = {"law": "discoidal", "plateau": plateau}
     found["balls"] = [
@@ -55,6 +53,13 @@ def stepped(
         found["friction"] = {"rolling_resistance": rolling, "adherence": adherence}
     del data["start"]
     return Machine(**data)
+
+
+def profile() -> dict[str, Any]:
+    """Through all speeds."""
+    ends = np.arange(1, SPEEDS.size + 1) * (HELD + STEP) - STEP
+    times = np.sort(np.concatenate([[0.0], ends, ends[:-1] + STEP]))
+    return {"kind": "table", "time": times.tolist(), "speed": np.repeat(SPEEDS, 2).tolist()}
 
 
 def slowest(run: xr.Dataset) -> np.ndarray:
@@ -67,8 +72,12 @@ def slowest(run: xr.Dataset) -> np.ndarray:
 
 def lines(rolling: float, **more: Any) -> np.ndarray:
     """:func:`slowest` of a run of :func:`stepped`."""
-    given = stepped(rolling, **more)
-    end = float(given.drive.profile.time[-1])
+    return lines_of(stepped(rolling, **more))
+
+
+def lines_of(given: Machine) -> np.ndarray:
+    """:func:`slowest` of a run of a machine through all speeds."""
+    end = float(profile()["time"][-1])
     return slowest(ab.simulate(given, duration=end, save=ab.Samples(2 * round(end) + 1), tolerance=1e-7))
 
 
