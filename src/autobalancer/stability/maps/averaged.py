@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +13,19 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.averaged.border import averaged_border as planar_border
 from autobalancer.stability.averaged.formulas import explicit_averaged_border
-from autobalancer.stability.averaged.stations import averaged_station_growth, refuse_without_drag
+from autobalancer.stability.averaged.stations import (
+    averaged_station_growth,
+    averaged_station_growths,
+    refuse_without_drag,
+)
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.maps.balanced import Balanced
-from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, members_of
+from autobalancer.stability.maps.balanced_stations import members_of
 from autobalancer.stability.maps.exact import border_of
 from autobalancer.stability.states.described import Described, described, highest_searched
+from autobalancer.stability.states.state import StationState
 from autobalancer.units import unbalance_argument
 
 AVERAGED = "averaged border"
@@ -134,5 +139,19 @@ def _any_unbalance(st: Stations) -> list[Balanced]:
     least = max(0.0, 2.0 * float(weight.max()) / g - 1.0)
     two = {name: getattr(st, name)[[0, 0]] for name in ("ball_mass", "inertia", "station", "race", "offset")}
     alike = replace(st, moment=np.full(2, math.sqrt(0.5 * g)), drag=np.ones(2), **two)
-    shares = [least + (1.0 - least) * share for share in SPREADS]
-    return [EqualAtOneStation(alike, spread=2.0 * share, growth=averaged_station_growth) for share in shares]
+    return [_AnyUnbalance(alike, least + (1.0 - least) * share) for share in SPREADS]
+
+
+@dataclass(frozen=True)
+class _AnyUnbalance:
+    """Two equal balls in a race on the axis with this |g2|/g."""
+
+    stations: Stations
+    share: float
+    route: str = "eigenvalues"
+
+    def rates(self, speeds: Floats) -> Floats:
+        """Averaged growth rates, 1/s."""
+        angle = 0.5 * math.acos(min(self.share, 1.0))
+        state = StationState("balanced", np.array([angle, -angle]), np.zeros(1, np.complex128), 0, 0)
+        return averaged_station_growths(self.stations, speeds, state)
