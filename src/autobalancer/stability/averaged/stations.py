@@ -77,6 +77,35 @@ def averaged_station_eigenvalues(st: Stations, speed: float, state: StationState
     QuestionError
         If a ball has no drag.
     """
+    center = state.whirl[st.station] + st.offset
+    values = eigenvalues_at(st, np.array([speed]), state.angles[None], center[None])[0]
+    return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+
+def eigenvalues_at(st: Stations, speeds: Floats, angles: Matrix, centers: Complexes) -> Complexes:
+    """Eigenvalues at k speeds for ball angles and race centers in the rotor, both (k, n); (k, size), 1/s.
+
+    Raises
+    ------
+    QuestionError
+        If a ball has no drag.
+    """
+    refuse_without_drag(st.drag)
+    whirl = whirl_of(st, speeds)
+    a, b = _matrices(st, speeds, angles, centers, whirl)
+    heavy = np.sqrt(whirl.mass * float(speeds.mean()))
+    unit = 1.0 / np.concatenate([heavy, heavy, np.sqrt(st.drag)])
+    scale = np.outer(unit, unit)
+    return np.asarray(np.linalg.eigvals(-np.linalg.solve(a * scale, b * scale)), np.complex128)
+
+
+def averaged_station_growth(st: Stations, speed: float, state: StationState) -> float:
+    """Greatest real part that counts, 1/s: of a balanced state without the zeros of balls that may be moved for nothing."""
+    return float(kept(averaged_station_eigenvalues(st, speed, state), _neutral(st, state)).real.max())
+
+
+def averaged_station_growths(st: Stations, speeds: Floats, state: StationState) -> Floats:
+    """The same at many speeds, (k,), of a state whose angles and deflections are alike at all of them."""
     k, center = speeds.size, state.whirl[st.station] + st.offset
     values = eigenvalues_at(st, speeds, np.tile(state.angles, (k, 1)), np.tile(center, (k, 1)))
     order = np.argsort(np.abs(values), axis=1)[:, _neutral(st, state) :]
