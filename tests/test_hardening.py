@@ -156,6 +156,24 @@ def test_theories_of_small_motions_leave_the_hardening_out_and_say_so() -> None:
     assert "leaves out: hardening of the bearings" in repr(ab.rotor.modes(hard))
 
 
+def test_a_verdict_on_hardening_bearings_compares_with_a_run_with_held_balls() -> None:
+    """Held balls meet the same bearings: without unbalance nothing moves, and with it as much as the exact circle."""
+    balls = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "beta", "beta": 1e-3},
+        "balls": [{"count": 2, "mass": 1e-3, "motion": "point"}],
+    }
+    rotor = {"mass": MASS - 2e-3, "stiffness": STIFFNESS, "damping": 400.0, "hardening": {"cubic_stiffness": CUBIC}}
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 150.0}}
+    case = planar(None, rotor=rotor, balancers=[{"races": [balls]}], unbalances=[{"moment": 8e-5}], drive=drive)
+    run, held = (ab.simulate(case, duration=2.0, hold_balls=hold) for hold in (False, True))
+    assert "bearings that harden" in str(ab.verdict(run))
+    size = float(held["deflection"][-1])
+    stiff = STIFFNESS + CUBIC * size**2 - MASS * 150.0**2
+    assert size == pytest.approx(8e-5 * 150.0**2 / np.hypot(stiff, 400.0 * 150.0), rel=1e-6)
+    assert "no verdict" not in str(ab.verdict(run, held))
+
+
 @pytest.mark.parametrize(
     ("hardening", "says"),
     [
