@@ -15,7 +15,17 @@ from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.either_kind import simulate
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import (
+    Balancer,
+    Balls,
+    DragTorque,
+    Machine,
+    PlanarRotor,
+    PrescribedSpeed,
+    Race,
+    Unbalance,
+)
+from autobalancer.machine.profile import Constant
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.diagrams.curves import bifurcation_curves
@@ -124,6 +134,7 @@ def test_balance_on_anisotropic_supports_is_lost_in_a_hopf_point_at_the_exact_bo
     assert set(verdicts) == {"stable"}
 
 
+@pytest.mark.slow
 def test_special_points_on_nearly_isotropic_supports_are_those_of_isotropic_ones() -> None:
     for start, end, state in ((67.0, 64.0, "balanced"), (55.5, 56.6, "coincident")):
         machines = DISCOIDAL, uneven(DISCOIDAL, 1e-6)
@@ -198,6 +209,7 @@ def test_the_curve_of_hopf_points_on_anisotropic_supports_is_the_exact_border() 
         assert float(part["parameter"]) == pytest.approx(border, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_curve_of_folds_on_anisotropic_supports_goes_through_the_folds_of_its_branches() -> None:
     machine = uneven(DISCOIDAL, 0.1)
     curve = bifurcation_curves(
@@ -209,9 +221,42 @@ def test_the_curve_of_folds_on_anisotropic_supports_goes_through_the_folds_of_it
     assert float(last["parameter"]) == pytest.approx(float(specials(found, "fold")[0]["special_parameter"]), rel=1e-9)
 
 
+def test_beyond_a_period_doubling_a_ball_repeats_after_a_whole_turn_only() -> None:
+    """On a race hardly larger than the deflection it would swing once a turn by itself; what holds it varies twice a turn."""
+    ball = Balls(mass=0.01, motion="point", start_angles=(-0.1,))
+    race = Race(orbit_radius=0.002, drag=DragTorque(beta=1e-7), balls=(ball,))
+    machine = Machine(
+        name="small race",
+        axis="vertical",
+        rotor=PlanarRotor(mass=10.0, stiffness=(0.85e5, 1.15e5), damping=150.0),
+        unbalances=(Unbalance(moment=0.03),),
+        balancers=(Balancer(races=(race,)),),
+        drive=PrescribedSpeed(profile=Constant(speed=60.0)),
+    )
+    found = branches(machine, "speed", 58.0, 66.0, from_state="coincident", switch=False, largest_step=0.2)
+    first, last = specials(found, "period doubling")
+    assert float(first["special_frequency"]) == pytest.approx(float(first["special_parameter"]), rel=1e-9)
+    for speed, doubled in ((59.0, False), (62.5, True)):
+        assert (float(first["special_parameter"]) < speed < float(last["special_parameter"])) == doubled
+        half = math.pi / speed
+        run = simulate(with_value_at(machine, "drive.profile.speed", speed), duration=600.0 * half, save=Samples(60001))
+        angle = run["ball_angle_in_rotor"].values[:, 0]
+        apart = [float(np.abs(angle[-1000:] - angle[-1000 - 100 * k : -100 * k]).max()) for k in (1, 2)]
+        assert apart[1] < 1e-5
+        assert (apart[0] > 0.1) if doubled else (apart[0] < 1e-5)
+
+
 def test_motions_with_a_second_frequency_are_refused_with_a_way_out() -> None:
     machine = uneven(DISCOIDAL, 0.1)
     with pytest.raises(QuestionError, match=r"two frequencies.*simulate"):
         branches(machine, "speed", 60.0, 70.0, from_state="stalled")
     found = branches(machine, "speed", 70.0, 66.0, largest_step=0.2)
     assert "two frequencies" in " ".join(found.remarks())
+
+
+def test_a_parameter_that_would_make_x_and_y_alike_is_refused() -> None:
+    machine = uneven(DISCOIDAL, 0.1)
+    with pytest.raises(QuestionError, match=r"rotor.stiffness\[1\] & rotor.stiffness\[2\]"):
+        branches(machine, "stiffness", 4e4, 5e4, speed=70.0)
+    both = "rotor.stiffness[1] & rotor.stiffness[2]"
+    assert branches(machine, both, 4.2e4, 4.3e4, speed=70.0, largest_step=0.3).sizes["point"] > 2

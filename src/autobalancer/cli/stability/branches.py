@@ -73,7 +73,8 @@ def branches(
     if as_json:
         rows = {"branches": found.branch_rows(), "special": found.special_rows()}
         about = {"machine": str(machine), "parameter": parameter, "ignores": found.attrs["ignores"]}
-        print_json({**about, **rows})
+        missing = {"not_followed": said} if (said := found.not_followed()) else {}
+        print_json({**about, **missing, **rows})
         return
     if as_csv:
         print_csv(found.columns(speed_unit))

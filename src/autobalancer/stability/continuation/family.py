@@ -179,6 +179,11 @@ class Family:
         except (AttributeError, IndexError):
             with_quantity(self.machine, name, 1.0)  # says what there is
             raise
+        if name in ("stiffness", "damping") and math.isnan(value) and isinstance(self.machine.rotor, PlanarRotor):
+            raise QuestionError(
+                f"parameter {name!r}: would make x and y alike, and those of this machine differ; give the path of one of them, "
+                f"'rotor.{name}[1]', or both in proportion, 'rotor.{name}[1] & rotor.{name}[2]'"
+            )
         if name in ("viscosity", "ball_diameter"):
             with_quantity(self.machine, name, 1e-3 if math.isnan(value) else value)  # says why it cannot change
         if name.endswith(".count"):

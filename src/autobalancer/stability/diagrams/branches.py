@@ -179,7 +179,7 @@ def with_enough_harmonics(family: Family, explore: Callable[[], tuple[Found, flo
         found, tail = explore()
         if tail <= SMOOTH:
             return found
-        if 2 * family.count > MOST_HARMONICS:
+        if 2 * family.count - 1 > MOST_HARMONICS:
             raise QuestionError(
                 f"branches: somewhere in the range balls swing so much that {family.count} harmonics do not describe it; "
                 "take a narrower range, or simulate the machine there"
