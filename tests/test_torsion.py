@@ -124,6 +124,22 @@ def test_two_inertias_swing_against_each_other_with_the_frequency_of_the_textboo
     assert run["link_torque"].attrs["units"] == "N m"
 
 
+def test_a_rotor_on_softening_rubber_twists_as_one_on_springs_while_its_rubber_slides() -> None:
+    """Both have states of their own behind those of the rotor; without unbalance they do not meet."""
+    friction = {"breakaway_amplitude": [1e-4, 3e-4], "stiffness": [2e5, 1e5]}
+    rubber = {"mass": 10.0, "inertia": ROTOR, "rubber": {"stiffness": 3e5, "damping": 20.0, "friction": friction}}
+    top: dict[str, Any] = {"axis": "vertical", "unbalances": [], "start": {"speed": 100.0, "deflection": [4e-4, 0.0]}}
+    springs = {"mass": 10.0, "inertia": ROTOR, "stiffness": 3e5, "damping": 20.0}
+    times = np.linspace(0.0, 0.3, 31)
+    soft, plain = (
+        simulate(machine(free(torque=2.0), rotor=rotor, **top), duration=0.3, save=SampleTimes(times), tolerance=1e-11)
+        for rotor in (rubber, springs)
+    )
+    assert np.ptp(soft["twist"].values) > 1e-3
+    np.testing.assert_allclose(soft["twist"], plain["twist"], atol=1e-10)
+    assert abs(soft["x"].values - plain["x"].values).max() > 1e-5
+
+
 def test_a_stiff_coupling_is_none() -> None:
     """The rotor with the inertia of the motor on it moves alike; the swing after a step falls with the root of the stiffness."""
     rigid = machine(
