@@ -142,7 +142,9 @@ class Cycle:
 
     def exponents(self, state: Floats) -> Complexes:
         """Growth rates, 1/s, greatest real part first, (size,)."""
-        values = np.log(np.linalg.eigvals(self.half_turn(state)).astype(np.complex128)) * self.speed / math.pi
+        multipliers = np.linalg.eigvals(self.half_turn(state)).astype(np.complex128)
+        multipliers[multipliers == 0.0] = np.finfo(float).tiny  # what dies out within half a turn
+        values = np.log(multipliers) * self.speed / math.pi
         return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
 
 
