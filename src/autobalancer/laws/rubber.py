@@ -27,7 +27,9 @@ Own derivation. The elastoplastic element is a smooth Jenkins element (Iwan 1966
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -41,6 +43,7 @@ Complexes = NDArray[np.complex128]
 Friction = Literal["elastoplastic", "endochronic"]
 Motion = Literal["circle", "line"]
 
+SELDOM, WIDE = 50, 1e3  # numbers at once; ratio beyond which nobody asks often
 SERIES = 1e-2  # below it a difference of nearly equal numbers is a series
 PIECES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 20.0)  # of a loop, in units of a_c from where the force changes sign
 NODES = 12  # in each piece
@@ -62,7 +65,7 @@ def friction_stiffness(ratio: ArrayLike, law: Friction = "elastoplastic", motion
         raise QuestionError("ratio: amplitudes over a_c must be finite and not negative")
     if motion == "circle":
         return _elastoplastic_circle(x) if law == "elastoplastic" else np.asarray((1.0 + 1j * x) / (1.0 + x * x))
-    return (_elastoplastic_line if law == "elastoplastic" else _endochronic_line)(x)
+    return _tabled_line(x) if law == "elastoplastic" else _endochronic_line(x)
 
 
 def loss_over_softening(law: Friction = "elastoplastic", motion: Motion = "circle") -> float:
@@ -141,6 +144,25 @@ def _endochronic_line(x: Floats) -> Complexes:
     return np.where(x < SERIES, near, real + 1j * imaginary)
 
 
+def _tabled_line(x: Floats) -> Complexes:
+    """The quadrature where it is asked for seldom, else a spline through it, which agrees to 1e-12."""
+    if x.size <= SELDOM:
+        return _elastoplastic_line(x)
+    inside = (x > SERIES) & (x < WIDE)
+    found = np.empty(x.shape, np.complex128)
+    found[inside] = _line_spline()(np.log(x[inside]))
+    found[~inside] = _elastoplastic_line(x[~inside])
+    return found
+
+
+@cache
+def _line_spline() -> Callable[[Floats], Complexes]:
+    from scipy.interpolate import CubicSpline
+
+    log = np.linspace(math.log(SERIES), math.log(WIDE), 4001)
+    return CubicSpline(log, _elastoplastic_line(np.exp(log)))  # type: ignore[no-any-return]
+
+
 def _elastoplastic_line(x: Floats) -> Complexes:
     safe = np.maximum(x, SERIES)
     t = _tip(safe)
@@ -168,6 +190,7 @@ def _over_loop(x: Floats, t: Floats) -> Floats:
     end = 2.0 * x - t
     marks = np.stack([-t, *(np.minimum(mark, end) for mark in PIECES), end], axis=-1)
     angles = np.arccos(np.clip(1.0 - (marks + t[..., None]) / x[..., None], -1.0, 1.0))
+    angles[..., 0], angles[..., -1] = 0.0, np.pi
     half = 0.5 * np.diff(angles, axis=-1)
     node, weight = np.polynomial.legendre.leggauss(NODES)
     angle = angles[..., :-1, None] + half[..., None] * (1.0 + node)

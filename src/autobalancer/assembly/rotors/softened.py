@@ -34,7 +34,12 @@ from autobalancer.laws.rubber import Motion, RubberLaw
 from autobalancer.machine import Machine, Rubber
 
 BISECTIONS = 56  # to rounding
-SURE = 1e-12  # of an amplitude
+ROUNDS, SURE, NEAR = (
+    300,
+    1e-12,
+    1e-8,
+)  # over several pieces, until no amplitude changes by more; and by how much at the end
+SAME = 1e-9  # relative difference of two places that count as one
 ALIKE = 1e-6  # relative difference of x and y that counts as none
 ELLIPSES = (
     "{0}: the rubber of this machine softens with the amplitude, and its x and y differ, so that it moves in ellipses; the "
@@ -98,21 +103,39 @@ class Softened:
             raise QuestionError(ELLIPSES.format(owner))
         dynamic = np.array([_dynamic(self.sliding, float(w), over * float(w)) for w in speeds])
         r, c = self.rows, self.shares
+        one, group = self._alike(r)
+        weight = np.array([c[group == g].sum() for g in range(len(one))])
         inverse = np.linalg.inv(dynamic)
-        free = np.einsum("mi,sij,sj->sm", r, inverse, force)
-        across = np.einsum("mi,sij,kj->smk", r, inverse, r.conj()) * c
-        if len(self.mounts) == 1:
-            amplitude = _one(self, speeds, across[:, 0, 0], np.abs(free[:, 0]))
-        else:
-            amplitude = _several(self, speeds, across, free)
+        free = np.einsum("mi,sij,sj->sm", r[one], inverse, force)
+        across = np.einsum("mi,sij,kj->smk", r[one], inverse, r[one].conj()) * weight
+        laws = [(self.laws[m], self.motions[m]) for m in one]
+        amplitude = _amplitudes(laws, speeds, across, free)[:, group]
         kappa = self.added(amplitude, speeds)
-        whole = dynamic + np.einsum("mi,sm,mj->sij", r.conj(), c * kappa, r)
         self._refuse_ellipses(kappa, owner)
+        whole = dynamic + np.einsum("mi,sm,mj->sij", r.conj(), c * kappa, r)
         motion = np.linalg.solve(whole, force[..., None])[..., 0]
         elastic = np.array([law.elastic for law in self.laws]) + 1j * np.outer(
             speeds, [law.viscous for law in self.laws]
         )
         return Steady(np.asarray(motion, np.complex128), amplitude, np.asarray(kappa + elastic))
+
+    def _alike(self, rows: Complexes) -> tuple[list[int], np.ndarray]:
+        """The first of each group of pieces that always move alike, and the group of each piece."""
+        one: list[int] = []
+        group = np.zeros(len(rows), int)
+        for m, row in enumerate(rows):
+            for g, first in enumerate(one):
+                same = abs(np.vdot(rows[first], row)) >= (1.0 - SAME) * np.linalg.norm(rows[first]) * np.linalg.norm(
+                    row
+                )
+                as_far = abs(np.linalg.norm(rows[first]) - np.linalg.norm(row)) <= SAME * np.linalg.norm(row)
+                if same and as_far and (self.laws[m], self.motions[m]) == (self.laws[first], self.motions[first]):
+                    group[m] = g
+                    break
+            else:
+                group[m] = len(one)
+                one.append(m)
+        return one, group
 
     def at_amplitude(self, amplitude: ArrayLike, speed: float, motion: Motion = "circle") -> LateralModel:
         """The rotor with the stiffness K' and damping K''/w that its rubber has at amplitudes (m) and a frequency w (rad/s).
@@ -174,11 +197,45 @@ def _dynamic(model: LateralModel, whirl: float, speed: float) -> Complexes:
     return np.asarray(stiffness + 1j * whirl * turning - whirl**2 * mass)
 
 
-def _one(soft: Softened, speeds: Floats, h: Complexes, free: Floats) -> Floats:
-    """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S, 1), by bisection."""
+Laws = list[tuple[RubberLaw, Motion]]
+
+
+def _amplitudes(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> Floats:
+    """Amplitudes of groups of rubber, (S, G): of each in turn with the stiffness of the others, until none changes."""
+    amplitude = np.abs(free)
+    count = len(laws)
+    kappa = np.stack([_elements(one, amplitude[:, g], speeds) for g, one in enumerate(laws)], axis=1)
+    for _ in range(ROUNDS):
+        before = amplitude.copy()
+        for g in range(count):
+            rest = [other for other in range(count) if other != g]
+            h, s = across[:, g, g], free[:, g]
+            if rest:
+                held = np.eye(count - 1) + across[:, rest][:, :, rest] * kappa[:, None, rest]
+                over = across[:, g, rest] * kappa[:, rest]
+                h = h - np.einsum("so,so->s", over, np.linalg.solve(held, across[:, rest, g, None])[..., 0])
+                s = s - np.einsum("so,so->s", over, np.linalg.solve(held, free[:, rest, None])[..., 0])
+            amplitude[:, g] = _root(laws[g], speeds, h, np.abs(s))
+            kappa[:, g] = _elements(laws[g], amplitude[:, g], speeds)
+        if count == 1 or np.all(np.abs(amplitude - before) <= SURE * amplitude):
+            return amplitude
+    wrong = speeds[np.any(np.abs(amplitude - before) > NEAR * amplitude, axis=1)]
+    if wrong.size:
+        raise QuestionError(
+            f"rubber: no steady circle was found at {wrong[0]:.5g} rad/s; simulate the machine there, or leave the speed out"
+        )
+    return amplitude
+
+
+def _elements(law: tuple[RubberLaw, Motion], amplitude: Floats, speeds: Floats) -> Complexes:
+    return replace(law[0], elastic=0.0, viscous=0.0).stiffness(amplitude, speeds, law[1])
+
+
+def _root(law: tuple[RubberLaw, Motion], speeds: Floats, h: Complexes, free: Floats) -> Floats:
+    """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S,), by bisection."""
 
     def miss(amplitude: Floats) -> Floats:
-        return np.asarray(np.abs(1.0 + h * soft.added(amplitude[:, None], speeds)[:, 0]) * amplitude - free)
+        return np.asarray(np.abs(1.0 + h * _elements(law, amplitude, speeds)) * amplitude - free)
 
     low, high = np.zeros_like(free), free.copy()
     for _ in range(200):  # kappa falls with the amplitude, so that this ends
@@ -190,49 +247,4 @@ def _one(soft: Softened, speeds: Floats, h: Complexes, free: Floats) -> Floats:
         middle = 0.5 * (low + high)
         above = miss(middle) >= 0.0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return 0.5 * (low + high)[:, None]
-
-
-def _several(soft: Softened, speeds: Floats, across: Complexes, free: Complexes) -> Floats:
-    """Amplitudes of several pieces, (S, M): Newton's method in their logarithms, from those at the speed before."""
-    count = free.shape[1]
-    found = np.empty(free.shape)
-    order = np.argsort(speeds, kind="stable")
-    last: Floats | None = None
-    for i in order:
-        stuck = np.abs(
-            np.linalg.solve(np.eye(count) + across[i] * soft.added(np.zeros(count), np.array(speeds[i])), free[i])
-        )
-        starts = ([] if last is None else [last]) + [stuck, np.abs(free[i]), np.sqrt(stuck * np.abs(free[i]))]
-        for start in starts:
-            last = _suited(soft, float(speeds[i]), across[i], free[i], np.maximum(start, 1e-300))
-            if last is not None:
-                break
-        if last is None:
-            raise QuestionError(
-                f"rubber: no steady circle was found at {speeds[i]:.5g} rad/s; simulate the machine there, or leave the speed out"
-            )
-        found[i] = last
-    return found
-
-
-def _suited(soft: Softened, speed: float, across: Complexes, free: Complexes, start: Floats) -> Floats | None:
-    from scipy.optimize import root
-
-    one = np.eye(start.size)
-
-    def miss(log: Floats) -> Floats:
-        kappa = soft.added(np.exp(log), np.array(speed))
-        stretch = np.abs(np.linalg.solve(one + across * kappa, free))
-        return np.asarray(np.log(np.maximum(stretch, 1e-300)) - log)
-
-    log = np.log(start)
-    for share in (1.0, 0.5):
-        for _ in range(8):
-            log = log + share * miss(log)
-    best = root(miss, log, method="hybr", options={"xtol": SURE})
-    log = np.asarray(best.x)
-    if np.abs(miss(log)).max() > 1e-8:
-        for _ in range(400):
-            log = log + 0.2 * miss(log)
-    return np.exp(log) if np.abs(miss(log)).max() < 1e-7 else None
+    return 0.5 * (low + high)

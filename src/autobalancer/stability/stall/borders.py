@@ -51,11 +51,11 @@ def release_of(
     if not groups:
         return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
-    soft = rubber_under_balls(machine)
-    if soft is not None:
-        return on_rubber(machine, soft, groups, left_out, capture)
     top = highest_searched(p)
     limit = _limit(machine, p) if up_to is None else up_to
+    soft = rubber_under_balls(machine)
+    if soft is not None:
+        return on_rubber(machine, soft, groups, left_out, capture, limit if isinstance(p, Stations) else math.inf)
     if isinstance(p, Stations):
         found = joint_borders(p, Loads(groups), top, limit, capture)
     elif len(groups) > 1 or left_out:

@@ -31,6 +31,7 @@ from autobalancer.stability.stall.one_plane import parted
 ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
 SEVERAL = "not computed on softening rubber for balls of several planes or kinds; simulate a slow run-up"
+NONE_MET = "no resonance is met"
 PASSES = 2  # the second with the rotor as fast as the first says
 
 
@@ -41,9 +42,9 @@ def rubber_under_balls(machine: Machine) -> Softened | None:
 
 
 def on_rubber(
-    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], left_out: bool, capture: bool
+    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], left_out: bool, capture: bool, limit: float
 ) -> tuple[Border, ...]:
-    """*release speed* and *capture speed* of equal balls of one plane."""
+    """*release speed* and *capture speed* of equal balls of one plane, at resonances up to ``limit``, rad/s."""
     if len(groups) > 1 or left_out or not soft.sliding.isotropic:
         text = (
             SEVERAL if soft.sliding.isotropic else "not computed on softening rubber where x and y differ; simulate it"
@@ -56,13 +57,16 @@ def on_rubber(
     total = group.count * group.moment
     row = balancer_rows(machine, lateral_model(machine))[group.ball.balancer].deflection
     ball = StalledBall(group.moment, total, group.ball.orbit_radius, group.drag, group.rolling)
-    resonances = _resonances(soft)
+    resonances = [speed for speed in _resonances(soft) if speed <= limit]
+    if not resonances:
+        found = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
+        return found if capture else found[:1]
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
         receptance = whirl_receptance(soft, row, total, over)
         try:
-            folds = stall_ranges(ball, receptance, resonances)
+            folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)
         except QuestionError as refused:
             found = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
             return found if capture else found[:1]
