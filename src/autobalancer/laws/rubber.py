@@ -148,11 +148,15 @@ def _tabled_line(x: Floats) -> Complexes:
     """The quadrature where it is asked for seldom, else a spline through it, which agrees to 1e-12."""
     if x.size <= SELDOM:
         return _elastoplastic_line(x)
-    inside = (x > SERIES) & (x < WIDE)
-    found = np.empty(x.shape, np.complex128)
+    inside, above = (x > SERIES) & (x < WIDE), x >= WIDE
+    found = _small_line(x)
     found[inside] = _line_spline()(np.log(x[inside]))
-    found[~inside] = _elastoplastic_line(x[~inside])
+    found[above] = _elastoplastic_line(x[above])
     return found
+
+
+def _small_line(x: Floats) -> Complexes:
+    return np.asarray(1.0 - x**2 / 8.0 + 1j * x**2 / (2.0 * np.pi))
 
 
 @cache
@@ -169,8 +173,7 @@ def _elastoplastic_line(x: Floats) -> Complexes:
     u = 2.0 * safe - t
     area = 2.0 * (u + np.log1p(np.exp(-2.0 * u)) - math.log(2.0) - 0.5 * t**2)
     far = _over_loop(safe, t) + 1j * area / (np.pi * safe**2)
-    near = 1.0 - x**2 / 8.0 + 1j * x**2 / (2.0 * np.pi)
-    return np.where(x < SERIES, near, far)
+    return np.where(x < SERIES, _small_line(x), far)
 
 
 def _tip(x: Floats) -> Floats:

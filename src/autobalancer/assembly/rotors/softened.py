@@ -33,7 +33,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import Motion, RubberLaw
 from autobalancer.machine import Machine, Rubber
 
-BISECTIONS = 56  # to rounding
+STEPS, EXACT = 60, 1e-15  # of the search for an amplitude
 ROUNDS, SURE, NEAR = (
     300,
     1e-12,
@@ -203,28 +203,40 @@ Laws = list[tuple[RubberLaw, Motion]]
 def _amplitudes(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> Floats:
     """Amplitudes of groups of rubber, (S, G): of each in turn with the stiffness of the others, until none changes."""
     amplitude = np.abs(free)
-    count = len(laws)
     kappa = np.stack([_elements(one, amplitude[:, g], speeds) for g, one in enumerate(laws)], axis=1)
+    left = np.arange(speeds.size)  # speeds at which amplitudes still change
     for _ in range(ROUNDS):
-        before = amplitude.copy()
-        for g in range(count):
-            rest = [other for other in range(count) if other != g]
-            h, s = across[:, g, g], free[:, g]
-            if rest:
-                held = np.eye(count - 1) + across[:, rest][:, :, rest] * kappa[:, None, rest]
-                over = across[:, g, rest] * kappa[:, rest]
-                h = h - np.einsum("so,so->s", over, np.linalg.solve(held, across[:, rest, g, None])[..., 0])
-                s = s - np.einsum("so,so->s", over, np.linalg.solve(held, free[:, rest, None])[..., 0])
-            amplitude[:, g] = _root(laws[g], speeds, h, np.abs(s))
-            kappa[:, g] = _elements(laws[g], amplitude[:, g], speeds)
-        if count == 1 or np.all(np.abs(amplitude - before) <= SURE * amplitude):
+        before = amplitude[left].copy()
+        for g, law in enumerate(laws):
+            h, s = _alone(g, across[left], free[left], kappa[left])
+            amplitude[left, g] = _root(law, speeds[left], h, np.abs(s))
+            kappa[left, g] = _elements(law, amplitude[left, g], speeds[left])
+        if len(laws) == 1:
             return amplitude
-    wrong = speeds[np.any(np.abs(amplitude - before) > NEAR * amplitude, axis=1)]
+        change = np.abs(amplitude[left] - before).max(axis=1)
+        moved = change > SURE * amplitude[left].max(axis=1)
+        if not moved.any():
+            return amplitude
+        last, left = change[moved], left[moved]
+    wrong = left[last > NEAR * amplitude[left].max(axis=1)]
     if wrong.size:
         raise QuestionError(
-            f"rubber: no steady circle was found at {wrong[0]:.5g} rad/s; simulate the machine there, or leave the speed out"
+            f"rubber: no steady circle was found at {speeds[wrong[0]]:.5g} rad/s; simulate the machine there, or leave the "
+            "speed out"
         )
     return amplitude
+
+
+def _alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
+    """H and s_0 of one group where the others are springs."""
+    rest = [other for other in range(kappa.shape[1]) if other != g]
+    if not rest:
+        return across[:, 0, 0], free[:, 0]
+    held = np.eye(len(rest)) + across[:, rest][:, :, rest] * kappa[:, None, rest]
+    over = across[:, g, rest] * kappa[:, rest]
+    h = across[:, g, g] - np.einsum("so,so->s", over, np.linalg.solve(held, across[:, rest, g, None])[..., 0])
+    s = free[:, g] - np.einsum("so,so->s", over, np.linalg.solve(held, free[:, rest, None])[..., 0])
+    return np.asarray(h), np.asarray(s)
 
 
 def _elements(law: tuple[RubberLaw, Motion], amplitude: Floats, speeds: Floats) -> Complexes:
@@ -232,19 +244,31 @@ def _elements(law: tuple[RubberLaw, Motion], amplitude: Floats, speeds: Floats) 
 
 
 def _root(law: tuple[RubberLaw, Motion], speeds: Floats, h: Complexes, free: Floats) -> Floats:
-    """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S,), by bisection."""
+    """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S,), by Ridders' method."""
 
     def miss(amplitude: Floats) -> Floats:
         return np.asarray(np.abs(1.0 + h * _elements(law, amplitude, speeds)) * amplitude - free)
 
-    low, high = np.zeros_like(free), free.copy()
+    low, below, high = np.zeros_like(free), -free, free.copy()
+    above = miss(high)
     for _ in range(200):  # kappa falls with the amplitude, so that this ends
-        short = miss(high) < 0.0
+        short = above < 0.0
         if not short.any():
             break
-        low, high = np.where(short, high, low), np.where(short, 2.0 * high, high)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        above = miss(middle) >= 0.0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return 0.5 * (low + high)
+        low, below, high = np.where(short, high, low), np.where(short, above, below), np.where(short, 2.0 * high, high)
+        above = miss(high)
+    new = high
+    for _ in range(STEPS):
+        middle, before = 0.5 * (low + high), new
+        at = miss(middle)
+        root = np.sqrt(np.maximum(at * at - below * above, 0.0))
+        new = np.clip(
+            middle + (middle - low) * np.divide(-at, root, out=np.zeros_like(at), where=root > 0.0), low, high
+        )
+        for point, value in ((middle, at), (new, miss(new))):
+            lower, upper = (value < 0.0) & (point >= low), (value >= 0.0) & (point <= high)
+            low, below = np.where(lower, point, low), np.where(lower, value, below)
+            high, above = np.where(upper, point, high), np.where(upper, value, above)
+        if np.all((np.abs(new - before) <= EXACT * new) | (high - low <= EXACT * high)):
+            break
+    return np.where(np.abs(above) <= np.abs(below), high, low)

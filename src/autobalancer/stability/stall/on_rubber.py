@@ -12,6 +12,7 @@ balls feel, too, which only a run knows. Gyroscopic terms are taken with the spe
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,6 +33,8 @@ ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
 SEVERAL = "not computed on softening rubber for balls of several planes or kinds; simulate a slow run-up"
 NONE_MET = "no resonance is met"
+MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
+FARTHEST = 3.0  # whirl over the highest of these resonances
 PASSES = 2  # the second with the rotor as fast as the first says
 
 
@@ -58,6 +61,7 @@ def on_rubber(
     row = balancer_rows(machine, lateral_model(machine))[group.ball.balancer].deflection
     ball = StalledBall(group.moment, total, group.ball.orbit_radius, group.drag, group.rolling)
     resonances = [speed for speed in _resonances(soft) if speed <= limit]
+    limit = min(limit, FARTHEST * max(resonances, default=0.0))
     if not resonances:
         found = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
         return found if capture else found[:1]
@@ -98,13 +102,17 @@ def whirl_receptance(soft: Softened, row: Floats, total: float, over: float = 1.
 
 
 def _resonances(soft: Softened) -> list[float]:
-    """Critical speeds of small motions, of large ones, and of the middle between both, rad/s."""
+    """Critical speeds of small and of large motions, rad/s, of those that the rubber moves."""
     sizes = sorted({limit for law in soft.laws for _, limit in law.friction})
-    found: set[float] = set()
-    for size in [0.5 * sizes[0], math.sqrt(sizes[0] * sizes[-1]), 2.0 * sizes[-1]] if sizes else [1e-6]:
-        model = soft.at_amplitude(size, float(natural_frequencies(soft.sliding)[0]))
-        found.update(round(speed, 9) for speed in critical_speeds(model))
-    return sorted(found)
+    tried = [0.5 * sizes[0], 2.0 * sizes[-1]] if sizes else [1e-6]
+    first = float(natural_frequencies(soft.sliding)[0])
+    every = [critical_speeds(soft.at_amplitude(size, first)) for size in tried]
+    still = set(every[0]) if len(every) == 1 else set()
+    moved = {
+        speed for one, other in pairwise(every) for speed in one if all(abs(speed - w) > MOVED * speed for w in other)
+    }
+    moved |= {speed for speed in every[-1] if all(abs(speed - w) > MOVED * speed for w in every[0])}
+    return sorted(moved | still) or list(every[0])
 
 
 def _beyond(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
