@@ -61,6 +61,14 @@ def test_guided_balls_part_with_the_restitution_of_their_speed(rebound: dict[str
         assert after.sum() == pytest.approx(-1.0, rel=1e-8)  # momentum
 
 
+def test_just_above_the_critical_stokes_number_the_rebound_is_right_within_3_percent_of_the_speed() -> None:
+    """Restitution rises steeply there, and a table has its cells; no source knows the critical number so well."""
+    least = CRITICAL * 6.0 * math.pi * VISCOSITY * PAIR[1] ** 2 / PAIR[0]
+    for speed in (0.9 * least, 1.05 * least, 1.1 * least):
+        after = _guided(speed, {"critical_stokes": CRITICAL})
+        assert after[1] - after[0] == pytest.approx(max(SLOW * (1.0 - least / speed), 0.01), abs=0.03)
+
+
 def test_guided_balls_leave_partitions_with_the_restitution_of_their_speed() -> None:
     half = math.asin(0.5 * DIAMETER / ORBIT)
     for speed in SPEEDS:
@@ -219,3 +227,16 @@ def test_what_a_rebound_in_a_fluid_needs_is_named() -> None:
     rollers = [{"count": 2, "body": "roller", "diameter": 0.01, "length": 0.01, "density": 7800.0}]
     with pytest.raises(MachineError, match="is known for balls only"):
         standing(fluid=OIL, contact=contact, balls=rollers)
+
+
+def test_a_chamber_with_a_rebound_goes_on_to_the_last_bit_and_another_scheme_agrees() -> None:
+    machine = _chamber("restitution", WET, [[0.0, 0.4, 0.0], [0.0, -0.4, 0.0]], stiffness=1e8)
+    kept: list[Any] = []
+    ends = 4e-4, 2e-3
+    simulate_chamber(machine, duration=ends[0], sample=1e-4, chunk=1, on_chunk=lambda _, point: kept.append(point))
+    resumed = simulate_chamber(machine, duration=ends[1], sample=1e-4, resume=kept[-1])
+    whole = simulate_chamber(machine, duration=ends[1], sample=1e-4)
+    np.testing.assert_array_equal(resumed["ball_velocity"].values[-1], whole["ball_velocity"].values[-1])
+    classical = simulate_chamber(machine, duration=ends[1], sample=1e-4, method="runge_kutta")
+    after = classical["ball_velocity"].values[-1, :, 1]
+    assert (after[1] - after[0]) / 0.8 == pytest.approx(left(0.8, WET, PAIR), abs=NEAR)
