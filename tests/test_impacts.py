@@ -72,6 +72,20 @@ def test_a_resolved_ball_that_falls_bounces_with_the_restitution_of_the_wall() -
     assert set(run["impact_partner"].values.tolist()) == {-1}
 
 
+def test_a_resolved_ball_hits_a_partition_only_where_it_stands() -> None:
+    """One partition, a ball that starts beside it and passes the place opposite to it, where nothing is."""
+    law = {"stiffness": 1e6, "restitution": LEFT, "sliding_friction": 0.0, "slip_speed": 1e-3}
+    machine = standing(
+        axis="vertical", angles=[0.5], speeds=[8.0], resolved=law, partitions={"count": 1, "angle": BOTTOM},
+        contact={"restitution": LEFT},
+    )  # fmt: skip
+    way = 2.0 * math.pi - HALF - 0.5
+    run = ab.simulate(machine, duration=1.3 * way / 8.0)
+    (hit,) = np.flatnonzero(run["impact_partner"].values == 0)
+    assert float(run["impact_time"][hit]) == pytest.approx(way / 8.0, rel=1e-2)
+    assert float(run["impact_speed"][hit]) == pytest.approx(8.0 * ORBIT * math.cos(HALF), rel=1e-2)
+
+
 def test_balls_of_a_chamber_count_their_impacts() -> None:
     gap = 0.5 * DIAMETER + 2e-5
     balls = {

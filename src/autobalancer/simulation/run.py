@@ -261,6 +261,7 @@ def _drive(
     except KeyboardInterrupt:
         if not keep:
             raise
+        noted.take(assembly.system)
         return status, status != FINISHED
     return status, False
 

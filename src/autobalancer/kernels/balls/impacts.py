@@ -99,9 +99,11 @@ def _between_resolved(y: Any, p: System, touch: Any) -> tuple[float, float]:
         if ball.partition == NONE:
             return -1.0, 0.0
         part, angle = p.partitions[ball.partition], y[BALLS + touch.one]
-        px, py = part.behind_x, part.behind_y
+        side, px, py = 1.0, part.behind_x, part.behind_y
         if angle > part.middle:
-            px, py = part.ahead_x, part.ahead_y
+            side, px, py = -1.0, part.ahead_x, part.ahead_y
+        if side * (x * py - z * px) <= 0.0:  # beyond the center of the race there is no partition
+            return -1.0, 0.0
         return ball.radius - (x * px + z * py), -(vx * px + vz * py)
     away = math.sqrt(x * x + z * z + TINY)
     nx, ny = x / away, z / away
