@@ -194,6 +194,19 @@ def test_the_vibration_without_balls_is_that_of_a_run_with_the_balls_held(name: 
     np.testing.assert_allclose(force, pressed, rtol=2e-3)
 
 
+def test_a_verdict_on_rubber_beside_uneven_springs_asks_for_the_run_with_held_balls() -> None:
+    rotor = others()["rigid"]
+    rotor["supports"].append({"position": 0.05, "stiffness": [1e3, 5e3]})
+    balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
+    race = {"orbit_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
+    data = machine(described(), speed=SPEED, moment=UNBALANCE, balancers=[{"races": [race]}]).model_dump(
+        exclude_unset=True
+    )
+    run = ab.simulate(Machine(**{**data, "rotor": rotor}), duration=2.0)
+    assert "vibration_without_balls" not in run
+    assert "rubber on supports that differ" in ab.verdict(run).because
+
+
 def test_rubber_that_moves_beyond_its_largest_breakaway_amplitude_is_named() -> None:
     run, _ = blow(described(), 0.4 + 0j)
     assert "support moved" in run.attrs["rubber_text"]
