@@ -61,6 +61,8 @@ def orthotropic(machine: Machine) -> list[dict[str, Any]]:
     note = f"{points} points on orthotropic supports, growth rates equal to {worst:.1g} 1/s"
     peer = seconds(lambda: rates(slow), repeats=1)
     whole = seconds(lambda: ab.stability.map(machine, grid), repeats=2)
+    sizes = {"speed": grid["speed"], "unbalance": np.linspace(0.01, 1.0, UNEVEN[1]) * planes[0].capability}
+    over_unbalance = seconds(lambda: ab.stability.map(machine, sizes), repeats=2)
     return [
         compared(
             "orthotropic_growth_rates_vs_one_at_a_time", seconds(lambda: rates(fast)), "one at a time", peer, note=note
@@ -71,6 +73,7 @@ def orthotropic(machine: Machine) -> list[dict[str, Any]]:
             "s",
             note=f"{points} points and all borders at {UNEVEN[1]} viscosities",
         ),
+        measured("orthotropic_map_over_unbalance_s", over_unbalance, "s", note=f"{points} points and all borders"),
     ]
 
 
