@@ -29,7 +29,7 @@ def machine(rubber: Any, *, speed: float = 0.0, moment: float = 0.0, angle: floa
     )
 
 
-def blow(rubber: Any, velocity: complex = 0.06 + 0.01j, duration: float = 0.25, **more: Any) -> Any:
+def blow(rubber: Any, velocity: complex = 0.06 + 0.01j, duration: float = 0.15, **more: Any) -> Any:
     run = ab.simulate(
         machine(rubber, start={"velocity": [velocity.real, velocity.imag]}, **more),
         duration=duration, save=ab.Samples(count=81), tolerance=1e-12,
@@ -44,7 +44,7 @@ def test_the_energy_of_a_blow_is_stored_in_the_rubber_or_lost_in_it_to_1e_9(law:
     given = 0.5 * MASS * abs(0.06 + 0.01j) ** 2
     assert np.abs(stored + lost - given).max() < 1e-9 * given
     assert np.diff(stored).max() < 0.0
-    assert lost[-1] > 0.5 * given
+    assert lost[-1] > 0.3 * given
     # and the run moves as that motion does
     np.testing.assert_allclose(z, other, rtol=0.0, atol=1e-9 * np.abs(z).max())
 
