@@ -39,6 +39,7 @@ ROUNDS, SURE, NEAR = (
     1e-12,
     1e-8,
 )  # over several pieces, until no amplitude changes by more; and by how much at the end
+FARTHER = 0.3, 20.0  # least and most by which a change is carried on
 SAME = 1e-9  # relative difference of two places that count as one
 ALIKE = 1e-6  # relative difference of x and y that counts as none
 ELLIPSES = (
@@ -201,24 +202,31 @@ Laws = list[tuple[RubberLaw, Motion]]
 
 
 def _amplitudes(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> Floats:
-    """Amplitudes of groups of rubber, (S, G): of each in turn with the stiffness of the others, until none changes."""
+    """Amplitudes of groups of rubber, (S, G): of each in turn with the stiffness of the others, until none changes.
+
+    Where they creep, they are carried on in the direction in which they change (Irons and Tuck 1969).
+    """
+    if len(laws) == 1:
+        return _root(laws[0], speeds, across[:, 0, 0], np.abs(free[:, 0]))[:, None]
     amplitude = np.abs(free)
-    kappa = np.stack([_elements(one, amplitude[:, g], speeds) for g, one in enumerate(laws)], axis=1)
     left = np.arange(speeds.size)  # speeds at which amplitudes still change
-    for _ in range(ROUNDS):
-        before = amplitude[left].copy()
-        for g, law in enumerate(laws):
-            h, s = _alone(g, across[left], free[left], kappa[left])
-            amplitude[left, g] = _root(law, speeds[left], h, np.abs(s))
-            kappa[left, g] = _elements(law, amplitude[left, g], speeds[left])
-        if len(laws) == 1:
-            return amplitude
-        change = np.abs(amplitude[left] - before).max(axis=1)
-        moved = change > SURE * amplitude[left].max(axis=1)
+    before = np.zeros_like(amplitude)
+    ahead = np.ones(speeds.size)
+    for number in range(ROUNDS):
+        found = _in_turn(laws, speeds[left], across[left], free[left], amplitude[left])
+        change = found - amplitude[left]
+        moved = np.abs(change).max(axis=1) > SURE * found.max(axis=1)
+        amplitude[left[~moved]] = found[~moved]
         if not moved.any():
             return amplitude
-        last, left = change[moved], left[moved]
-    wrong = left[last > NEAR * amplitude[left].max(axis=1)]
+        left, found, change = left[moved], found[moved], change[moved]
+        if number:
+            bend = change - before[left]
+            size = np.maximum((bend**2).sum(axis=1), 1e-300)
+            ahead[left] = np.clip(-ahead[left] * (before[left] * bend).sum(axis=1) / size, *FARTHER)
+        before[left] = change
+        amplitude[left] = np.maximum(amplitude[left] + ahead[left, None] * change, 0.1 * found)
+    wrong = left[np.abs(change).max(axis=1) > NEAR * found.max(axis=1)]
     if wrong.size:
         raise QuestionError(
             f"rubber: no steady circle was found at {speeds[wrong[0]]:.5g} rad/s; simulate the machine there, or leave the "
@@ -227,11 +235,20 @@ def _amplitudes(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) 
     return amplitude
 
 
+def _in_turn(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, amplitude: Floats) -> Floats:
+    """The amplitude of each group that suits those of the others, one after the other."""
+    found = amplitude.copy()
+    kappa = np.stack([_elements(law, found[:, g], speeds) for g, law in enumerate(laws)], axis=1)
+    for g, law in enumerate(laws):
+        h, s = _alone(g, across, free, kappa)
+        found[:, g] = _root(law, speeds, h, np.abs(s))
+        kappa[:, g] = _elements(law, found[:, g], speeds)
+    return found
+
+
 def _alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
     """H and s_0 of one group where the others are springs."""
     rest = [other for other in range(kappa.shape[1]) if other != g]
-    if not rest:
-        return across[:, 0, 0], free[:, 0]
     held = np.eye(len(rest)) + across[:, rest][:, :, rest] * kappa[:, None, rest]
     over = across[:, g, rest] * kappa[:, rest]
     h = across[:, g, g] - np.einsum("so,so->s", over, np.linalg.solve(held, across[:, rest, g, None])[..., 0])
