@@ -104,7 +104,18 @@ def rotors() -> str:
     machines["rigid rotor, full motion of tilting races"] = ab.with_parameter(planes, "tilting_races", "full")
     machines["flexible shaft"] = ab.catalog.rig("cfrp_rig")
     machines["rig of rigid bodies"] = ab.catalog.rig("discoidal_rig")
-    return _table("rotor and drive", {name: _tried(machine) for name, machine in machines.items()})
+    cells = {name: _tried(machine) for name, machine in machines.items()}
+    cells["planar, on rubber that softens"] = _on_rubber()
+    return _table("rotor and drive", cells)
+
+
+def _on_rubber() -> dict[str, str | None]:
+    """Where the amplitude of softening rubber counts: answers that differ from those of a spring as stiff as in small motions."""
+    friction = {"breakaway_amplitude": ["1 um", "10 um"], "stiffness": ["10 kN/m", "10 kN/m"]}
+    rubber = {"stiffness": "20 kN/m", "damping": "40 N*s/m", "friction": friction}
+    soft = _tried(_machine({"rotor": {"kind": "planar", "mass": "5 kg", "rubber": rubber}}, {}))
+    stiff = _tried(_machine({"rotor": PLANAR}, {}))
+    return {key: _effect(soft[key], stiff[key]) for key in ANALYSES}
 
 
 def races() -> str:
