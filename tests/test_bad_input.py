@@ -17,7 +17,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.either_kind import check as summary
 from autobalancer.errors import MachineError, UnitError
-from autobalancer.files.machine_file import load_machine, parse_any
+from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
@@ -33,7 +33,7 @@ CHAMBER = (ROOT / "examples/machines/deep_chamber.toml").read_text(encoding="utf
 
 def refused(text: str) -> str:
     with pytest.raises(MachineError) as reason:
-        parse_any(text, "m.toml", folder=ROOT / "docs/machines")
+        parse_machine(text, "m.toml", folder=ROOT / "docs/machines")
     return str(reason.value)
 
 
@@ -173,10 +173,10 @@ def test_an_error_that_is_found_after_reading_names_the_file(tmp_path: Path) -> 
 
 
 def test_a_chamber_of_a_kilometre_is_odd_and_a_large_tilt_of_the_principal_axis_refused() -> None:
-    machine = parse_any(with_value(DISCOIDAL, "height", '"1 km"'), "m.toml")
+    machine = parse_machine(with_value(DISCOIDAL, "height", '"1 km"'), "m.toml")
     assert isinstance(machine, Machine)
     assert any("races[1].height is 1e+06 mm beside balls of 12.3 mm" in note for note in summary(machine).warnings)
-    usual = parse_any(DISCOIDAL, "m.toml")
+    usual = parse_machine(DISCOIDAL, "m.toml")
     assert isinstance(usual, Machine)
     assert not any("unit right" in note for note in summary(usual).warnings)
     with pytest.raises(MachineError, match="misalignment: given 3 rad; must be at most"):
@@ -212,7 +212,7 @@ def test_a_file_with_any_value_replaced_is_read_or_refused(seed: int) -> None:
         place = drawn.choice([i for i, line in enumerate(lines) if re.match(r"\w+ = ", line)])
         lines[place] = f"{lines[place].split('=')[0]}= {drawn.choice(HOSTILE)}"
         try:
-            parse_any("\n".join(lines), path.name, folder=path.parent)
+            parse_machine("\n".join(lines), path.name, folder=path.parent)
         except MachineError as reason:
             assert path.name in str(reason)  # noqa: PT017
             assert len(str(reason)) < 4000  # noqa: PT017

@@ -10,8 +10,10 @@ from tests.references.chamber_machines import small_machine
 from tests.references.pictures import film_of, size_of
 from typer.testing import CliRunner
 
+import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.files.machine_file import save_machine
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.files.machine_file import machine_text, save_machine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.studies.chamber_runs import archived_run
 
@@ -145,3 +147,17 @@ def test_a_study_lists_the_points_that_have_no_result_and_fails_where_none_has(m
     )
     assert "no result at layers deep, friction 9.0, balls 2, seed 0: does not fit" in told(*asked, "0.5,9")
     assert "no point of the study has a result" in told(*asked, "9", code=2)
+
+
+def test_a_machine_with_chambers_is_read_from_a_text_and_changed_at_a_path() -> None:
+    machine = ab.example("deep_chamber")
+    assert ab.parse_machine(machine_text(machine)) == machine
+    changed = ab.with_parameter(machine, "contact.friction", 0.4)
+    assert changed.contact.friction == 0.4
+    assert ab.with_parameter(changed, "contact.friction", machine.contact.friction) == machine
+    with pytest.raises(QuestionError, match=r"no 'friktion' there; .*did you mean 'contact\.friction'"):
+        ab.with_parameter(machine, "contact.friktion", 0.4)
+    with pytest.raises(MachineError, match=r"parameter 'contact\.friction' = -1"):
+        ab.with_parameter(machine, "contact.friction", -1)
+    with pytest.raises(QuestionError, match="no 'viscosity' there"):
+        ab.with_parameter(machine, "viscosity", 1.0)

@@ -16,7 +16,7 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
-from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_any, parse_machine
+from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine
 from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, leaves
 from autobalancer.machine.chamber import ChamberMachine
@@ -100,7 +100,7 @@ def test_every_machine_of_the_pages_can_be_assembled(path: Path) -> None:
 def test_the_deep_chamber_of_the_pages_can_be_run() -> None:
     (described,) = [found for path in WRITTEN if isinstance(found := load_machine(path), ChamberMachine)]
     assert chamber_summary(described).warnings == ()
-    assert parse_any(machine_text(described)) == described
+    assert parse_machine(machine_text(described)) == described
 
 
 def test_every_key_says_what_it_means_and_in_which_unit(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import root
 
 import autobalancer as ab
-from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
@@ -111,7 +111,7 @@ def shaft_model(hub: float = 0.0) -> Machine:
         text += f"[[rotor.supports]]\nposition = {z}\nstiffness = [21500, 15800]\n"
     text += f'[[stations]]\nname = "disk"\nposition = {arm + DISK}\n'
     text += '[drive]\nkind = "speed"\nprofile = { kind = "constant", speed = "4500 rpm" }\n'
-    return parse_machine(text, "the rig as a shaft")
+    return parse_race_machine(text, "the rig as a shaft")
 
 
 def _polar(length: float) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.simulation.sampling import Samples
@@ -27,7 +28,7 @@ BALL, CRITICAL, DAMPING = 2.5e-3 * 0.1, 250.0, 100.0  # kg m, rad/s, N s/m
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """(4.70) against (4.74), simulated growth against the exact border, and the picture."""
-    machine = with_value_at(ab.load_machine(MACHINE), "unbalances[1].mass", "4.5 g")
+    machine = with_value_at(load_race_machine(MACHINE), "unbalances[1].mass", "4.5 g")
     drag = float(machine.balancers[0].races[0].drag.beta)  # type: ignore[attr-defined]
     share = (BALL * CRITICAL) ** 2 / (DAMPING * drag)
     axes = {"speed": np.linspace(220.0, 500.0, 281), "drag": np.geomspace(2e-5, 2e-3, 241)}

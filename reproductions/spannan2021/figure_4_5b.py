@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
@@ -38,7 +38,7 @@ BRACKETS = {1e-3: [(280.0, 360.0)], 3e-3: [(235.0, 245.0), (249.0, 252.0), (295.
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Edges of the stable ranges with much drag, and the map."""
-    machine = with_value_at(ab.load_machine(MACHINE), "rotor.stiffness", SUPPORTS["orthotropic"])
+    machine = with_value_at(load_race_machine(MACHINE), "rotor.stiffness", SUPPORTS["orthotropic"])
     averaged = np.array(averaged_edges(machine, HEAVY))
     exact = {drag: [exact_edge(machine, drag, *ends) for ends in pairs] for drag, pairs in BRACKETS.items()}
     exact[HEAVY] = [exact_edge(machine, HEAVY, edge - NEAR, edge + NEAR) for edge in averaged]

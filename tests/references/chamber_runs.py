@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
+
+from autobalancer.simulation.chamber.answer import ChamberRun
 
 AXES = ["x", "y", "z"]
 MACHINE = 'name = "made up"\n'
@@ -21,7 +22,7 @@ def chamber_run(
     peak: float = 2e-3,
     step: float = 1e-3,
     carried: bool = True,
-) -> xr.Dataset:
+) -> ChamberRun:
     """Balls that swing to ``angles`` (rad, in the rotor) and ``axial`` places (m), at rest there from ``settled`` (s) on.
 
     The body vibrates vertically with ``amplitude`` (m), in the transient with up to ``peak``; horizontally with half of
@@ -67,7 +68,7 @@ def chamber_run(
         "loss_bearings": moving,
         "energy_error": 1e-6 * time,
     }
-    return xr.Dataset(
+    return ChamberRun(
         {
             **{name: ("time", np.asarray(values, float)) for name, values in per_time.items()},
             "body_position": (("time", "axis"), body),

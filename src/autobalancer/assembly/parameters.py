@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from autobalancer.catalog.resolve_springs import is_spring, settled, with_spring
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.path import number_at, with_entry
 
+EitherMachine = TypeVar("EitherMachine", bound=Machine | ChamberMachine)
 
-def with_value_at(machine: Machine, path: str, value: Any) -> Machine:
+
+def with_value_at(machine: EitherMachine, path: str, value: Any) -> EitherMachine:
     """A machine in which the entry at ``path`` is ``value``.
 
     Parameters
@@ -30,13 +33,14 @@ def with_value_at(machine: Machine, path: str, value: Any) -> Machine:
         If the value is impossible there.
     """
     try:
-        if is_spring(machine, path):
-            return with_spring(machine, path, value)
-        changed = with_entry(settled(machine, path), path, value)
+        if isinstance(machine, Machine) and is_spring(machine, path):
+            changed: Any = with_spring(machine, path, value)
+        else:
+            known = settled(machine, path) if isinstance(machine, Machine) else machine
+            changed = with_entry(known, path, value)
     except MachineError as error:
         raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
-    assert isinstance(changed, Machine)
-    return changed
+    return cast(EitherMachine, changed)
 
 
 def parameter_of(machine: Machine, path: str) -> float:

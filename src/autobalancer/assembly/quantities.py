@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Callable
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from autobalancer.assembly.changed_parts import (
     race_with_temperature,
     race_with_viscosity,
 )
-from autobalancer.assembly.parameters import parameter_of, with_value_at
+from autobalancer.assembly.parameters import EitherMachine, parameter_of, with_value_at
 from autobalancer.assembly.profile import profile_pieces
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.catalog.resolve_springs import settled
@@ -31,6 +31,7 @@ from autobalancer.machine import (
     Race,
     Unbalance,
 )
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.near_paths import did_you_mean
 from autobalancer.machine.path import entry_at, unit_at
 from autobalancer.machine.plain_names import QUANTITIES, named_unit, parts_of
@@ -101,7 +102,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     return _with_races(machine, changed)
 
 
-def with_parameter(machine: Machine, name: str, value: Any) -> Machine:
+def with_parameter(machine: EitherMachine, name: str, value: Any) -> EitherMachine:
     """A machine in which a parameter has another value.
 
     Parameters
@@ -109,8 +110,9 @@ def with_parameter(machine: Machine, name: str, value: Any) -> Machine:
     machine
         Left as it is.
     name
-        A path such as ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``, with entries counted from 1; or a plain
-        name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``viscosity``, see :func:`with_quantity`.
+        A path such as ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``, with entries counted from 1; or, of balls
+        in races, a plain name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``viscosity``, see
+        :func:`with_quantity`.
     value
         SI, or a text with a unit; at a path also a whole part.
 
@@ -121,8 +123,10 @@ def with_parameter(machine: Machine, name: str, value: Any) -> Machine:
     MachineError
         If the value is impossible there.
     """
+    if isinstance(machine, ChamberMachine):
+        return with_value_at(machine, name, value)
     if name in QUANTITIES or len(parts_of(name)) > 1:
-        return with_quantity(machine, name, value)
+        return cast(EitherMachine, with_quantity(machine, name, value))
     if meant := _near_quantity(machine, name):
         raise QuestionError(f"parameter {name!r}: no such name; there are {', '.join(QUANTITIES)}, and paths{meant}")
     return with_value_at(machine, name, value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.errors import CatalogError
-from autobalancer.files.machine_file import parse_any
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
@@ -35,4 +35,4 @@ def example(name: str) -> Machine | ChamberMachine:
     CatalogError
         If there is no sample machine of this name.
     """
-    return parse_any(example_text(name), f"sample machine {name!r}")
+    return parse_machine(example_text(name), f"sample machine {name!r}")

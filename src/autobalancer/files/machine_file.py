@@ -69,7 +69,7 @@ def load_machine(path: str | Path) -> Machine | ChamberMachine:
     """
     path = Path(path)
     _refuse_result(path)
-    return parse_any(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
+    return parse_machine(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
 
 
 def _refuse_result(path: Path) -> None:
@@ -85,13 +85,13 @@ def _refuse_result(path: Path) -> None:
         )
 
 
-def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine:
-    """Balls in races from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
-    return _plain_machine(parse_any(text, source, folder=folder), source)
+def parse_race_machine(text: str, source: str = "machine text") -> Machine:
+    """Like :func:`parse_machine`, but refuses chambers."""
+    return _plain_machine(parse_machine(text, source), source)
 
 
-def parse_any(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
-    """Like :func:`load_machine`, from a string."""
+def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
+    """Like :func:`load_machine`, from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as reason:  # also a number of thousands of digits

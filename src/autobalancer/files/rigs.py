@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.errors import CatalogError
-from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
 
@@ -36,4 +36,4 @@ def rig(name: str) -> Machine:
     CatalogError
         If there is no rig of this name.
     """
-    return parse_machine(rig_text(name), f"rig {name!r}")
+    return parse_race_machine(rig_text(name), f"rig {name!r}")

@@ -6,7 +6,7 @@ import xarray as xr
 
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine
 from autobalancer.studies.random_starts import driven_to
 
@@ -36,7 +36,7 @@ def worst_start(found: xr.Dataset) -> Machine:
     about = found.attrs
     number, speed, acceleration = int(about["worst"]), float(about["speed"]), float(about["acceleration"])
     ramp = speed / acceleration if acceleration else 0.0
-    machine = driven_to(parse_machine(str(about["machine"])), speed, ramp)
+    machine = driven_to(parse_race_machine(str(about["machine"])), speed, ramp)
     angles = found["start_ball_angle_in_rotor"].values[number].tolist()
     for i, balancer in enumerate(machine.balancers, start=1):
         for j, race in enumerate(balancer.races, start=1):

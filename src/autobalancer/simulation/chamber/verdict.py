@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import parse_any
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
@@ -48,7 +48,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     described = unbalance_of(run)
     if described is None:
         raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
-    machine = parse_any(str(run.attrs["machine"]))
+    machine = parse_machine(str(run.attrs["machine"]))
     assert isinstance(machine, ChamberMachine)
     last = optional_argument("last", last, "s")
     steady = window(run, last)
