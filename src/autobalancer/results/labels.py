@@ -148,9 +148,9 @@ LABELS: dict[str, Label] = {
 
 def label(dataset: xr.Dataset) -> xr.Dataset:
     """Attach long name, unit, frame and symbol to every variable of ``dataset``; returns it."""
-    for name in dataset.variables:
+    for name, variable in dataset.variables.items():  # not dataset[name], which makes an array of each anew
         entry = LABELS[str(name)]
-        dataset[name].attrs.update(long_name=entry.long_name, units=entry.units)
+        variable.attrs.update(long_name=entry.long_name, units=entry.units)
         more = {"frame": entry.frame, "symbol": entry.symbol}
-        dataset[name].attrs.update({key: text for key, text in more.items() if text})
+        variable.attrs.update({key: text for key, text in more.items() if text})
     return dataset
