@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import cmath
 from dataclasses import replace
+from importlib import import_module
+from pkgutil import iter_modules
 
 import numpy as np
 
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows
-from autobalancer.assembly.rotors.multibody import multibody
-from autobalancer.assembly.rotors.rigid import planar, rigid
-from autobalancer.assembly.rotors.shaft import shaft
+from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
-from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor, Unbalance
+from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
 
 __all__ = [
@@ -42,16 +41,8 @@ def lateral_model(machine: Machine) -> LateralModel:
     MachineError
         If the rotor is not possible as described: disconnected, without mass, a place that does not exist.
     """
-    rotor = machine.rotor
-    if isinstance(rotor, PlanarRotor):
-        return planar(planar_rotor(machine))
-    if isinstance(rotor, RigidRotor):
-        return rigid(rotor)
-    if isinstance(rotor, ShaftRotor):
-        return shaft(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
-    if isinstance(rotor, MultibodyRotor):
-        return multibody(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
-    raise AssertionError(rotor)
+    rotor = planar_rotor(machine) if isinstance(machine.rotor, PlanarRotor) else machine.rotor
+    return matrices(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
 
 
 def rows_at(machine: Machine, model: LateralModel, place: float | str | None, *path: str | int) -> Rows:
@@ -137,3 +128,7 @@ def with_ball_mass(machine: Machine, model: LateralModel) -> LateralModel:
 def rows_matrix(rows: list[Rows]) -> Matrix:
     """Deflection rows one above the other, (P, pairs)."""
     return np.array([row.deflection for row in rows]).reshape(len(rows), -1)
+
+
+for _file in iter_modules(__path__):  # a kind of rotor registers its matrices when its file is imported
+    import_module(f"{__name__}.{_file.name}")

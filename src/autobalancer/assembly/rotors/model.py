@@ -11,13 +11,14 @@ kinetic energy of the spin is w q'^T (G/2) q, so that energy is conserved with a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, singledispatch
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import MachineError
+from autobalancer.machine.rotors import Rotor
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -150,3 +151,17 @@ class LateralModel:
         full[:places, :n] = rows
         full[places:, n : 2 * n] = rows
         return full
+
+
+@singledispatch
+def matrices(rotor: Rotor, gravity: float) -> LateralModel:
+    """The linear system of a rotor; each kind registers its own in its file, see ``rigid.py``.
+
+    ``gravity`` along the axis, m/s^2, is 0 if that is horizontal.
+
+    Raises
+    ------
+    ImpossiblePart
+        If the rotor is not possible as described.
+    """
+    raise NotImplementedError(f"rotor of kind {rotor.kind!r}: no file in assembly/rotors registers its matrices")

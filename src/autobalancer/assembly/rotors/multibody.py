@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import LateralModel, Rows
+from autobalancer.assembly.rotors.model import LateralModel, Rows, matrices
 from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, MergedBody, Rig, X, inertia_matrices, rig_of
 from autobalancer.assembly.rotors.rig_checks import refuse_free_motion, unresisted
 from autobalancer.assembly.rotors.rig_joints import assembled, rig_speeds, struts
@@ -50,6 +50,7 @@ class RigAxis:
         return Rows(motion[X, :n], motion[SLOPE_X, :n])
 
 
+@matrices.register
 def multibody(rotor: MultibodyRotor, gravity: float) -> LateralModel:
     """Coordinates x and slope of each merged body, y and slope, then z and the turning angle of what stands.
 

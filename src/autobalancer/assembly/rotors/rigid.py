@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import LateralModel, Rows
+from autobalancer.assembly.rotors.model import LateralModel, Rows, matrices
 from autobalancer.assembly.rotors.supports import add_support, table_speeds
 from autobalancer.machine import PlanarRotor, RigidRotor
 
@@ -43,7 +43,8 @@ class Point:
         return [(0.0, self.rows(None, None))]
 
 
-def rigid(rotor: RigidRotor) -> LateralModel:
+@matrices.register
+def rigid(rotor: RigidRotor, gravity: float = 0.0) -> LateralModel:
     """Coordinates X, phi_Y, Y, -phi_X of Rodrigues et al. 2011, (1)."""
     positions = [float(support.position) for support in rotor.supports]
     axis = RigidAxis((min(positions), max(positions)))
@@ -60,7 +61,8 @@ def rigid(rotor: RigidRotor) -> LateralModel:
     )  # fmt: skip
 
 
-def planar(rotor: PlanarRotor) -> LateralModel:
+@matrices.register
+def planar(rotor: PlanarRotor, gravity: float = 0.0) -> LateralModel:
     """Coordinates X, Y."""
     inertia = None if rotor.inertia is None else float(rotor.inertia)
     return LateralModel(

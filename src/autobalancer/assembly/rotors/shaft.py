@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigvalsh
 
-from autobalancer.assembly.rotors.model import LateralModel, Matrix
+from autobalancer.assembly.rotors.model import LateralModel, Matrix, matrices
 from autobalancer.assembly.rotors.shaft_axis import ShaftAxis
 from autobalancer.assembly.rotors.shaft_mesh import Mesh, mesh
 from autobalancer.assembly.rotors.supports import add_support, table_speeds
@@ -13,6 +13,7 @@ from autobalancer.machine import ShaftRotor
 from autobalancer.machine.part import ImpossiblePart
 
 
+@matrices.register
 def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
     """Coordinates: deflection and rotation of the section of each node along x, then along y.
 
