@@ -15,7 +15,7 @@ from autobalancer.kernels.laws.rebound import NONE
 from autobalancer.kernels.records.guided import CONTACT
 from autobalancer.kernels.system import Floats, Rows
 from autobalancer.laws.rebound import damping_ratio
-from autobalancer.laws.touching_balls import touching_balls
+from autobalancer.laws.touching_balls import TouchingBalls, touching_balls
 from autobalancer.machine import Machine, Race
 
 TURN = 2.0 * math.pi
@@ -118,12 +118,12 @@ def _set_neighbors(
         row.touch = 0.5 * occupied_angle([one, other])
         row.hard, row.soft, row.quick = _spring_and_damper(race, one, other, frequency)
         row.rebound = meeting_table(tables, race, one, other)
-        row.pace = 1.0 / touching_balls((one.orbit_radius, other.orbit_radius), (one.radius, other.radius)).force
-        _set_rubbing(race, one, other, row, frequency)
+        pair = touching_balls((one.orbit_radius, other.orbit_radius), (one.radius, other.radius))
+        row.pace = 1.0 / pair.force
+        _set_rubbing(race, one, pair, row, frequency)
 
 
-def _set_rubbing(race: Race, ball: Ball, ahead: Ball, row: Any, frequency: float) -> None:
-    pair = touching_balls((ball.orbit_radius, ahead.orbit_radius), (ball.radius, ahead.radius))
+def _set_rubbing(race: Race, ball: Ball, pair: TouchingBalls, row: Any, frequency: float) -> None:
     row.out, row.out_next = pair.force * pair.outward[0], pair.force * pair.outward[1]
     if race.contact is not None and race.contact.friction > 0.0:
         wall = ball.orbit_radius + ball.radius

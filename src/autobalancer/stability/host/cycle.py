@@ -50,12 +50,12 @@ class Cycle:
     @property
     def balls(self) -> int:
         """Number of balls n."""
-        return self.host.moment.size
+        return self.field.balls
 
     @property
     def rotor(self) -> int:
         """Number of components in front of the ball angles."""
-        return 4 * self.host.model.pairs
+        return self.field.rotor
 
     @property
     def size(self) -> int:
