@@ -71,3 +71,25 @@ def test_a_ball_rolls_in_a_turning_drum_where_drag_and_rolling_moment_hold_it(sp
     assert angle.mean() == pytest.approx(math.copysign(wanted, speed), rel=2e-3)
     assert late.ball_spin.values[:, 0, 0] == pytest.approx(spin, rel=1e-3)
     assert np.abs(late.ball_velocity.values).max() < 1e-3
+
+
+@pytest.mark.parametrize(("law", "within"), [("restitution", 0.01), ("history", 0.15)])
+def test_balls_rub_on_each_other_with_their_own_friction_and_on_the_wall_with_that_of_the_wall(
+    law: str, within: float
+) -> None:
+    # a spinning ball meets one at rest head on, a third one slides along the flat wall: both slide throughout; the tangential
+    # damper of "history" leaves a stretched spring, which takes away a tenth of the impulse at the end
+    walls, balls, restitution, speed, spin = 0.3, 0.1, 0.6, 2.0, 600.0
+    near, gap = 0.1 - RADIUS - 1e-4, 1e-4
+    machine = drum(
+        {"law": law, "friction": walls, "ball_friction": balls, "restitution": restitution, "stiffness": 1e9, "slip_speed": 1e-4},
+        count=3, positions=[[-RADIUS - gap, 0.0, 0.0], [RADIUS, 0.0, 0.0], [near, 0.05, 0.0]],
+        velocities=[[speed, 0.0, 0.0], [0.0, 0.0, 0.0], [speed, 0.0, 8.0]], spins=[[0.0, 0.0, spin], [0.0] * 3, [0.0] * 3],
+    )  # fmt: skip
+    run = simulate_chamber(machine, duration=1e-3, sample=1e-3, step=contact_time(machine) / 200.0)
+    assert (int(run.contacts_wall.sum()), int(run.contacts_ball.sum())) == (1, 1)
+    velocity = run.ball_velocity.values[-1]
+    impulse = (1.0 + restitution) * speed  # over the mass; half of it between two balls
+    assert velocity[2, 2] - 8.0 == pytest.approx(-walls * impulse, rel=within)
+    assert velocity[1, 1] == pytest.approx(balls * 0.5 * impulse, rel=within)
+    assert velocity[0, 1] == pytest.approx(-velocity[1, 1], rel=1e-6)

@@ -60,6 +60,7 @@ def contact_row(contact: ChamberContact) -> Row:
     """Constants of the law."""
     row = CONTACT.row(
         friction=contact.friction,
+        ball_friction=contact.friction if contact.ball_friction is None else contact.ball_friction,
         restitution_squared=contact.restitution**2,
         rolling_arm=contact.rolling_arm,
         slow=contact.slip_speed,

@@ -64,11 +64,17 @@ def _leave(block, i, feels, force):
 
 
 @njit(**MERGED)
-def _constants(run, contact, recovered, damping):
+def _constants(run, contact, friction, recovered, damping):
     return Constants(
-        run.step, contact.friction, contact.slow, contact.rolling_arm, recovered, damping, 1.5 * contact.shear_ratio,
+        run.step, friction, contact.slow, contact.rolling_arm, recovered, damping, 1.5 * contact.shear_ratio,
         contact.restitution_squared,
     )  # fmt: skip
+
+
+@njit(**MERGED)
+def _friction(block, i, wall, ball):
+    """Coefficient of contact ``i``, of a ball on a wall or on a ball."""
+    return wall if data(block.two)[i] < 0 else ball
 
 
 @njit(**APART)
@@ -85,12 +91,15 @@ def _look_up(rebounds, block, count):
 def press_varied(run, contact, block, count, rebounds):
     """The same as ``press`` where restitution depends on the speed of an impact."""
     _look_up(rebounds, block, count)
+    wall, ball = contact.friction, contact.ball_friction
     padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
     if contact.has_memory != 0:
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
-            c = _constants(run, contact, 1.0, contact.damping_ratio * data(block.found)[i])
+            c = _constants(
+                run, contact, _friction(block, i, wall, ball), 1.0, contact.damping_ratio * data(block.found)[i]
+            )
             force, stretch = with_memory(c, m, o, vector(block.stretch, i))
             put_vector(block.stretch, i, stretch)
             _leave(block, i, felt(c, m, o, force), force)
@@ -98,7 +107,7 @@ def press_varied(run, contact, block, count, rebounds):
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
-            c = _constants(run, contact, data(block.found)[i], 0.0)
+            c = _constants(run, contact, _friction(block, i, wall, ball), data(block.found)[i], 0.0)
             force = restitution(c, m, o)
             _leave(block, i, felt(c, m, o, force), force)
 
@@ -106,12 +115,14 @@ def press_varied(run, contact, block, count, rebounds):
 @njit(**APART)
 def press(run, contact, block, count):
     """Forces, losses and energy of the first ``count`` contacts of ``block``; unused places are computed too."""
-    c = _constants(run, contact, contact.restitution_squared, contact.damping_ratio)
+    wall, ball = contact.friction, contact.ball_friction
+    recovered, damping = contact.restitution_squared, contact.damping_ratio
     padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
     if contact.has_memory != 0:
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
+            c = _constants(run, contact, _friction(block, i, wall, ball), recovered, damping)
             force, stretch = with_memory(c, m, o, vector(block.stretch, i))
             put_vector(block.stretch, i, stretch)
             _leave(block, i, felt(c, m, o, force), force)
@@ -119,5 +130,6 @@ def press(run, contact, block, count):
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
+            c = _constants(run, contact, _friction(block, i, wall, ball), recovered, damping)
             force = restitution(c, m, o)
             _leave(block, i, felt(c, m, o, force), force)

@@ -25,7 +25,8 @@ RUN = Record(
 
 CONTACT = Record(
     Field("has_memory", "", "1: Hertz, damping and a tangential spring; 0: the law of restitution", (), WHOLE),
-    Field("friction", "1", "force of friction over the normal force"),
+    Field("friction", "1", "force of friction over the normal force, of a ball on a wall"),
+    Field("ball_friction", "1", "the same of a ball on a ball"),
     Field("restitution_squared", "1", "part of the elastic force that is left in separation"),
     Field("rolling_arm", "m", "rolling moment over the normal force"),
     Field("slow", "m/s", "below this velocity friction and rolling resistance are in proportion to it"),

@@ -29,7 +29,8 @@ class _Elastic(Part):
     rebound: Rebound | None = key(
         "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
     )
-    friction: Coefficient = key("coefficient of sliding friction of all contacts")
+    friction: Coefficient = key("coefficient of sliding friction, of all contacts unless `ball_friction` is given")
+    ball_friction: Coefficient | None = key("the same of balls on balls; by default that of the walls", None)
     rolling_arm: Offset = key("$f$: rolling resistance is a moment $f F$ against the relative spin", 0.0)
     slip_speed: SlipSpeed = key("sliding speed below which friction falls to zero in proportion", 1e-3)
 

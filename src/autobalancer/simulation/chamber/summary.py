@@ -54,6 +54,7 @@ class ChamberSummary(Described):
     capability: float
     chambers: tuple[ChamberFilling, ...]
     friction: float
+    ball_friction: float | None  # between balls, if it is another one
     contact_time: float
     step: float
     duration: float | None
@@ -108,6 +109,7 @@ def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
         capability=capability,
         chambers=fillings,
         friction=float(machine.contact.friction),
+        ball_friction=None if machine.contact.ball_friction is None else float(machine.contact.ball_friction),
         contact_time=contact_time(machine),
         step=default_step(machine),
         duration=float(machine.run.duration) if machine.run is not None else None,

@@ -18,6 +18,7 @@ def chamber_rows(found: ChamberSummary, said: Callable[[float], str]) -> list[tu
     """Everything that ``check`` shows of it, with speeds as ``said`` writes them."""
     couple = f", couple {found.couple_unbalance * 1e9:.5g} g mm²" if found.couple_unbalance else ""
     steps = f", {found.duration / found.step:.3g} steps in {found.duration:g} s" if found.duration else ""
+    between = "" if found.ball_friction is None else f", {found.ball_friction:g} between balls"
     modes = zip(found.critical_speeds, found.damping_ratios, strict=True)
     return [
         ("body", FREEDOM[found.freedom]),
@@ -25,7 +26,10 @@ def chamber_rows(found: ChamberSummary, said: Callable[[float], str]) -> list[tu
         *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
         ("unbalance", f"{moment_text(found.unbalance, 5)}{couple}"),
         *((f"chamber {filling.chamber}", _filling(filling, found.unbalance)) for filling in found.chambers),
-        ("friction", f"{found.friction:g}; with too little friction, or too few balls, the balls stay at the bottom"),
+        (
+            "friction",
+            f"{found.friction:g}{between}; with too little friction, or too few balls, the balls stay at the bottom",
+        ),
         ("shortest contact", f"{1e6 * found.contact_time:.4g} us at 4 m/s"),
         ("step", f"{1e6 * found.step:.4g} us{steps}"),
         ("highest speed", said(found.highest_speed)),
