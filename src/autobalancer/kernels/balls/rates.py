@@ -14,11 +14,9 @@ from __future__ import annotations
 from numba import njit
 
 from autobalancer.kernels.flags import INLINE
-from autobalancer.kernels.host.hardening import hardened
+from autobalancer.kernels.host.acted import acted
 from autobalancer.kernels.host.linear import alone, together, write_rotor
 from autobalancer.kernels.host.links import turn_links
-from autobalancer.kernels.host.rubber import stretched
-from autobalancer.kernels.host.shaking import shaken
 from autobalancer.kernels.laws.lag import relax
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.system import system_at
@@ -28,11 +26,13 @@ from autobalancer.kernels.system import system_at
 def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # type: ignore[no-untyped-def]
     """Time derivative ``dy`` of the state ``y``; ``kind`` goes to the functions. Whether any ball was taken wrongly."""
     p = behind(system_at(system))
-    motion = hardened(p, stretched(y, dy, p, shaken(time, y, p, alone(time, y, system))))
+    motion = alone(time, y, system)
+    if p.shakes.shape[0] + p.rubber.mounts.shape[0] + p.bearings.springs.shape[0] > 0:
+        motion = acted(time, y, dy, system, motion)
     prepare(time, y, p, motion)
     torque, inertia = motion.torque, p.polar_inertia
     if p.drive.linked == 1:
-        torque += turn_links(time, y, dy, p.drive)
+        torque += turn_links(time, y, dy, system)
     for b in range(p.ball_count):
         its_torque, its_inertia = gather(time, y, p, motion, b, kind)
         torque += its_torque

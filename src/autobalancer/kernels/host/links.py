@@ -17,14 +17,16 @@ from numba import njit
 
 from autobalancer.kernels.flags import EQUATIONS
 from autobalancer.kernels.host.drive import drive_value, motor_torque
+from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.drive import MOUNT, PRESCRIBED
-from autobalancer.kernels.system import SPEED, THETA, Drive
+from autobalancer.kernels.system import SPEED, THETA, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
 @njit(**EQUATIONS)
-def turn_links(time: float, y: Any, dy: Any, drive: Drive) -> float:
+def turn_links(time: float, y: Any, dy: Any, system: Any) -> float:
     """Write the rates of all links; returns the torque on the rotor, N m."""
+    drive = behind(system_at(system)).drive
     count = drive.links.shape[0]
     mounted = count > 0 and drive.links[count - 1].kind == MOUNT
     couplings = count - 1 if mounted else count
