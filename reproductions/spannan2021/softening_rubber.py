@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
@@ -39,7 +40,7 @@ NOT_PRINTED = "blow and own unbalance are not printed and were chosen"
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Frequency and decay after a blow, the passage in the run-up, and how many starts meet the five speeds."""
-    frequency, decay = after_a_blow()
+    frequency, decay = frequency_and_decay(after_a_blow())
     met = {name: starts_that_meet(**case) for name, case in cases().items()}
     draw(met, out)
     rows = [
@@ -61,10 +62,16 @@ def machine(**more: Any) -> Machine:
     return Machine(name="discoidal rotor", axis="vertical", rotor={"mass": MASS, "rubber": soft_rubber()}, **more)
 
 
-def after_a_blow() -> tuple[float, float]:
-    """Peak of the spectrum of 2 s (Hz), and the decay of the amplitudes of the first second (1/s)."""
+def after_a_blow() -> xr.Dataset:
+    """Two seconds after a blow at rest."""
     still = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}
-    run = ab.simulate(machine(start={"velocity": [BLOW / MASS, 0.0]}, drive=still), duration=2.0, save=ab.Samples(4001))
+    return ab.simulate(
+        machine(start={"velocity": [BLOW / MASS, 0.0]}, drive=still), duration=2.0, save=ab.Samples(4001)
+    )
+
+
+def frequency_and_decay(run: xr.Dataset) -> tuple[float, float]:
+    """Peak of the spectrum of a run of 2 s (Hz), and the decay of the amplitudes of the first second (1/s)."""
     time, x = run["time"].values, run["x"].values
     spectrum = np.abs(np.fft.rfft(x[:-1], 2**18))
     frequency = np.fft.rfftfreq(2**18, time[1])[int(spectrum.argmax())]
