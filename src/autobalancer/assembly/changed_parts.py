@@ -18,7 +18,12 @@ def race_with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
             "vary 'drag', or describe fluid and drag law"
         )
     density, _ = fluid_numbers(race.fluid)
-    return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass)}
+    shear = race.fluid.shear
+    if shear is not None and shear.measured_at is not None:
+        raise QuestionError(
+            f"quantity 'viscosity': the rates of shear of the fluid of {where} change with its temperature; vary 'temperature'"
+        )
+    return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass, shear=shear)}
 
 
 def race_with_rolling(race: Race, value: float) -> Friction:

@@ -10,8 +10,10 @@ from autobalancer.catalog.bearing_table import bearing as find_bearing
 from autobalancer.catalog.fluid_table import fluid
 from autobalancer.catalog.resolve_bodies import friction_of, size_of, spin_ratio_of
 from autobalancer.catalog.resolve_drag import ball_drag
+from autobalancer.catalog.resolve_shear import sheared, sheared_curve
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.machine import Fluid, Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
 
@@ -106,11 +108,17 @@ def fluid_numbers(part: Fluid) -> tuple[float, float]:
 
 def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> list[Ball]:
     density, viscosity = 0.0, 0.0
+    shear: Sheared | None = None
     if race.fluid is not None:
         try:
             density, viscosity = fluid_numbers(race.fluid)
         except CatalogError as error:
             problems.append((("fluid", "name"), str(error)))
+            return []
+        try:
+            shear = sheared(race.fluid, viscosity)
+        except (CatalogError, QuestionError) as error:
+            problems.append((("fluid", "shear"), str(error)))
             return []
     try:
         ring = find_bearing(race.bearing) if race.bearing is not None else None
@@ -165,6 +173,8 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
             problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
         try:
             beta, curve = ball_drag(race.drag, radius, orbit, density, viscosity)
+            if shear is not None and diameter:
+                curve = sheared_curve(race, radius, orbit, (density, viscosity), shear)
         except QuestionError as error:
             problems.append((("drag",), str(error)))
             return []

@@ -34,7 +34,7 @@ def ball_drag(
         return _torque(part, ball), None
     if radius == 0.0:
         return 0.0, None
-    law = _curve(part, ball)
+    law = law_of(part, ball)
     beta = linear_drag(law.cd_re, density, viscosity, radius, orbit)
     return beta, None if isinstance(law, LinearLaw) else DragCurve(law, density, viscosity, 2.0 * radius)
 
@@ -50,7 +50,7 @@ def _torque(part: Drag, ball: BallInRace) -> float:
 
 
 @lru_cache(maxsize=256)
-def _curve(part: Drag, ball: BallInRace) -> DragLaw:
+def law_of(part: Drag, ball: BallInRace) -> DragLaw:
     """The law of a ball, tried over all Reynolds numbers."""
     try:
         law = part.curve(ball)

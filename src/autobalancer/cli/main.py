@@ -36,7 +36,7 @@ def _options(
         list[Path] | None,
         typer.Option(
             metavar="FILE",
-            help="Execute a Python file with forces, drag laws, friction laws or joints of your own; machine files may then "
+            help="Execute a Python file with forces, joints, laws of drag, friction or shear of your own; machine files may then "
             "name them. Stands before the command and may be repeated.",
         ),
     ] = None,

@@ -1,4 +1,4 @@
-"""Files in Python with forces, drag laws, friction laws or joints of one's own, executed because the user names them."""
+"""Files in Python with forces, joints, laws of drag, friction or shear of one's own, executed because the user names them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from autobalancer.machine.leaves import Leaf, register
 
 
 def load(path: str | Path) -> list[type[Leaf]]:
-    """Execute a Python file and register all forces, drag laws, friction laws and joints that it defines.
+    """Execute a Python file and register all forces, drag laws, friction laws, joints and shear laws that it defines.
 
     A machine file never executes anything; this function does because it is asked to, as the option ``--load`` of the command
     line.
@@ -54,7 +54,7 @@ def load(path: str | Path) -> list[type[Leaf]]:
     leaves = [value for value in own if issubclass(value, Leaf) and value.word()]
     if not leaves:
         raise QuestionError(
-            f"{path}: defines no force, drag law, friction law or joint: no class with a word for machine files"
+            f"{path}: defines no force, drag law, friction law, joint or shear law: no class with a word for machine files"
         )
     try:
         return [register(leaf) for leaf in leaves]

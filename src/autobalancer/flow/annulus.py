@@ -135,6 +135,10 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
     fluid = machine.balancers[balancer - 1].races[race - 1].fluid
     if fluid is None:
         raise MachineError(f"balancers[{balancer}].races[{race}].fluid: missing; the flow in the race needs it")
+    if fluid.shear is not None:
+        raise MachineError(
+            f"balancers[{balancer}].races[{race}].fluid.shear: the flow is known for constant viscosity only; leave it out"
+        )
     return Annulus(*walls[:4], *reversed(fluid_numbers(fluid)))
 
 

@@ -21,6 +21,7 @@ from autobalancer.machine.balancer import (
     Race,
     ResolvedContact,
     Roundness,
+    ShearLaw,
 )
 from autobalancer.machine.chamber import (
     Chamber,
@@ -148,6 +149,7 @@ __all__ = [
     "ShaftMaterial",
     "ShaftRotor",
     "ShaftSegment",
+    "ShearLaw",
     "SpeedTable",
     "Spot",
     "Spring",
@@ -163,7 +165,7 @@ __all__ = [
     "key",
 ]
 
-FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, FrictionLaw, Joint)
+FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, FrictionLaw, Joint, ShearLaw)
 
 globals().update({leaf.__name__: leaf for family in FAMILIES for leaf in leaves_of(family)})
 document(Machine)

@@ -8,6 +8,7 @@ from autobalancer.machine.balancer.force import Force, PairForce
 from autobalancer.machine.balancer.friction_law import FrictionLaw
 from autobalancer.machine.balancer.race import Balancer, Race
 from autobalancer.machine.balancer.resolved import ResolvedContact
+from autobalancer.machine.balancer.shear import ShearLaw
 
 __all__ = [
     "Balancer",
@@ -25,4 +26,5 @@ __all__ = [
     "Race",
     "ResolvedContact",
     "Roundness",
+    "ShearLaw",
 ]

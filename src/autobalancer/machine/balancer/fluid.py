@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import model_validator
 
+from autobalancer.machine.balancer.shear import ShearLaw
+from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import Part, key
 from autobalancer.machine.quantity import Density, Ratio, Temperature, Viscosity
 
@@ -26,6 +28,10 @@ class Fluid(Part):
     density: Density | None = key("with viscosity, instead of a name", None, symbol=r"\rho")
     viscosity: Viscosity | None = key("kinematic", None, symbol=r"\nu")
     virtual_mass: Ratio = key("fluid mass that moves with a ball, over the mass it displaces", 2.0)
+    shear: Annotated[ShearLaw, OneOf(ShearLaw)] | None = key(
+        "how the viscosity changes with the rate of shear; `viscosity`, or that of the catalog, is the one at rest",
+        None,
+    )
     lag: Literal["none", "modes", "full", "auto"] = key(
         "how the fluid follows the rotor when the speed changes; needs `width` and `height` of the race", "none"
     )
@@ -37,4 +43,8 @@ class Fluid(Part):
             raise ValueError("give either the 'name' of a fluid of the catalog, or 'density' and 'viscosity'")
         if numbers and self.temperature is not None:
             raise ValueError("temperature: has no effect on a fluid given by density and viscosity; leave it out")
+        if numbers and self.shear is not None and self.shear.measured_at is not None:
+            raise ValueError("shear.measured_at: has no effect on a fluid given by density and viscosity; leave it out")
+        if self.shear is not None and self.lag != "none":
+            raise ValueError("lag: known for fluids of constant viscosity only; leave it or 'shear' out")
         return self

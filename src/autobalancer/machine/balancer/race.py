@@ -105,6 +105,25 @@ class Race(Part):
         return self
 
     @model_validator(mode="after")
+    def _sheared(self) -> Race:
+        shear = None if self.fluid is None else self.fluid.shear
+        if shear is None:
+            return self
+        if not self.drag.needs_fluid:
+            raise ValueError(
+                f"fluid.shear: the drag law {self.drag.word()!r} gives the torque without the viscosity; take another one, such "
+                "as 'cd_re'"
+            )
+        if shear.at_ball is None:
+            raise ValueError(
+                "fluid.shear.at_ball: missing; the drag needs the effective rate of shear at a ball over its velocity divided "
+                "by its diameter, which the command ball-drag finds"
+            )
+        if self.slipstream:
+            raise ValueError("slipstream: known for fluids of constant viscosity only; leave it or 'fluid.shear' out")
+        return self
+
+    @model_validator(mode="after")
     def _wet(self) -> Race:
         for name, part in (("contact", self.contact), ("resolved", self.resolved)):
             if part is None or part.rebound is None or part.rebound.critical_stokes is None:
@@ -112,6 +131,8 @@ class Race(Part):
             where = f"{name}.rebound.critical_stokes"
             if self.fluid is None:
                 raise ValueError(f"{where}: needs the viscosity of a fluid; add 'fluid', or leave it out")
+            if self.fluid.shear is not None:
+                raise ValueError(f"{where}: known for fluids of constant viscosity only; leave it or 'fluid.shear' out")
             if any(group.body != "ball" for group in self.balls):
                 raise ValueError(f"{where}: is known for balls only, not for rollers or pendulums; leave it out")
         return self

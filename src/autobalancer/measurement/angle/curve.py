@@ -15,6 +15,7 @@ from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.laws.drag_coefficient import DragLaw, linear_drag_law
+from autobalancer.laws.liquid.sheared_drag import ShearedDragCurve
 from autobalancer.machine import Machine
 from autobalancer.measurement.angle.statics import Floats, TurnedRace, equilibrium_angles
 from autobalancer.results.answers.labeled import Labeled
@@ -76,6 +77,11 @@ def angle_machine(machine: Machine | str | Path) -> AngleMachine:
         raise QuestionError(f"equilibrium angle: {where} has a {ball.body}; the experiment is one with a ball")
     if ball.fluid_viscosity <= 0.0 or ball.diameter <= 0.0:
         raise QuestionError(f"equilibrium angle: {where} needs a fluid, and its ball a size")
+    if isinstance(ball.drag_curve, ShearedDragCurve):
+        raise QuestionError(
+            f"equilibrium angle: {where}.fluid.shear: a drag coefficient over the Reynolds number needs a constant viscosity; "
+            "leave 'shear' out"
+        )
     if ball.drag <= 0.0:
         raise QuestionError(f"equilibrium angle: {where}.drag: the ball has no drag; give a drag law")
     if ball.eccentricity or race.harmonics or race.roundness is not None:

@@ -1,0 +1,1 @@
+"""Fluids that thin or thicken, and liquids with a free surface."""
