@@ -180,7 +180,8 @@ def test_on_a_vertical_axis_a_ball_lies_on_the_floor_until_the_race_takes_over()
     """The floor carries it round up to w^2 R = mu g."""
     mu, gap = 0.3, 0.02
     limit = math.sqrt(mu * GRAVITY / (ORBIT - gap))
-    machine = chamber(restitution=0.3, sliding_friction=0.2, slip_speed=1e-4, floor_friction=mu, start_gap=gap)
+    machine = chamber(restitution=0.3, sliding_friction=0.2, slip_speed=1e-4, floor_friction=mu, start_gap=gap,
+        floor_motion="sliding")  # fmt: skip
     slow = Machine(**{**{k: getattr(machine, k) for k in machine.model_fields_set}, "drive": {
         "kind": "speed", "profile": {"kind": "ramp", "start": 0.0, "end": 1.2 * limit, "duration": 1.2}}})  # fmt: skip
     times = np.array([0.0, 0.9, 0.99, 1.2, 1.6])

@@ -44,7 +44,13 @@ TILTING = Machine(
     drive={"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}},
     run={"duration": 0.2},
 )
-CONTACT = {"stiffness": "100 kN/m", "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": "1 mm/s"}
+CONTACT = {
+    "stiffness": "100 kN/m",
+    "restitution": 0.5,
+    "sliding_friction": 0.1,
+    "slip_speed": "1 mm/s",
+    "floor_friction": 0.1,
+}
 FREE_BALL = {
     "orbit_radius": 0.1,
     "drag": RACE["drag"],

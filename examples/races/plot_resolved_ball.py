@@ -3,8 +3,8 @@ Balls that find their race
 ==========================
 
 A guided ball is on its race from the first instant. Here two balls lie on the floor of the annulus, 6 mm from the wall,
-when the rotor starts to turn. The floor and the oil take them along until they slide outward; at the wall they
-bounce, slide, roll, and then do what guided balls do.
+when the rotor starts to turn. The oil takes them along, and they roll outward over the floor. In the corner of floor and wall they
+roll on both until the friction of the wall carries their weight; then they do what guided balls do.
 """
 
 import numpy as np
@@ -17,6 +17,8 @@ run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastR
 # %%
 # Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
 
+measures = ab.measures(run)
+print("on the floor until", measures.lift_off_time.values.round(1), "s")
 early = run.sel(time=slice(0.0, 8.0))
 with ab.plot.style.look():
     figure = ab.plot.style.picture(7.5, 5.0)

@@ -32,6 +32,7 @@ LABELS: dict[str, Label] = {
     "ball_gap": Label("distance of a ball from the wall of its race, negative in contact", "m"),
     "ball_spin": Label("spin of a resolved ball", "rad/s", "space"),
     "ball_at_rest": Label("whether adherence holds the ball at rest in the rotor", ""),
+    "ball_floor_force": Label("force of the floor on a ball", "N"),
     "ball_normal_force": Label("normal force of the race on a ball", "N", symbol="F_N"),
     "link": Label("what turns behind a link of the drive train: on the motor's side of a coupling, or the stator", ""),
     "twist": Label("twist of a coupling, motor against rotor; of the stator its angle in its mount", "rad"),

@@ -160,6 +160,18 @@ MEASURES = (
         OfAll("greatest break-away speed of a stalled ball", lambda r: greatest_known(r.released)),
     ),
     Measure(
+        "lift_off_time",
+        *("s", "ball", "time from which the floor of its annulus carries the resolved ball no more"),
+        lambda r: r.lifted[0],
+        needs="lifted",
+    ),
+    Measure(
+        "lift_off_speed",
+        *("rad/s", "ball", "rotor speed at which the floor of its annulus stops carrying the resolved ball"),
+        lambda r: r.lifted[1],
+        needs="lifted",
+    ),
+    Measure(
         "final_ball_angle_to_unbalance",
         *("rad", "ball", "final ball angle from the unbalance"),
         lambda r: r.final_angle,

@@ -82,6 +82,9 @@ class Recorded:
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
     impacts: Impacts | None = None  # of balls on each other, partitions and walls
+    lifted: tuple[Floats, Floats] | None = (
+        None  # of each ball when the floor stops carrying it, (n,) s, and the rotor speed then
+    )
 
     @cached_property
     def moved(self) -> Moved:

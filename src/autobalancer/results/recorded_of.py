@@ -13,7 +13,7 @@ from autobalancer.results.impacts import impacts_of
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.places import Floats, plane_vectors, turns_of
 from autobalancer.results.recorded import LAST, Balls, Bins, Recorded
-from autobalancer.results.series import wrapped
+from autobalancer.results.series import lifted_from, wrapped
 from autobalancer.results.standing import NONE, load_of, standing_in
 
 
@@ -32,6 +32,9 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         told["late"] = away_from_standing(run.isel(time=inside))
     if balls is not None and "unbalance_angle_in_rotor" in run:
         told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
+    if "ball_floor_force" in run:
+        time, speed, floor = series(run, "time", "speed", "ball_floor_force")
+        told["lifted"] = lifted_from(time, floor), lifted_from(speed, floor)
     jumps = jump_times(run)
     if jumps:
         parts = [part for begin, _, part in parts_between_jumps(run) if begin > 0.0]

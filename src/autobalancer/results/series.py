@@ -67,6 +67,16 @@ def release_rows(rotor_speed: Floats, ball_speed: Floats, critical_speed: float)
     return result
 
 
+def lifted_from(values: Floats, floor: Floats) -> Floats:
+    """Of values over time that of the first sample from which on the floor carries each ball no more; nan if it does at the end.
+
+    ``floor`` is the force of the floor, (time, ball).
+    """
+    carried = [np.flatnonzero(force > 0.0) for force in floor.T]
+    rows = [int(on[-1]) + 1 if on.size else 0 for on in carried]
+    return np.array([values[row] if row < values.size else np.nan for row in rows])
+
+
 def end_of_run_up(time: Floats, rotor_speed: Floats) -> float:
     """Time from which the rotor speed stays within 0.1 % of its last value; the first time if it does from there on."""
     away = np.flatnonzero(np.abs(rotor_speed - rotor_speed[-1]) > CONSTANT * abs(rotor_speed[-1]))

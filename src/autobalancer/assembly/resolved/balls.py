@@ -147,6 +147,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     row.hold_stiffness = hold
     row.hold_damping = 2.0 * math.sqrt(hold * whole)
     row.floor = float(contact.floor_friction)
+    row.floor_arm = ball.radius if contact.floor_motion == "rolling" and vertical and row.floor > 0.0 else 0.0
     row.weight = ball.effective_mass * float(machine.gravity) if vertical else 0.0
     row.ball_sliding = float(contact.ball_friction)
     row.viscous = ball.drag / ball.orbit_radius**2
@@ -174,6 +175,9 @@ def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows
                 radius + 1j * slope
             )
             row[at.BALL_SPIN] = -along / ball.radius
+            if numbers.floor_arm > 0.0:  # on floor and wall at once it turns about their diagonal
+                normal = (radius - 1j * slope) * cmath.rect(1.0, angle) / abs(radius + 1j * slope)
+                row[[at.TUMBLE_X, at.TUMBLE_Y]] = row[at.BALL_SPIN] * normal.real, row[at.BALL_SPIN] * normal.imag
     return states
 
 
@@ -187,7 +191,7 @@ def resolved_scales(balls: tuple[Ball, ...], rows: Rows, fastest: float) -> Matr
         frequency = math.sqrt(power * force / depth / relative_mass(ball))
         scale[[at.BALL_X, at.BALL_Y, at.HOLD]] = depth
         scale[[at.BALL_VX, at.BALL_VY]] = depth * frequency
-        scale[at.BALL_SPIN] = depth * frequency / ball.radius
+        scale[[at.BALL_SPIN, at.TUMBLE_X, at.TUMBLE_Y]] = depth * frequency / ball.radius
     return scales
 
 

@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
+from autobalancer.kernels.balls.floor import climbing, on_floor
 from autobalancer.kernels.balls.forces import push_resolved
-from autobalancer.kernels.balls.path import closest, orbit
 from autobalancer.kernels.balls.rates import rates_of
+from autobalancer.kernels.balls.walls import TINY, touch
 from autobalancer.kernels.called import call_friction
 from autobalancer.kernels.flags import EQUATIONS, INLINE
 from autobalancer.kernels.host.linear import Motion
@@ -43,10 +44,10 @@ from autobalancer.kernels.records.resolved import (
     BALL_X,
     BALL_Y,
     HOLD,
+    TUMBLE_X,
+    TUMBLE_Y,
 )
 from autobalancer.kernels.system import BALLS, System
-
-TINY = 1e-30  # m^2, keeps the direction of a ball at the center of its race a number
 
 
 @njit(**INLINE)
@@ -60,39 +61,29 @@ def _slide(p: System, ball: Any, at: Any, slip: float, pressed: float) -> float:
 
 
 @njit(**INLINE)
+def _rub(p: System, ball: Any, at: Any, slip: float, climb: float, pressed: float) -> tuple[float, float]:
+    """Friction of a wall against slip along the race and upwards, N."""
+    if climb == 0.0:
+        return _slide(p, ball, at, slip, pressed), 0.0
+    fast = math.sqrt(slip * slip + climb * climb + TINY)
+    both = _slide(p, ball, at, fast, pressed) / fast
+    return both * slip, both * climb
+
+
+@njit(**INLINE)
 def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore[no-untyped-def]
     """Forces of walls, partitions, floor and fluid on a ball with its state at ``own``, into ``free``; it slips ``at``."""
     x, z, vx, vz, spin = y[own + BALL_X], y[own + BALL_Y], y[own + BALL_VX], y[own + BALL_VY], y[own + BALL_SPIN]
-    away = math.sqrt(x * x + z * z + TINY)
-    nx, ny = x / away, z / away
-    radius, level = ball.radius, ball.orbit
-    depth = away - orbit(p.waves, ball, level, nx, ny)[0]
-    outside = depth > 0.0
-    if not outside:
-        depth += ball.gap
-        level -= ball.gap
-    if ball.waves > 0 and (outside or depth < 0.0):
-        depth, nx, ny = closest(p.waves, ball, level, x, z, nx, ny)
-    outward, along = vx * nx + vz * ny, vz * nx - vx * ny
-    wall, inner = 0.0, 0.0
-    hard, damping = ball.wall_stiffness, ball.wall_damping
-    if not outside:
-        depth, outward, hard, damping = -depth, -outward, ball.inner_stiffness, ball.inner_damping
-    lightness = 1.0 / (ball.mass + ball.extra)
-    damping = damping_at(p.rebounds, ball.rebound, damping, depth, outward, hard, lightness, ball.hertz)
-    if outside:
-        wall = normal_force(depth, outward, hard, damping, ball.hertz)
-    else:
-        inner = normal_force(depth, outward, hard, damping, ball.hertz)
-
-    slip = along + radius * spin
-    rub, torque, hold_rate = 0.0, 0.0, 0.0
+    nx, ny, along, wall, inner = touch(p, ball, x, z, vx, vz)
+    radius, lightness = ball.radius, 1.0 / (ball.mass + ball.extra)
+    slip, climb = along + radius * spin, climbing(ball, nx, ny, y[own + TUMBLE_X], y[own + TUMBLE_Y])
+    rub, up, torque, hold_rate = 0.0, 0.0, 0.0, 0.0
     if wall > 0.0:
-        rub = _slide(p, ball, at, slip, wall)
+        rub, up = _rub(p, ball, at, slip, climb, wall)
         torque = -radius * rub
     if inner > 0.0:
-        grip = _slide(p, ball, at, along - radius * spin, inner)
-        rub += grip
+        grip, down = _rub(p, ball, at, along - radius * spin, -climb, inner)
+        rub, up = rub + grip, up - down
         torque += radius * grip
     if ball.rolling_arm > 0.0:
         torque -= ball.rolling_arm * (wall + inner) * math.tanh(radius * spin / ball.rest_speed)
@@ -127,14 +118,9 @@ def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore
             force_y += push * py + rub * px
             torque -= radius * rub
 
-    if ball.floor > 0.0 and ball.weight > 0.0:
-        # the wall carries as much of the weight as its friction can
-        left = ball.weight - ball.sliding * (wall + inner)
-        if left > 0.0:
-            fast = math.sqrt(vx * vx + vz * vz + TINY)
-            drawn = left * ball.floor * math.tanh(fast / ball.slip_speed) / fast
-            force_x -= drawn * vx
-            force_y -= drawn * vz
+    floor = on_floor(ball, wall + inner, vx, vz, y[own + TUMBLE_X], y[own + TUMBLE_Y])
+    force_x, force_y = force_x + floor[0], force_y + floor[1]
+    free.tumble_x, free.tumble_y = floor[2] - radius * up * ny, floor[3] + radius * up * nx
 
     lag = fluid_lag(time, y, p.fluid, ball)
     ux, uy = vx - lag * z, vz + lag * x
@@ -282,6 +268,8 @@ def _recover(y, dy, p, motion, b, acceleration, each) -> bool:  # type: ignore[n
     dy[own + BALL_VX], dy[own + BALL_VY] = dx, dz
     dy[own + BALL_SPIN] = free.torque / ball.spin_inertia - acceleration
     dy[own + HOLD] = free.hold_rate
+    dy[own + TUMBLE_X] = free.tumble_x / ball.spin_inertia + speed * y[own + TUMBLE_Y]
+    dy[own + TUMBLE_Y] = free.tumble_y / ball.spin_inertia - speed * y[own + TUMBLE_X]
     inverse = 1.0 / (x * x + z * z + TINY)
     rate = (x * vz - z * vx) * inverse
     dy[BALLS + b] = rate

@@ -1,4 +1,4 @@
-"""Contacts of resolved balls with their outer wall at states that were saved."""
+"""What walls and floor do to resolved balls at states that were saved."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Any
 
 from numba import njit, types, void
 
+from autobalancer.kernels.balls.floor import carried_by_floor
 from autobalancer.kernels.balls.path import closest, orbit
+from autobalancer.kernels.balls.walls import TINY, touch
 from autobalancer.kernels.flags import COMPILED
-from autobalancer.kernels.laws.contact import normal_force
-from autobalancer.kernels.laws.rebound import damping_at
 from autobalancer.kernels.records.resolved import BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import Matrix, System, matrix_type, system_type
 
-TINY = 1e-30  # m^2, as in resolved.py
 
-
-@njit(void(types.Array(types.float64, 3, "C"), system_type, matrix_type, matrix_type), **COMPILED)
-def contacts(own: Any, p: System, gap: Matrix, force: Matrix) -> None:
-    """Write distance from the wall and normal force, (times, balls), for states (times, balls, BALL_STATES)."""
+@njit(void(types.Array(types.float64, 3, "C"), system_type, matrix_type, matrix_type, matrix_type), **COMPILED)
+def contacts(own: Any, p: System, gap: Matrix, force: Matrix, floor: Matrix) -> None:
+    """Write distance from the outer wall, its normal force and that of the floor, (times, balls), for states
+    (times, balls, BALL_STATES).
+    """
     for i in range(own.shape[0]):
         for b in range(own.shape[1]):
             ball = p.free_balls[b]
@@ -29,10 +29,7 @@ def contacts(own: Any, p: System, gap: Matrix, force: Matrix) -> None:
             depth = away - orbit(p.waves, ball, ball.orbit, nx, ny)[0]
             if ball.waves > 0:
                 depth, nx, ny = closest(p.waves, ball, ball.orbit, x, z, nx, ny)
-            outward = own[i, b, BALL_VX] * nx + own[i, b, BALL_VY] * ny
             gap[i, b] = -depth
-            hard, lightness = ball.wall_stiffness, 1.0 / (ball.mass + ball.extra)
-            damping = damping_at(
-                p.rebounds, ball.rebound, ball.wall_damping, depth, outward, hard, lightness, ball.hertz
-            )
-            force[i, b] = normal_force(depth, outward, hard, damping, ball.hertz)
+            at = touch(p, ball, x, z, own[i, b, BALL_VX], own[i, b, BALL_VY])
+            force[i, b] = at.wall
+            floor[i, b] = carried_by_floor(ball, at.wall + at.inner)

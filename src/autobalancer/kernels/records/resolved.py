@@ -6,6 +6,7 @@ Behind the state of kernels/system.py each ball has
     vx, vy      velocity as seen from the rotor                        m/s      in the rotor
     spin        as seen from the rotor                                 rad/s
     hold        deflection of the spring of adherence                  m
+    tumble      horizontal part of the spin, about x and y, in space   rad/s    in the rotor
 
 and then come the relaxation modes of the fluids. The ball angles and speeds among the first states follow from x and y;
 they are carried along for whoever reads these.
@@ -18,7 +19,7 @@ import numpy as np
 from autobalancer.kernels.fields import Field, Record
 from autobalancer.kernels.records.fluid import IN_FLUID
 
-BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_SPIN, HOLD, BALL_STATES = range(7)
+BALL_X, BALL_Y, BALL_VX, BALL_VY, BALL_SPIN, HOLD, TUMBLE_X, TUMBLE_Y, BALL_STATES = range(9)
 
 FREE_BALL = Record(
     Field("station", "", "number of its balancer", kind=np.int64),
@@ -54,6 +55,7 @@ FREE_BALL = Record(
     Field("hold_stiffness", "N/m", "of the spring of adherence"),
     Field("hold_damping", "N s/m", "of the spring of adherence"),
     Field("floor", "1", "friction of the floor"),
+    Field("floor_arm", "m", "its radius where it rolls on the floor, 0 where it slides"),
     Field("weight", "N", "on the floor"),
     Field("ball_sliding", "1", "friction between balls"),
     Field("viscous", "N s/m", "drag force over velocity, where drag is linear"),
@@ -81,5 +83,7 @@ FREE = Record(
     Field("force_y", "N", "all forces but its weight"),
     Field("torque", "N m", "on its spin"),
     Field("hold_rate", "m/s", "of the spring of adherence"),
+    Field("tumble_x", "N m", "on the horizontal part of its spin"),
+    Field("tumble_y", "N m", "on the horizontal part of its spin"),
 )
 """What acts on a resolved ball, as found by the last evaluation; in the rotor."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import model_validator
 
@@ -29,7 +29,8 @@ class ResolvedContact(Part):
     ``friction`` brings rolling resistance and adherence; ``rest_speed`` is the speed below which a ball counts as at rest, and
     ``adherence_stiffness`` that of the spring that holds it, by default the 1 N/mm of Spannan (2021), section 5.1.3.
 
-    ``floor_friction``: of the floor of the annulus under a ball that the wall does not carry, on a vertical axis.
+    ``floor_friction``: of the floor of the annulus under a ball that the wall does not carry, on a vertical axis. It rolls there
+    where this suffices; with the ``floor_motion`` *sliding* it does not turn, as in the source.
     ``ball_friction``: between balls that meet, and at partitions. ``start_gap``: distance from the wall at the start.
     """
 
@@ -52,6 +53,9 @@ class ResolvedContact(Part):
     )
     adherence_stiffness: ContactStiffness = key("of the spring that holds a ball at rest", 1000.0)
     floor_friction: Ratio = key("under a ball that is not carried by the wall, on a vertical axis", 0.0)
+    floor_motion: Literal["rolling", "sliding"] = key(
+        "whether floor friction also turns the ball, so that it rolls where this suffices", "rolling"
+    )
     ball_friction: Ratio = key("between balls that meet, and at partitions", 0.0)
     start_gap: Offset = key("of each ball from the wall at time zero", 0.0)
 

@@ -149,7 +149,7 @@ def ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
 
 
 def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:
-    """What only balls in resolved contact have: place in space, spin, distance from the race center, normal force."""
+    """What only balls in resolved contact have: place in space, spin, distance from the wall, forces of wall and floor."""
     place = own[..., BALL_X] + 1j * own[..., BALL_Y]
     centers = np.array([ball.eccentricity for ball in assembly.balls], np.complex128)
     rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2]
@@ -160,13 +160,15 @@ def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:
     if assembly.system.rotating:
         hosts = hosts * turn
     z = hosts + turn * (centers + place)
-    gap, force = wall_contacts(own, assembly.system)
+    gap, force, floor = wall_contacts(own, assembly.system)
+    floors = {"ball_floor_force": (("time", "ball"), floor)} if assembly.system.free_balls["floor"].any() else {}
     return {
         "ball_x": (("time", "ball"), z.real),
         "ball_y": (("time", "ball"), z.imag),
         "ball_gap": (("time", "ball"), gap),
         "ball_spin": (("time", "ball"), own[..., BALL_SPIN] + states[:, SPEED, None]),
         "ball_normal_force": (("time", "ball"), force),
+        **floors,
     }
 
 

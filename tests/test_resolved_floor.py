@@ -1,0 +1,130 @@
+"""A resolved ball on the floor of its annulus, vertical axis: rolling and sliding, and how the wall takes it over."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.references.resolved import chamber, run
+
+import autobalancer as ab
+from autobalancer.kernels.records import resolved as at
+from autobalancer.machine import Machine
+
+GRAVITY, ORBIT, RADIUS, MASS = 9.80665, 0.1, 0.005, 5e-3
+GRIP: dict[str, Any] = {"restitution": 0.3, "sliding_friction": 0.5, "floor_friction": 0.5, "slip_speed": 1e-4}
+
+
+def driven(machine: Machine, **profile: Any) -> Machine:
+    """The machine with another speed."""
+    kept = {key: getattr(machine, key) for key in machine.model_fields_set}
+    return Machine(**{**kept, "drive": {"kind": "speed", "profile": profile}})
+
+
+def place(own: Any) -> Any:
+    return own[:, 0, at.BALL_X] + 1j * own[:, 0, at.BALL_Y]
+
+
+def test_a_ball_that_rolls_on_a_turntable_goes_round_in_circles_at_two_sevenths_of_its_speed() -> None:
+    """In space v' = (2/7) w e x v, whatever the friction that keeps it rolling."""
+    w, v = 7.0, 0.1
+    machine = chamber(speed=w, start_gap=0.05, **GRIP)
+    # at rest in space on the turntable it would slip; it rolls with u - r t x e = 0
+    start = {(0, at.BALL_X): 0.05, (0, at.BALL_Y): 0.0, (0, at.BALL_VX): 0.0, (0, at.BALL_VY): v - w * 0.05}
+    start |= {(0, at.TUMBLE_X): -start[0, at.BALL_VY] / RADIUS, (0, at.TUMBLE_Y): 0.0}
+    times = np.linspace(0.0, 1.0, 41)
+    _, own, _ = run(machine, times, start, tolerance=1e-9)
+    in_space = place(own) * np.exp(1j * w * times)
+    turn = 2.0 / 7.0 * w
+    circle = 0.05 + v / turn * (np.exp(1j * turn * times) - 1.0)
+    np.testing.assert_allclose(in_space, circle, atol=1e-4 * v / turn + 2e-5)
+
+
+def test_a_ball_that_slides_on_the_floor_rolls_on_with_five_sevenths_of_its_speed() -> None:
+    v = 0.2
+    machine = chamber(start_gap=0.09, **GRIP)
+    start = {(0, at.BALL_X): 0.0, (0, at.BALL_Y): 0.0, (0, at.BALL_VX): v}
+    _, own, _ = run(machine, [0.0, 0.2], start, tolerance=1e-9)
+    assert own[-1, 0, at.BALL_VX] == pytest.approx(5.0 / 7.0 * v, rel=1e-3)
+    assert own[-1, 0, at.TUMBLE_Y] == pytest.approx(5.0 / 7.0 * v / RADIUS, rel=1e-3)
+
+
+def test_rolling_resistance_of_the_floor_slows_a_rolling_ball_by_a_over_r_in_1_4() -> None:
+    arm, v = 0.02, 0.2
+    machine = chamber(start_gap=0.09, race={"friction": {"rolling_resistance": arm}}, rest_speed=1e-4, **GRIP)
+    start = {(0, at.BALL_X): 0.0, (0, at.BALL_Y): 0.0, (0, at.BALL_VX): v, (0, at.TUMBLE_Y): v / RADIUS}
+    _, own, _ = run(machine, [0.0, 0.3], start, tolerance=1e-9)
+    assert own[-1, 0, at.BALL_VX] == pytest.approx(v - arm * GRAVITY / 1.4 * 0.3, rel=1e-3)
+
+
+def test_in_the_corner_a_ball_rolls_on_floor_and_wall_with_nine_fifths_of_its_mass() -> None:
+    """Both contacts rest in the rotor: m (eps a + v') = (2/5) m (a - v'/r) - 2/5 m v' leaves v' = -a (eps - 2 r/5)/1.8."""
+    growth, end = 2.0, 1.0
+    slow = {"kind": "ramp", "start": 4.0, "end": 4.0 + growth * end, "duration": end}
+    found = {}
+    for floor in (0.5, 0.0):
+        machine = driven(chamber(**GRIP | {"sliding_friction": 0.3, "floor_friction": floor}), **slow)
+        _, own, _ = run(machine, [0.0, end], tolerance=1e-9)
+        along = own[-1, 0, [at.BALL_VX, at.BALL_VY]] @ np.array([-place(own)[-1].imag, place(own)[-1].real]) / ORBIT
+        found[floor] = -along / (growth * end * (ORBIT - 0.4 * RADIUS))
+    assert found[0.5] == pytest.approx(1.0 / 1.8, rel=2e-3)
+    assert found[0.0] == pytest.approx(1.0 / 1.4, rel=2e-3)
+
+
+@pytest.mark.parametrize(("motion", "stays"), [("sliding", 0.0), ("rolling", 5.0 / 7.0)])
+def test_on_a_floor_that_starts_to_turn_a_sliding_ball_goes_along_and_a_rolling_one_stays_behind_by_five_sevenths(
+    motion: str, stays: float
+) -> None:
+    """In space a rolling ball has two sevenths of the velocity of the floor under it, so it is not thrown outward either."""
+    machine = chamber(**GRIP, start_gap=0.02, floor_motion=motion)
+    slow = driven(machine, kind="ramp", start=0.0, end=5.0, duration=1.0)
+    _, own, _ = run(slow, [0.0, 0.5, 1.0], tolerance=1e-8)
+    np.testing.assert_allclose(np.abs(place(own)), ORBIT - 0.02, rtol=2e-3)
+    turned = np.unwrap(np.angle(place(own)))
+    np.testing.assert_allclose(turned, -stays * np.array([0.0, 0.625, 2.5]), atol=5e-3)
+
+
+def test_oil_throws_a_ball_outward_that_rolls_on_the_floor() -> None:
+    oil = {"fluid": {"density": 900.0, "viscosity": 2e-5}, "drag": {"law": "sphere_on_plane"}}
+    machine = chamber(**GRIP, start_gap=0.02, race=oil)
+    slow = driven(machine, kind="ramp", start=0.0, end=5.0, duration=1.0)
+    _, own, _ = run(slow, [0.0, 4.0], tolerance=1e-8)
+    assert abs(place(own)[-1]) > ORBIT
+
+
+def test_friction_of_floor_and_wall_only_takes_energy_from_a_ball_that_tumbles() -> None:
+    """The rotor is at rest; kinetic energy, all three spins, and the spring of the wall."""
+    friction = {"rolling_resistance": 0.01}
+    grip = GRIP | {"slip_speed": 5e-3, "sliding_friction": 0.2, "floor_friction": 0.3}
+    machine = chamber(start_gap=0.01, race={"friction": friction}, rest_speed=1e-2, **grip)
+    start = {
+        (0, at.BALL_VX): 0.4,
+        (0, at.BALL_VY): 0.6,
+        (0, at.TUMBLE_X): 80.0,
+        (0, at.TUMBLE_Y): -120.0,
+        (0, at.BALL_SPIN): 60.0,
+    }
+    _, own, _ = run(machine, np.linspace(0.0, 1.0, 2001), start, tolerance=1e-10)
+    moving = (own[:, 0, [at.BALL_VX, at.BALL_VY]] ** 2).sum(1)
+    turning = (own[:, 0, [at.BALL_SPIN, at.TUMBLE_X, at.TUMBLE_Y]] ** 2).sum(1)
+    spring = np.maximum(np.abs(place(own)) - ORBIT, 0.0) ** 2
+    energy = 0.5 * MASS * (moving + 0.4 * RADIUS**2 * turning) + 0.5 * 1e6 * spring
+    assert np.diff(energy).max() < 1e-9 * energy[0]
+    assert energy[-1] < 0.7 * energy[0]
+    assert (np.abs(place(own)) > ORBIT).any()
+
+
+def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
+    """From w^2 eps = g/mu on, w being the speed of the ball, which stays behind in the corner; slowly, so that it rolls there."""
+    mu = 0.5
+    behind = 1.0 - (1.0 - 0.4 * RADIUS / ORBIT) / 1.8
+    leaves = math.sqrt(GRAVITY / mu / ORBIT) / behind
+    up = driven(chamber(**GRIP | {"sliding_friction": mu}), kind="ramp", start=0.0, end=1.2 * leaves, duration=12.0)
+    found = ab.measures(ab.simulate(up, duration=12.0, save=ab.Samples(2401), tolerance=1e-6))
+    assert found["lift_off_speed"].values == pytest.approx([leaves], rel=5e-3)
+    assert found["lift_off_time"].values == pytest.approx([10.0], rel=5e-3)
+    still = ab.simulate(driven(chamber(**GRIP), kind="constant", speed=5.0), duration=0.1, save=ab.Samples(11))
+    assert still["ball_floor_force"].values[-1] == pytest.approx(MASS * GRAVITY - mu * MASS * ORBIT * 25.0, rel=1e-3)
+    assert np.isnan(ab.measures(still)["lift_off_speed"].values).all()
