@@ -3,8 +3,8 @@ Balls that find their race
 ==========================
 
 A guided ball is on its race from the first instant. Here two balls lie on the floor of the annulus, 6 mm from the wall,
-when the rotor starts to turn. The oil takes them along, and they roll outward over the floor. In the corner of floor and wall they
-roll on both until the friction of the wall carries their weight; then they do what guided balls do.
+when the rotor starts to turn. The oil takes them along, and they roll outward over the floor. In the corner of floor and
+wall they roll on both until the friction of the wall carries their weight; then they do what guided balls do.
 """
 
 import numpy as np
