@@ -107,8 +107,6 @@ def draw(runs: dict[float, xr.Dataset], out: Path) -> None:
             ),
         )
         other.set_xlabel("rotor speed (Hz)")
-        axes.set_title(
-            "Spannan 2021, figure 6.10: own unbalance; its measured curves are lost", pad=38.0
-        )
+        axes.set_title("Spannan 2021, figure 6.10: own unbalance; its measured curves are lost", pad=38.0)
         axes.legend(loc="upper left")
         save_picture(figure, out / "figure_6_10.png")
