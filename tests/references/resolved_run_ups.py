@@ -53,10 +53,11 @@ def run_up(
     rotor: dict[str, Any] = PLANAR,
     torque: bool = False,
     excitations: list[dict[str, Any]] | None = None,
+    station: float = 0.05,
     **race: Any,
 ) -> Machine:
     """Two rolling balls through the critical speed."""
-    where = {"station": 0.05} if rotor is not PLANAR else {}
+    where = {"station": station} if "kind" in rotor else {}
     profile = {"kind": "ramp", "start": 150.0, "end": 400.0, "duration": 0.6}
     drive: dict[str, Any] = {"kind": "torque", "torque": 20.0} if torque else {"kind": "speed", "profile": profile}
     return Machine(
