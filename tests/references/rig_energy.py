@@ -1,7 +1,7 @@
 """A rig on softening rubber with resolved balls: what it stores and what it loses, straight from its state.
 
-Written for axes at rest, a vertical axis, walls by Hertz, Coulomb's smooth friction and linear drag. The contact laws of the balls
-are written once more here; mass, damping, stiffness and gyroscopic matrix of the bodies are the assembled ones.
+Written for axes at rest, a vertical axis, walls by Hertz, Coulomb's smooth friction and linear drag. The contact laws of the
+balls are written once more here; mass, damping, stiffness and gyroscopic matrix of the bodies are the assembled ones.
 """
 
 from __future__ import annotations
