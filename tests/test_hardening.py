@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -12,8 +12,11 @@ from tests.references.spatial import Spatial, split
 from tests.references.spatial_machines import states_of
 
 import autobalancer as ab
-from autobalancer.errors import MachineError
-from autobalancer.machine import Machine
+from autobalancer.assembly.places import coordinates
+from autobalancer.assembly.rotors import spring_model
+from autobalancer.assembly.system import assemble
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.machine import Hardening, Machine, PointJoint
 from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 
 MASS, STIFFNESS, CUBIC = 10.0, 4e5, 4e13  # kg, N/m, N/m^3: twice as stiff on a circle of 0.1 mm
@@ -151,9 +154,9 @@ def test_a_run_up_carries_a_hardening_rotor_on_where_a_fresh_start_at_that_speed
 def test_theories_of_small_motions_leave_the_hardening_out_and_say_so() -> None:
     hard, soft = rigid({"cubic_stiffness": CUBIC}), rigid({"cubic_stiffness": 1e-6})
     for ignored in (ignored_at_rest, ignored_by_stalled):
-        assert "hardening of the bearings" in ignored(hard)
+        assert "hardening of the bearings (stiffness at rest)" in ignored(hard)
     np.testing.assert_array_equal(ab.rotor.modes(hard)["frequency"], ab.rotor.modes(soft)["frequency"])
-    assert "leaves out: hardening of the bearings" in repr(ab.rotor.modes(hard))
+    assert "leaves out: hardening of the bearings (stiffness at rest)" in repr(ab.rotor.modes(hard))
 
 
 def test_a_verdict_on_hardening_bearings_compares_with_a_run_with_held_balls() -> None:
@@ -186,3 +189,212 @@ def test_a_verdict_on_hardening_bearings_compares_with_a_run_with_held_balls() -
 def test_a_hardening_that_lacks_something_is_refused(hardening: dict[str, Any], says: str) -> None:
     with pytest.raises(MachineError, match=says):
         planar(hardening)
+
+
+RIG = {"cubic_stiffness": CUBIC, "clearance": 4e-5, "contact_stiffness": 8e5}
+TABLE: dict[str, Any] = {"distance": [2e-5, 6e-5, AMPLITUDE, 2e-4], "force": [0.0, 1.0, 12.0, 80.0]}
+
+
+def rig(joints: list[dict[str, Any]], **top: Any) -> Machine:
+    """A disc that turns in a housing, with these joints."""
+    bodies = [
+        {
+            "name": "disc",
+            "rotating": True,
+            "mass": MASS,
+            "transverse_inertia": 0.1,
+            "polar_inertia": 0.05,
+            "position": 0.0,
+        },
+        {"name": "housing", "mass": 6.0, "transverse_inertia": 0.08, "polar_inertia": 0.1, "position": 0.05},
+    ]
+    if not any("housing" in joint["between"] for joint in joints):
+        bodies = bodies[:1]
+    data: dict[str, Any] = {
+        "name": "rig",
+        "axis": "vertical",
+        "rotor": {"kind": "multibody", "bodies": bodies, "joints": joints},
+        "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}},
+    }
+    return Machine(**(data | top))
+
+
+def held(hardening: dict[str, Any] | None, damping: float = 0.0) -> list[dict[str, Any]]:
+    """A spring at the mass center that also keeps the disc from tilting."""
+    return [
+        {
+            "kind": "spring", "between": ["disc", "ground"], "position": 0.0, "stiffness": STIFFNESS, "damping": damping,
+            "tilt_stiffness": 1e5, "hardening": hardening,
+        }
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("hardening", [RIG, RIG | {"center": [1e-5, 3e-5]}, TABLE])
+def test_a_rig_in_a_nonlinear_bearing_runs_up_like_the_planar_machine_it_equals(hardening: dict[str, Any]) -> None:
+    """Pulled, unbalanced, with free balls: the rig does not tilt, so its equations are those of the plane."""
+    race = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "beta", "beta": 1e-3},
+        "balls": [{"count": 2, "mass": 5e-3, "motion": "point", "start_angles": [0.3, 2.0]}],
+    }
+    common: dict[str, Any] = {
+        "balancers": [{"races": [race]}],
+        "unbalances": [{"moment": 2e-4}],
+        "drive": {"kind": "speed", "profile": {"kind": "ramp", "start": 150.0, "end": 300.0, "duration": 1.0}},
+        "start": {"deflection": [1e-4, 0.0]},
+    }
+    plain = {"mass": MASS, "stiffness": STIFFNESS, "damping": 60.0, "hardening": hardening}
+    times = ab.SampleTimes(np.linspace(0.0, 1.0, 21))
+    one, other = (
+        ab.simulate(case, duration=1.0, save=times, tolerance=1e-11, frame="space")
+        for case in (planar(None, rotor=plain, **common), rig(held(hardening, damping=60.0), **common))
+    )
+    for name in ("x", "y", "ball_angle_in_rotor", "support_force_x", "support_force_y"):
+        a, b = one[name].values, other[name].values.reshape(one[name].shape)
+        np.testing.assert_allclose(b, a, atol=1e-7 * np.abs(a).max(), err_msg=name)
+    far = np.hypot(one["x"].values, one["y"].values).max()
+    assert far > 2.0 * hardening.get("clearance", 2e-5)
+
+
+def test_a_bearing_between_two_bodies_keeps_the_energy_of_its_rig() -> None:
+    """The disc moves against its housing, which moves on its own springs; the disc spins, so gyroscopic forces act."""
+    hardening = RIG | {"center": [2e-5, -1e-5]}
+    joints = [
+        {"kind": "bearing", "between": ["disc", "housing"], "position": -0.02, "stiffness": 3e5, "hardening": hardening},
+        {"kind": "bearing", "between": ["disc", "housing"], "position": 0.12, "stiffness": [2e5, 4e5]},
+        {
+            "kind": "spring", "between": ["housing", "ground"], "position": 0.02, "stiffness": STIFFNESS,
+            "tilt_stiffness": 5e4,
+        },
+    ]  # fmt: skip
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 150.0}}
+    case = rig(joints, start={"deflection": [3e-4, 1e-4]}, drive=drive)
+    times = np.linspace(0.0, 0.5, 41)
+    assembly = assemble(case, rotating=False)
+    q, v = coordinates(states_of(case, times, rotating=False), assembly)
+    model, basis = spring_model(case), assembly.reduction.basis
+    q, v = q @ basis.T, v @ basis.T
+    linear = 0.5 * np.einsum("ti,ij,tj->t", v, model.mass, v) + 0.5 * np.einsum("ti,ij,tj->t", q, model.stiffness[0], q)
+    rig_axis = model.axis.rig
+    kept = [rig_axis.coordinates.index(name) for name in model.coordinates]
+    place = (0.0, 0.0, -0.02)
+    row = (rig_axis.motion("disc", place) - rig_axis.motion("housing", place))[:2, kept]
+    z = q @ row.T @ (1.0, 1j)
+    middle = complex(*hardening["center"])
+    rest = force_on(hardening, np.array([-middle]))[0]
+    own = stored(hardening, abs(z - middle)) - (np.conj(rest) * z).real
+    assert np.ptp(own) > 1e-3 * np.ptp(linear)
+    np.testing.assert_allclose(linear + own, linear[0] + own[0], rtol=1e-9)
+
+
+def test_a_law_of_your_own_gives_a_free_circle_its_own_force_at_the_points_of_its_table() -> None:
+    """At a point of the table its force is what was given, whatever lies between: w^2 = (k + F/a)/m."""
+    case = rig(held(TABLE), start={"deflection": [AMPLITUDE, 0.0], "velocity": [0.0, AMPLITUDE]})
+    rate = np.sqrt((STIFFNESS + 12.0 / AMPLITUDE) / MASS)
+    case = case.model_copy(update={"start": case.start.model_copy(update={"velocity": (0.0, rate * AMPLITUDE)})})
+    times = np.linspace(0.0, 1.0, 51)
+    place = coordinates(states_of(case, times, rotating=False), assemble(case, rotating=False))[0][:, :2] @ (1.0, 1j)
+    np.testing.assert_allclose(place, AMPLITUDE * np.exp(1j * rate * times), atol=1e-8 * AMPLITUDE)
+
+
+class Magnetic(PointJoint):
+    """A bearing whose force follows from a formula in Python."""
+
+    kind: Literal["magnetic"] = "magnetic"
+    interface: ClassVar[int] = 1
+
+    def matrices(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        return np.diag([STIFFNESS, STIFFNESS, 0.0, 1e5, 1e5, 0.0]), np.zeros((6, 6))
+
+    def hardenings(self) -> tuple[Hardening, ...]:
+        return (Hardening(distance=tuple(TABLE["distance"]), force=tuple(TABLE["force"])),)
+
+
+def test_a_stop_of_its_own_and_a_joint_of_your_own_do_what_the_key_of_a_spring_does() -> None:
+    times = np.linspace(0.0, 0.3, 31)
+    alone = {"kind": "spring", "between": ["disc", "ground"], "position": 0.0, "hardening": TABLE}
+    cases = [rig(held(TABLE), start={"deflection": [1.5e-4, 5e-5]})]
+    cases.append(rig([*held(None), alone], start={"deflection": [1.5e-4, 5e-5]}))
+    own = cases[0].rotor.model_copy(update={"joints": (Magnetic(between=("disc", "ground"), position=0.0),)})
+    cases.append(cases[0].model_copy(update={"rotor": own}))
+    runs = [states_of(case, times, rotating=False)[:, :4] for case in cases]
+    for other in runs[1:]:
+        np.testing.assert_allclose((other - runs[0]) / np.abs(runs[0]).max(axis=0), 0.0, atol=1e-9)
+    save = ab.SampleTimes(times / 3.0)
+    found = [ab.simulate(case, duration=0.1, save=save, tolerance=1e-11) for case in cases]
+    forces = [one["support_force_x"].sum("support").values for one in found]
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-6 * np.abs(forces[0]).max())
+
+
+def test_modes_are_those_of_small_motions_about_the_place_where_the_rotor_rests() -> None:
+    """F' along the way from the middle and F/r across it, of cubic spring and stop: compared with these and with a run."""
+    hardening = RIG | {"center": [0.0, -8e-5]}
+    case = rig(held(hardening))
+    r, stop = 8e-5, RIG["contact_stiffness"]
+    along = 3.0 * CUBIC * r**2 + stop
+    across = CUBIC * r**2 + stop * (1.0 - RIG["clearance"] / r)
+    wanted = np.sqrt((STIFFNESS + np.array([across, along])) / MASS)
+    np.testing.assert_allclose(ab.rotor.modes(case, modes=2)["frequency"], wanted, rtol=1e-9)
+    small = 1e-9
+    started = rig(held(hardening), start={"deflection": [small, small]})
+    times = np.linspace(0.0, 0.5, 51)
+    q = coordinates(states_of(started, times, rotating=False), assemble(started, rotating=False))[0][:, :2]
+    np.testing.assert_allclose(q, small * np.cos(np.outer(times, wanted)), atol=2e-4 * small)
+
+
+def test_a_run_says_that_a_bearing_moved_beyond_its_table() -> None:
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 100.0}}
+    for size, says in ((1e-4, False), (3e-4, True)):
+        run = ab.simulate(rig(held(TABLE), start={"deflection": [size, 0.0]}, drive=drive), duration=0.1)
+        assert (
+            "joint 1 moved 300 µm from its middle, its table ends at 200 µm" in run.attrs.get("bearing_text", "")
+        ) == says
+
+
+def test_a_skewed_rest_of_a_planar_rotor_is_refused_by_its_theories_and_known_to_modes() -> None:
+    balls = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "beta", "beta": 1e-3},
+        "balls": [{"count": 2, "mass": 1e-3, "motion": "point"}],
+    }
+    rotor = {"mass": MASS, "stiffness": STIFFNESS, "damping": 40.0}
+    center = [3e-5, 4e-5]
+    case = planar(
+        None, rotor=rotor | {"hardening": {"cubic_stiffness": CUBIC, "center": center}}, balancers=[{"races": [balls]}]
+    )
+    stiff = STIFFNESS + CUBIC * 25e-10 * np.array([1.0, 3.0])
+    found = ab.rotor.modes(case, balls=False)["undamped_frequency"]
+    np.testing.assert_allclose(found, np.sqrt(stiff / MASS), rtol=1e-9)
+    with pytest.raises(QuestionError, match="turn the axes until 'center'"):
+        ab.stability.equilibria(case, speed=250.0)
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ({"distance": [1e-5, 2e-5]}, "force: missing"),
+        ({"distance": [1e-5, 2e-5], "force": [1.0]}, "given 1 values for 2 distances"),
+        ({"distance": [1e-5], "force": [1.0]}, "give at least two"),
+        ({"distance": [1e-5, 1e-5], "force": [1.0, 2.0]}, "entry 2 is 1e-05 after 1e-05; the values must increase"),
+        (
+            {"distance": [1e-5, 2e-5, 3e-5], "force": [1.0, 2.0, 1.5]},
+            "entry 3 is 1.5 after 2; the values must not fall",
+        ),
+        ({"distance": [0.0, 2e-5], "force": [1.0, 2.0]}, "given 1 N at distance 0; it must be 0"),
+        ({"distance": [0.0, 2e-5], "force": [-1.0, 2.0]}, "must not be negative"),
+    ],
+)
+def test_a_table_of_a_bearing_that_is_odd_is_refused(table: dict[str, Any], says: str) -> None:
+    with pytest.raises(MachineError, match=says):
+        rig(held(table))
+
+
+def test_a_middle_that_would_turn_with_both_bodies_of_a_joint_is_refused() -> None:
+    bodies = [
+        {"name": name, "rotating": True, "mass": 1.0, "transverse_inertia": 0.1, "polar_inertia": 0.1, "position": 0.0}
+        for name in ("disc", "ring")
+    ]
+    spring = {"kind": "spring", "between": ["disc", "ring"], "position": 0.0, "stiffness": 1e5}
+    rotor = {"kind": "multibody", "bodies": bodies, "joints": [spring | {"hardening": RIG | {"center": [0.0, 1e-5]}}]}
+    with pytest.raises(MachineError, match="the middle would rotate with them"):
+        planar(None, rotor=rotor)

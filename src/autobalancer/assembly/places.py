@@ -8,8 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.held import center_moments
-from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, station_rows, with_ball_mass
-from autobalancer.assembly.rotors.grounds import grounds, large_motions, sag, weights
+from autobalancer.assembly.rotors import (
+    LateralModel,
+    lateral_model,
+    reference,
+    spring_model,
+    station_rows,
+    with_ball_mass,
+)
+from autobalancer.assembly.rotors.grounds import carried, grounds, large_motions, sag, weights
+from autobalancer.assembly.rotors.hardening import hard_places
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.mounts import mounts
 from autobalancer.assembly.rotors.planes import planes_of
@@ -38,6 +46,7 @@ class Places:
     run_stiffness: Matrix  # (k, S, 2, R) the same in a run, without the elements of rubber ...
     run_damping: Matrix  # (k, S, 2, R)
     rubber_rows: Matrix  # (S, 2, 2 M) ... which give forces for those of all M pieces of rubber
+    hard_rows: Matrix  # (S, 2, 2 H) the same for the forces of all H bearings that become stiffer
     machine: Machine
     model: LateralModel  # with the mass of the balls
     basis: Matrix  # (N, R)
@@ -48,8 +57,8 @@ class Places:
 
 def places_of(machine: Machine, assembly: Assembly) -> Places:
     """The places of an assembled machine."""
-    bare = lateral_model(machine)
-    model = with_ball_mass(machine, bare)
+    bare = spring_model(machine)
+    model = with_ball_mass(machine, lateral_model(machine))
     basis = assembly.reduction.basis if assembly.reduction is not None else np.eye(model.size)
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
     found = grounds(machine, bare)
@@ -96,6 +105,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         run_stiffness=over_speeds(one[0] for one in runs),
         run_damping=over_speeds(one[1] for one in runs),
         rubber_rows=np.array([one[2] for one in runs]).reshape(len(found), 2, 2 * len(rubber)),
+        hard_rows=carried(bare, found, hard_places(machine, bare)),
         machine=machine,
         model=model,
         basis=basis,

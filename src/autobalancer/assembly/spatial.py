@@ -14,12 +14,13 @@ from autobalancer.assembly.rotors import (
     lateral_model,
     reference,
     rows_matrix,
+    spring_model,
     station_rows,
     unbalance_shape,
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
-from autobalancer.assembly.rotors.hardening import hardening_rows
+from autobalancer.assembly.rotors.hardening import HardPlace, hard_places
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.mounts import Mount, mounts, sliding_model
 from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
@@ -43,6 +44,9 @@ class Parts:
     model: LateralModel
     sliding: LateralModel  # the model without the elements of rubber that softens with the amplitude
     mounts: tuple[Mount, ...]  # this rubber
+    hard: tuple[
+        HardPlace, ...
+    ]  # bearings that become stiffer as they deflect, whose force is in none of both but at rest
     reduction: Reduction
     isotropic: bool
     places: Matrix  # (P, 2, R) deflection rows of the balancers
@@ -83,7 +87,9 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         )
     loaded = with_ball_mass(machine, model)
     rubber = mounts(machine, model)
-    sliding = sliding_model(machine, model, rubber)
+    sliding = sliding_model(machine, spring_model(machine), rubber)
+    hard = hard_places(machine, model)
+    springs: tuple[Mount | HardPlace, ...] = (*rubber, *hard)
     model = loaded if held else model
     critical = critical_speeds(loaded)
     still = critical or tuple(natural_frequencies(loaded).tolist())
@@ -92,11 +98,10 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     name, front = reference(machine, model)
     rows = balancer_rows(machine, model)
     named = station_rows(machine, model)
-    held_places = hardening_rows(machine, model)[0::2, : model.pairs]
-    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(rubber, model.pairs), held_places])
+    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(springs, model.pairs)])
     loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
     total = sum(loads, np.zeros(model.pairs, np.complex128))
-    alike = model.isotropic and all(mount.isotropic(model.pairs) for mount in rubber)
+    alike = model.isotropic and all(one.isotropic(model.pairs) for one in springs)
     wanted = getattr(machine.rotor, "modes", None)
     small = reduction(model, front, everything, total, max(top, 1.0), wanted, isotropic=alike)
     basis = small.basis
@@ -109,6 +114,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         model=model,
         sliding=replace(sliding, mass=model.mass),
         mounts=rubber,
+        hard=hard,
         reduction=small,
         isotropic=alike,
         places=np.array([seen(row.deflection) for row in rows]).reshape(len(rows), 2, size),
@@ -122,11 +128,9 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     )
 
 
-def _seen(rubber: tuple[Mount, ...], pairs: int) -> list[Matrix]:
-    """Rows over the coordinates along x of the places of rubber, which modes must move well too."""
-    return [
-        half[None] for m in rubber for one in m.rows for half in (one[:pairs], one[pairs : 2 * pairs]) if half.any()
-    ]
+def _seen(found: tuple[Mount | HardPlace, ...], pairs: int) -> list[Matrix]:
+    """Rows over the coordinates along x of the places of rubber and bearings, which modes must move well too."""
+    return [half[None] for m in found for one in m.rows for half in (one[:pairs], one[pairs : 2 * pairs]) if half.any()]
 
 
 def top_speed(machine: Machine) -> float | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.bearings.hardening import bearings_of, has_hardening, off_center
+from autobalancer.assembly.bearings.hardening import bearings_of, has_hardening
 from autobalancer.assembly.contact.meetings import contact_rows, set_contacts
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.excitations import excitations
@@ -19,6 +19,7 @@ from autobalancer.assembly.guided import ball_inertia, ball_rows, is_real, movin
 from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import with_mass_spread
 from autobalancer.assembly.resolved.balls import free_rows, is_resolved, resolved_scales, resolved_size, start_states
+from autobalancer.assembly.rotors.hardening import HardPlace
 from autobalancer.assembly.rotors.mounts import Mount
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.rubber import element_count, force_scales, has_rubber, pulled_forces, rubber_rows
@@ -60,6 +61,7 @@ class Assembly:
     reduction: Reduction | None = None
     places: Matrix = field(default_factory=lambda: np.zeros((0, 2, 0)))  # rows (P, 2, R) of the balancers
     mounts: tuple[Mount, ...] = ()  # rubber that softens with the amplitude
+    hard: tuple[HardPlace, ...] = ()  # bearings that become stiffer as they deflect
 
     @property
     def general(self) -> bool:
@@ -169,8 +171,8 @@ def assemble_general(
     """Numbers of a machine for the equations of any linear rotor."""
     parts = spatial_parts(machine, balls) if parts is None else parts
     model = _model(machine, balls, lags)
-    calm = _pull(machine) == 0.0 and not machine.excitations and not off_center(machine)
-    turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic and not off_center(machine)
+    calm = _pull(machine) == 0.0 and not machine.excitations
+    turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
     further = resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
@@ -198,7 +200,7 @@ def assemble_general(
         work=work,
         fluid=fluids.fluid,
         rubber=rubber_rows(parts, elastic),
-        bearings=bearings_of(machine, parts),
+        bearings=bearings_of(parts),
         shakes=shakes,
         shake_vectors=vectors,
         **rows,
@@ -233,7 +235,7 @@ def assemble_general(
     growing = np.append(growing, np.zeros(state.size - growing.size))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
-        parts.reduction, parts.places, parts.mounts,
+        parts.reduction, parts.places, parts.mounts, parts.hard,
     )  # fmt: skip
 
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from autobalancer.machine.part import Problem, key
 from autobalancer.machine.quantity import Damping, Stiffness
-from autobalancer.machine.rotors.joint import ACROSS, ALONG, DamperConstant, PointJoint, SpringStiffness
+from autobalancer.machine.rotors.hardening import Hardening
+from autobalancer.machine.rotors.joint import ACROSS, ALONG, HARDENING, DamperConstant, PointJoint, SpringStiffness
 from autobalancer.machine.rotors.support import along_x_and_y
 
 Matrix = NDArray[np.float64]
@@ -22,6 +23,7 @@ class BallBearing(PointJoint):
     interface: ClassVar[int] = 1
     stiffness: Stiffness = key(ACROSS)
     damping: Damping = key(ACROSS, 0.0)
+    hardening: Hardening | None = key(HARDENING, None)
     axial_stiffness: SpringStiffness = key(ALONG, 0.0)
     axial_damping: DamperConstant = key(ALONG, 0.0)
 
@@ -30,6 +32,10 @@ class BallBearing(PointJoint):
         stiffness = [*along_x_and_y(self.stiffness), float(self.axial_stiffness)]
         damping = [*along_x_and_y(self.damping), float(self.axial_damping)]
         return np.diag([*stiffness, 0.0, 0.0, 0.0]), np.diag([*damping, 0.0, 0.0, 0.0])
+
+    def hardenings(self) -> tuple[Hardening, ...]:
+        """Across the axis."""
+        return () if self.hardening is None else (self.hardening,)
 
     def unfit(self, turning: int) -> list[Problem]:
         """One ring turns, the other does not."""

@@ -10,10 +10,12 @@ from pydantic import model_validator
 
 from autobalancer.machine.part import Problem, key
 from autobalancer.machine.quantity import Damping, Position, Stiffness
+from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.joint import (
     ACROSS,
     ALONG,
     BESIDE,
+    HARDENING,
     RUBBER,
     TABLE,
     TILT,
@@ -47,6 +49,7 @@ class Spring(PointJoint):
     damping: Damping = key(ACROSS, 0.0)
     table: SpeedTable | None = key(TABLE, None)
     rubber: Rubber | None = key(RUBBER, None)
+    hardening: Hardening | None = key(HARDENING, None)
     axial_stiffness: SpringStiffness = key(ALONG, 0.0)
     axial_damping: DamperConstant = key(ALONG, 0.0)
     axial_table: SpeedTable | None = key(TABLE, None)
@@ -66,6 +69,7 @@ class Spring(PointJoint):
         only_one_rubber(self.axial_rubber, "axial_rubber", (*along, ("axial_table", self.axial_table)))
         springs = (
             self.stiffness, self.table, self.rubber, self.axial_stiffness, self.axial_table, self.axial_rubber,
+            self.hardening,
         )  # fmt: skip
         if not any((*springs, self.tilt_stiffness, self.torsional_stiffness)):
             raise ValueError("stiffness: missing; give one, or use the kind 'dashpot'")
@@ -91,6 +95,10 @@ class Spring(PointJoint):
     def rubbers(self) -> tuple[Elements, ...]:
         """Across the axis, and along it."""
         return self._there(((0, 1), self.rubber, "across the axis"), ((2,), self.axial_rubber, "along the axis"))
+
+    def hardenings(self) -> tuple[Hardening, ...]:
+        """Across the axis."""
+        return () if self.hardening is None else (self.hardening,)
 
     def unfit(self, turning: int) -> list[Problem]:
         """On its axis and without torsion on a rotating body; between two of them undamped and alike along x and y."""

@@ -134,6 +134,9 @@ class Bearings(NamedTuple):
     springs: Rows = HARDENING.rows(0)
     rows: Matrix = np.zeros((0, 0))  # (2 bearings, W) B: the deflection in each along x and y
     reach: Matrix = np.zeros((0, 0))  # (2 bearings, W) B M^-1
+    tables: Matrix = np.zeros(
+        (0, 5)
+    )  # (pieces, 5) distance where each begins; force by powers of the way from there, c3 to c0
 
 
 class System(NamedTuple):

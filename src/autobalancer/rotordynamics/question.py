@@ -133,5 +133,5 @@ def attributes(machine: Machine, title: str, *, balls: bool) -> dict[str, Any]:
         "machine": machine_text(machine),
         "machine_name": machine.name,
         "balls": "their mass is on the rotor" if balls else "none",
-        **({"ignores": "hardening of the bearings"} if has_hardening(machine) else {}),
+        **({"ignores": "hardening of the bearings (stiffness at rest)"} if has_hardening(machine) else {}),
     }

@@ -45,6 +45,7 @@ from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.impacts import Noted, with_impacts
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
+from autobalancer.simulation.remarks.bearing_text import bearing_text
 from autobalancer.simulation.remarks.coincidence import coincidence_text
 from autobalancer.simulation.remarks.drag_range import drag_range_attributes
 from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
@@ -222,6 +223,8 @@ def simulate_races(
         run.attrs["friction_text"] = friction
     if rubber := rubber_text(assembly, record, state):
         run.attrs["rubber_text"] = rubber
+    if bearing := bearing_text(assembly, record, state):
+        run.attrs["bearing_text"] = bearing
     if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
         run.attrs["eccentricity_text"] = eccentric
     text = coincidence_text(

@@ -51,7 +51,7 @@ def _by_all(machine: Machine) -> dict[str, bool]:
         "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
         "resolved contact": any(race.resolved is not None for race in races),
         "excitations": bool(machine.excitations),
-        "hardening of the bearings": has_hardening(machine),
+        "hardening of the bearings (stiffness at rest)": has_hardening(machine),
         "torsion of the drive": is_linked(machine),
         "slipstream": any(race.slipstream for race in races),
         "friction between balls": any(race.contact is not None and race.contact.friction > 0.0 for race in races),

@@ -10,6 +10,7 @@ from pkgutil import iter_modules
 import numpy as np
 
 from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.rotors.hardening import with_hardening
 from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
@@ -26,6 +27,7 @@ __all__ = [
     "reference",
     "rows_at",
     "rows_matrix",
+    "spring_model",
     "station_rows",
     "unbalance_load",
     "unbalance_shape",
@@ -34,13 +36,18 @@ __all__ = [
 
 
 def lateral_model(machine: Machine) -> LateralModel:
-    """The matrices of a machine's rotor, without balls.
+    """The matrices of a machine's rotor without balls, in small motions about the place where it rests.
 
     Raises
     ------
     MachineError
         If the rotor is not possible as described: disconnected, without mass, a place that does not exist.
     """
+    return with_hardening(machine, spring_model(machine))
+
+
+def spring_model(machine: Machine) -> LateralModel:
+    """The same without what its bearings become stiffer by, which a run adds as a force."""
     rotor = planar_rotor(machine) if isinstance(machine.rotor, PlanarRotor) else machine.rotor
     return matrices(rotor, float(machine.gravity) if machine.axis == "vertical" else 0.0)
 

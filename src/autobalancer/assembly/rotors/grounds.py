@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel, station_rows
+from autobalancer.assembly.rotors.hardening import HardPlace, hardenings
 from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
 from autobalancer.assembly.rotors.mounts import Mount, beyond_sliding
 from autobalancer.assembly.rotors.multibody import RigAxis
@@ -54,7 +55,8 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
             found.append(
                 Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None]), number)
             )
-    return tuple(ground for ground in found if ground.stiffness.any() or ground.damping.any())
+    hard = {number for _, number, _ in hardenings(machine)}
+    return tuple(one for one in found if one.stiffness.any() or one.damping.any() or one.number in hard)
 
 
 def weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
@@ -85,6 +87,16 @@ def large_motions(
             stiffness -= more_stiffness[:, None, None] * (rows[:, i] @ mount.rows)
             damping -= more_damping[:, None, None] * (rows[:, i] @ mount.rows)
     return stiffness, damping, rows.reshape(2, -1)
+
+
+def carried(model: LateralModel, found: tuple[Ground, ...], hard: tuple[HardPlace, ...]) -> Matrix:
+    """Rows of the force on each support along x and y for the forces along both directions of each bearing, (S, 2, 2 H)."""
+    across, rows = _translation(model).T, np.zeros((len(found), 2, len(hard), 2))
+    for i, ground in enumerate(found):
+        for j, place in enumerate(hard):
+            if place.grounded and place.support == ground.number:
+                rows[i, :, j] = across @ place.rows.T
+    return rows.reshape(len(found), 2, 2 * len(hard))
 
 
 def _translation(model: LateralModel) -> Matrix:

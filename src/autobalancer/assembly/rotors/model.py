@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from autobalancer.errors import MachineError
 from autobalancer.machine.rotors import Rotor
 
+SAME = 1e-12  # relative difference of two motions that counts as none
+
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -151,6 +153,13 @@ class LateralModel:
         full[:places, :n] = rows
         full[places:, n : 2 * n] = rows
         return full
+
+
+def turns_alike(rows: Matrix, pairs: int) -> bool:
+    """Whether two motions, rows (2, N), turn with the machine when that is turned about its axis."""
+    x, y, rest = rows[:, :pairs], rows[:, pairs : 2 * pairs], rows[:, 2 * pairs :]
+    apart = max(np.abs(x[0] - y[1]).max(), np.abs(x[1] + y[0]).max(), np.abs(rest).max(initial=0.0))
+    return bool(apart <= SAME * np.abs(rows).max())
 
 
 @singledispatch

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import Floats, LateralModel, Matrix
+from autobalancer.assembly.rotors.model import SAME, Floats, LateralModel, Matrix, turns_alike
 from autobalancer.assembly.rotors.multibody import RigAxis
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, PointJoint, Rubber
 from autobalancer.machine.rotors.body import GROUND
-
-SAME = 1e-12
 
 
 @dataclass(frozen=True)
@@ -28,9 +26,7 @@ class Mount:
 
     def isotropic(self, pairs: int) -> bool:
         """Whether both directions are alike, so that its stretch turns with the machine when that is turned about its axis."""
-        x, y, rest = self.rows[:, :pairs], self.rows[:, pairs : 2 * pairs], self.rows[:, 2 * pairs :]
-        apart = max(np.abs(x[0] - y[1]).max(), np.abs(x[1] + y[0]).max(), np.abs(rest).max(initial=0.0))
-        return bool(apart <= SAME * np.abs(self.rows).max())
+        return turns_alike(self.rows, pairs)
 
 
 def mounts(machine: Machine, model: LateralModel) -> tuple[Mount, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from autobalancer.kernels.fields import Field, Record
 
 HARDENING = Record(
@@ -10,6 +12,8 @@ HARDENING = Record(
     Field("clearance", "m", "distance at which it begins"),
     Field("center_x", "m", "middle of the bearing from where the rotor rests"),
     Field("center_y", "m", "the same"),
+    Field("first", "", "where the pieces of its table begin", kind=np.int64),
+    Field("pieces", "", "how many there are; 0: it has none", kind=np.int64),
     Field("rest_x", "N", "force of the bearing there, which is part of the rest"),
     Field("rest_y", "N", "the same"),
 )

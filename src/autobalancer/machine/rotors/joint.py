@@ -10,6 +10,7 @@ from autobalancer.machine.leaves import Leaf
 from autobalancer.machine.part import Problem, key
 from autobalancer.machine.quantity import Position, Quantity
 from autobalancer.machine.rotors.body import GROUND
+from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.rubber import Rubber
 from autobalancer.machine.rotors.support import SpeedTable
 
@@ -28,6 +29,7 @@ RUBBER = "that softens with the amplitude, in place of the two constants"
 TABLE = "over the speed, in place of the two constants"
 TILT = "against tilting"
 TURN = "against rotation about the axis"
+HARDENING = "a force across the axis beside the spring, that grows faster than the deflection"
 ALONG = "along the axis"
 ACROSS = "across the axis"
 
@@ -103,6 +105,10 @@ class PointJoint(Joint):
         """Its rubber that softens with the amplitude; in ``matrices`` it counts as in small motions."""
         return ()
 
+    def hardenings(self) -> tuple[Hardening, ...]:
+        """Its forces that grow faster than the deflection, along the first two motions; not in ``matrices``."""
+        return ()
+
     @staticmethod
     def _there(*given: tuple[tuple[int, ...], Rubber | None, str]) -> tuple[Elements, ...]:
         return tuple(Elements(motions, rubber, name) for motions, rubber, name in given if rubber is not None)
@@ -135,6 +141,10 @@ def unfit_at(joint: PointJoint, turning: int, offset: tuple[float, float], dampe
         if turning and getattr(joint, name, None):
             text = "a body that rotates with the rotor cannot be held against rotation; leave it out"
             found.append(((name,), text))
+    hardening = getattr(joint, "hardening", None)
+    if turning == 2 and hardening is not None and hardening.center != (0.0, 0.0):
+        text = "between two rotating bodies the middle would rotate with them; leave it out"
+        found.append((("hardening", "center"), text))
     if turning == 2 and damped:
         text = "damping between two rotating bodies rotates with them and can cause whirl; this is not modelled, leave it out"
         found.append((("damping",), text))

@@ -25,6 +25,7 @@ NOTES = (
     "friction_text",
     "eccentricity_text",
     "rubber_text",
+    "bearing_text",
 )  # attributes of a run that are its remarks
 
 

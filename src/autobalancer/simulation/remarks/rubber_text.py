@@ -8,12 +8,12 @@ from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, Memory
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.system import Floats
+from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.results.number_text import length_text
 
 
-def greatest_stretch(assembly: Assembly, record: Record, state: Memory) -> Floats:
-    """Greatest deflection of each piece of rubber in the states that a run kept, (M,) m."""
+def greatest_stretch(rows: Matrix, middle: Matrix, assembly: Assembly, record: Record, state: Memory) -> Floats:
+    """Greatest distances from ``middle`` (M, 2) of places with ``rows`` (2 M, R) in the states that a run kept, (M,) m."""
     seen = (
         record.samples[: int(state.counts[NEXT_SAMPLE])],
         record.bin_states[: int(state.counts[NEXT_BIN])],
@@ -22,7 +22,7 @@ def greatest_stretch(assembly: Assembly, record: Record, state: Memory) -> Float
     )
     states = np.concatenate([part[np.isfinite(part).all(axis=1)] for part in seen])
     q = in_frame(states, assembly)[0]
-    stretch = (q @ assembly.system.rubber.rows[:, : q.shape[1]].T).reshape(len(states), -1, 2)
+    stretch = (q @ rows[:, : q.shape[1]].T).reshape(len(states), -1, 2) - middle
     return np.asarray(np.hypot(stretch[..., 0], stretch[..., 1]).max(axis=0, initial=0.0))
 
 
@@ -31,7 +31,9 @@ def rubber_text(assembly: Assembly, record: Record, state: Memory) -> str:
     if not any(mount.rubber.friction for mount in assembly.mounts):
         return ""
     far = []
-    for mount, moved in zip(assembly.mounts, greatest_stretch(assembly, record, state), strict=True):
+    middle = np.zeros((len(assembly.mounts), 2))
+    stretches = greatest_stretch(assembly.system.rubber.rows, middle, assembly, record, state)
+    for mount, moved in zip(assembly.mounts, stretches, strict=True):
         limit = mount.rubber.largest_amplitude
         if mount.rubber.friction and moved > limit:
             far.append(

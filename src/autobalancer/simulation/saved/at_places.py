@@ -113,7 +113,8 @@ def _forces(
     prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, assembly: Assembly, places: Places
 ) -> dict[str, Any]:
     force = support_forces(places, states[:, SPEED], q, v, rubber_forces(states, assembly))
-    force = force + hardening_forces(places.machine, force.shape[1], assembly.system.bearings.rows[:, : q.shape[1]], q)
+    pushed = hardening_forces(assembly.hard, assembly.system.bearings.rows[:, : q.shape[1]], q)
+    force = force + np.einsum("sdh,th->tsd", places.hard_rows, pushed) @ (1.0, 1j)
     return {
         f"{prefix}support_force_x": ((dimension, "support"), force.real),
         f"{prefix}support_force_y": ((dimension, "support"), force.imag),

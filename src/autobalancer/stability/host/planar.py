@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_vector
+from autobalancer.assembly.rotors.hardening import planar_springs
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 
@@ -118,11 +118,11 @@ def plane(machine: Machine, unbalance: complex | float | None = None, *, with_fo
         refuse_forces(machine)
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
-    springs = planar_rotor(machine)
+    stiffness, damping = planar_springs(machine, "steady states")
     return Plane(
         mass=total_mass(machine, balls),
-        stiffness=springs.stiffness_xy,
-        damping=springs.damping_xy,
+        stiffness=stiffness,
+        damping=damping,
         unbalance=unbalance_vector(machine, math.inf) if unbalance is None else complex(unbalance),
         ball_mass=np.array([ball.effective_mass for ball in balls]),
         moment=np.array([ball.moment for ball in balls]),

@@ -11,7 +11,6 @@ from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rubber import rubbers
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import significant
@@ -57,9 +56,13 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
     if not isinstance(rotor, PlanarRotor):
         return _spatial(machine, highest)
     mass = total_mass(machine, resolve(machine))
-    springs = planar_rotor(machine)
-    pairs = list(zip(springs.stiffness_xy, springs.damping_xy, strict=True))
-    if rotor.isotropic:
+    model = lateral_model(machine)
+    stiffness, damping = model.stiffness[0], model.damping[0]
+    if stiffness[0, 1] != 0.0:  # it rests in its bearing between x and y
+        axes = np.linalg.eigh(stiffness)[1]
+        stiffness, damping = axes.T @ stiffness @ axes, axes.T @ damping @ axes
+    pairs = list(zip(np.diag(stiffness).tolist(), np.diag(damping).tolist(), strict=True))
+    if pairs[0] == pairs[1]:
         pairs = pairs[:1]
     return Frame(
         float(rotor.mass),

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from autobalancer.assembly.bearings.hardening import off_middle
 from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import highest_prescribed, largest_unbalance
@@ -179,7 +180,7 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
     kinds = {(ball.moment, ball.drag) for ball in balls}
     rotor = machine.rotor
-    if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic:
+    if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic or off_middle(machine):
         return math.nan
     springs = planar_rotor(machine)
     (moment, drag), damping = kinds.pop(), springs.damping_xy[0]
