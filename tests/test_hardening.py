@@ -398,3 +398,14 @@ def test_a_middle_that_would_turn_with_both_bodies_of_a_joint_is_refused() -> No
     rotor = {"kind": "multibody", "bodies": bodies, "joints": [spring | {"hardening": RIG | {"center": [0.0, 1e-5]}}]}
     with pytest.raises(MachineError, match="the middle would rotate with them"):
         planar(None, rotor=rotor)
+
+
+def test_a_sweep_counts_hardening_bearings_in_the_force_on_supports() -> None:
+    rotor = {"mass": MASS, "stiffness": STIFFNESS, "damping": 400.0, "hardening": {"cubic_stiffness": CUBIC}}
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 150.0}}
+    case = planar(None, rotor=rotor, unbalances=[{"moment": 8e-4}], drive=drive)
+    run = ab.simulate(case, duration=2.0)
+    swept = ab.sweep(case, {"rotor.mass": [MASS]}, duration=2.0)["support_force"].item()
+    assert swept == pytest.approx(float(ab.measures(run)["vibrating_force"].item()), rel=1e-6)
+    size = float(ab.measures(run)["vibration"].item())
+    assert swept == pytest.approx(np.hypot(STIFFNESS + CUBIC * size**2, 400.0 * 150.0) * size, rel=1e-3)

@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.public_names import NAMES
 
-OF_RACES = ["run_up", "race", "orbit", "impacts"]
+OF_RACES = ["run_up", "race", "orbit", "impacts", "drive_train"]
 OF_CHAMBERS = [
     "chamber_run",
     "chamber_energy",

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from tests.references import lagrange
 from tests.references.spatial_machines import states_of
+from typer.testing import CliRunner
 
-from autobalancer import basin, simulate, stepped_response, with_parameter
-from autobalancer.errors import MachineError
+from autobalancer import basin, load_run, measures, plot, save_run, simulate, stepped_response, with_parameter
+from autobalancer.cli.main import app
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import SPEED, THETA
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import SampleTimes
@@ -229,3 +232,37 @@ def test_theories_at_a_constant_speed_say_that_they_leave_the_torsion_out_and_ar
     ends = [basin(with_parameter(case, drag, 1e-3), 300.0, random=2) for case in (rigid, twisting)]
     name = "final_ball_angle_in_rotor"
     assert np.array_equal(*(end[name].values for end in ends))
+
+
+def sudden(torque: float) -> Machine:
+    """A rotor at rest behind one coupling, and a motor whose full torque acts from the first instant."""
+    coupling = {"name": "shaft", "stiffness": 2000.0, "inertia": MOTOR}
+    return machine(
+        {"kind": "torque", "torque": torque, "couplings": [coupling]}, axis="vertical", unbalances=[], start={}
+    )
+
+
+def test_a_torque_that_acts_at_once_loads_the_shaft_twice_as_much_as_a_slow_one() -> None:
+    """Slowly applied it is T J_r/(J_r + J_m); the twist then swings about this without loss."""
+    steady = 3.0 * ROTOR / (ROTOR + MOTOR)
+    found = measures(simulate(sudden(3.0), duration=0.5))
+    assert float(found["peak_torque"].sel(link="shaft")) == pytest.approx(2.0 * steady, rel=1e-3)
+    assert float(found["peak_twist"].sel(link="shaft")) == pytest.approx(2.0 * steady / 2000.0, rel=1e-3)
+    period = 2.0 * np.pi / np.sqrt(2000.0 * (1.0 / ROTOR + 1.0 / MOTOR))
+    turns = np.round(float(found["peak_torque_speed"][0]) / (3.0 / (ROTOR + MOTOR) * 0.5 * period))
+    assert turns % 2 == 1  # at half a period, or any number of whole ones later
+
+
+def test_the_twist_of_a_drive_train_is_drawn_and_refused_where_there_is_none(tmp_path: Path) -> None:
+    file, picture = tmp_path / "sudden.nc", tmp_path / "twist.png"
+    save_run(simulate(sudden(3.0), duration=0.2), file)
+    shown = CliRunner().invoke(app, ["plot", str(file), "--kind", "drive-train", "--out", str(picture)])
+    assert shown.exit_code == 0
+    assert picture.stat().st_size > 10_000
+    figure = plot.drive_train(load_run(file))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["speed (rpm)", "torque (N m)", "twist (°)", "torque (N m)"]
+    torque = figure.axes[1].lines[0].get_ydata()
+    assert np.max(torque) == pytest.approx(6.0 * ROTOR / (ROTOR + MOTOR), rel=1e-2)
+    stiff = simulate(machine({"kind": "torque", "torque": 1.0}, axis="vertical"), duration=0.1)
+    with pytest.raises(QuestionError, match="this run has no twist; give its drive 'couplings' or a 'mount'"):
+        plot.drive_train(stiff)

@@ -33,6 +33,7 @@ from autobalancer.plots.rotor.unbalance_response import response as response
 from autobalancer.plots.rotor.whirl import whirl_along_axis as whirl_along_axis
 from autobalancer.plots.rotor.whirl import whirl_orbits as whirl_orbits
 from autobalancer.plots.run.comparison import comparison as comparison
+from autobalancer.plots.run.drive_train import drive_train as drive_train
 from autobalancer.plots.run.impacts import impacts as impacts
 from autobalancer.plots.run.orbit import orbit as orbit
 from autobalancer.plots.run.race import race as race
@@ -65,6 +66,7 @@ __all__ = [
     "chamber_step_size",
     "comparison",
     "drag_laws",
+    "drive_train",
     "eigenvalues",
     "equilibrium_angle",
     "equivalent_planar",

@@ -46,6 +46,7 @@ NAMES: dict[str, dict[str, str]] = {
         "comparison": "plots.run.comparison",
         "orbit": "plots.run.orbit",
         "impacts": "plots.run.impacts",
+        "drive_train": "plots.run.drive_train",
         "basin": "plots.stability.basins",
         "eigenvalues": "plots.stability.growth",
         "map": "plots.stability.stability_map",

@@ -16,7 +16,7 @@ from autobalancer.results.open_run import open_run
 Given = xr.Dataset | str | Path
 OF_CHAMBERS = "plot.chamber_run, chamber_energy, chamber_collisions, chamber_arrangement and chamber_bearing_forces"
 TIMES = ("time", "envelope_time", "turn_time")
-OF_RACES = "plot.run_up, race, orbit and impacts"
+OF_RACES = "plot.run_up, race, orbit, impacts and drive_train"
 
 
 def given_race_run(given: Given, asked: str) -> xr.Dataset:

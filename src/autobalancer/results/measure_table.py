@@ -15,7 +15,15 @@ from autobalancer.results.recorded import Recorded
 from autobalancer.results.series import greatest_known, last_settled, mean_size, share_of, time_near_peak
 
 HERE = "the reference station"  # in a text; a run has the name of its own there
-NEEDS = {"": "bins", "ball": "balls", "place": "turns", "plane": "planes", "support": "forces", "jump": "parts"}
+NEEDS = {
+    "": "bins",
+    "ball": "balls",
+    "place": "turns",
+    "plane": "planes",
+    "support": "forces",
+    "jump": "parts",
+    "link": "links",
+}
 LAST = "in the last revolutions"
 PER_BALL = "ball_angle_to_unbalance"
 
@@ -212,6 +220,21 @@ MEASURES = (
         *("W", "", "power that impacts dissipate at the end of the run"),
         lambda r: r.late_impacts[1],
         needs="impacts",
+    ),
+    Measure(
+        "peak_torque",
+        *("N m", "link", "greatest torque of a coupling, or of the stator on its mount, in the samples"),
+        lambda r: np.abs(r.links.torque).max(axis=0),
+    ),
+    Measure(
+        "peak_torque_speed",
+        *("rad/s", "link", "rotor speed at the greatest torque of the link"),
+        lambda r: r.links.speed[r.links.worst],
+    ),
+    Measure(
+        "peak_twist",
+        *("rad", "link", "greatest twist of a coupling, or angle of the stator, in the samples"),
+        lambda r: np.abs(r.links.twist).max(axis=0),
     ),
     Measure(
         "peak_after_jump",

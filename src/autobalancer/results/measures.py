@@ -172,7 +172,7 @@ def measures(run: xr.Dataset) -> Measured:
             values,
             {"units": measure.unit, "long_name": measure.text.replace(HERE, where)},
         )
-    for name in ("ball", "place", "plane", "support"):
+    for name in ("ball", "place", "plane", "support", "link"):
         if name in found.dims:
             found = found.assign_coords({name: run[name].values})
     if recorded.balls is not None:

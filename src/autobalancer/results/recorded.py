@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.results.impacts import Impacts
 from autobalancer.results.places import Complexes, Floats, moved
@@ -53,6 +54,19 @@ class Moved(NamedTuple):
     velocity_rms: Floats
 
 
+class Links(NamedTuple):
+    """Samples of the links between rotor and motor, (T, L): twist in rad, torque in N m; and the rotor speed, (T,) rad/s."""
+
+    speed: Floats
+    twist: Floats
+    torque: Floats
+
+    @property
+    def worst(self) -> NDArray[np.int64]:
+        """The sample with the greatest torque of each link, (L,)."""
+        return np.asarray(np.abs(self.torque).argmax(axis=0), np.int64)
+
+
 class Settled(NamedTuple):
     """Of each ball how long it takes to settle (s), when it has (s), and from where it counts."""
 
@@ -82,6 +96,7 @@ class Recorded:
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
     impacts: Impacts | None = None  # of balls on each other, partitions and walls
+    links: Links | None = None  # of the drive train
     lifted: tuple[Floats, Floats] | None = (
         None  # of each ball when the floor stops carrying it, (n,) s, and the rotor speed then
     )

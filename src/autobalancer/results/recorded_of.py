@@ -12,7 +12,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.results.impacts import impacts_of
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.places import Floats, plane_vectors, turns_of
-from autobalancer.results.recorded import LAST, Balls, Bins, Recorded
+from autobalancer.results.recorded import LAST, Balls, Bins, Links, Recorded
 from autobalancer.results.series import lifted_from, wrapped
 from autobalancer.results.standing import NONE, load_of, standing_in
 
@@ -32,6 +32,8 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         told["late"] = away_from_standing(run.isel(time=inside))
     if balls is not None and "unbalance_angle_in_rotor" in run:
         told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
+    if "link_torque" in run and run["time"].size:
+        told["links"] = Links(*series(run, "speed", "twist", "link_torque"))
     if "ball_floor_force" in run:
         time, speed, floor = series(run, "time", "speed", "ball_floor_force")
         told["lifted"] = lifted_from(time, floor), lifted_from(speed, floor)

@@ -9,7 +9,7 @@ import numpy as np
 
 from autobalancer.assembly.drive import unbalance_at, unbalances_at
 from autobalancer.assembly.place_response import plane_unbalances
-from autobalancer.assembly.places import Places, coordinates, deflections, rubber_forces, support_forces
+from autobalancer.assembly.places import Places, coordinates, deflections
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import ACCEPTED, NEXT_TURN, TIME, Memory
@@ -24,7 +24,7 @@ from autobalancer.results.series import wrapped
 from autobalancer.results.standing import NONE, standing, static_load
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
 from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.saved.at_places import at_the_end, ball_moments
+from autobalancer.simulation.saved.at_places import at_the_end, ball_moments, forces_on_supports
 from autobalancer.simulation.saved.dataset import ball_motion, in_order, whole_bins
 
 
@@ -76,8 +76,7 @@ def _of_turns(assembly: Assembly, places: Places, record: Record, memory: Memory
         return {}
     states, times, speed = turns[:, 1:], turns[:, 0], turns[:, 1 + SPEED]
     q, v = coordinates(states, assembly)
-    rubber = rubber_forces(states, assembly)
-    z, force, rotor = deflections(places, q), support_forces(places, speed, q, v, rubber), states[:, THETA]
+    z, force, rotor = deflections(places, q), forces_on_supports(states, q, v, assembly, places), states[:, THETA]
     in_space = rotor[:, None] + ball_motion(states, assembly)[0]
     static, pressed = (standing(part, rotor, in_space, static_load(places.machine)) for part in (z, force))
     told: dict[str, Any] = {"turns": (z, deflections(places, v), static), "forces": (force, pressed)}

@@ -19,7 +19,7 @@ def measures(
     as_json: Json = False,
     as_csv: Csv = False,
 ) -> None:
-    """Print the measures of a result: one number of the run, or one for each ball, place, plane, support or stage.
+    """Print the measures of a result: one number of the run, or one for each ball, place, plane, support, link or stage.
 
     Example: autobalancer measures stall.nc
     """

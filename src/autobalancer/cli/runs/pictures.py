@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Pictures = dict[str, "Callable[[], Figure]"]
 
-RACES = ("run-up", "race", "orbit", "impacts")
+RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
 
@@ -63,8 +63,10 @@ def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
             **both,
         ),
     }
+    part: dict[str, Any] = {"speed_unit": wishes.speed_unit, "start": wishes.start, "end": wishes.end}
+    if run.sizes.get("link", 0):
+        pictures["drive-train"] = lambda: ab.plot.drive_train(run, **part)
     if run.sizes.get("impact", 0):
-        part: dict[str, Any] = {"speed_unit": wishes.speed_unit, "start": wishes.start, "end": wishes.end}
         pictures["impacts"] = lambda: ab.plot.impacts(run, **part)
     return pictures
 

@@ -96,6 +96,13 @@ def ball_moments(states: Matrix, assembly: Assembly) -> Any:
     return mass * center + moment * np.exp(1j * states[:, BALLS : BALLS + n])
 
 
+def forces_on_supports(states: Matrix, q: Matrix, v: Matrix, assembly: Assembly, places: Places) -> Any:
+    """Force of the rotor on each support with all rubber and bearings, x + i y in N, (T, S)."""
+    force = support_forces(places, states[:, SPEED], q, v, rubber_forces(states, assembly))
+    pushed = hardening_forces(assembly.hard, assembly.system.bearings.rows[:, : q.shape[1]], q)
+    return force + np.einsum("sdh,th->tsd", places.hard_rows, pushed) @ (1.0, 1j)
+
+
 def _unbalances(
     prefix: str, dimension: str, states: Matrix, times: Floats, assembly: Assembly, places: Places
 ) -> dict[str, Any]:
@@ -112,9 +119,7 @@ def _unbalances(
 def _forces(
     prefix: str, dimension: str, states: Matrix, q: Matrix, v: Matrix, assembly: Assembly, places: Places
 ) -> dict[str, Any]:
-    force = support_forces(places, states[:, SPEED], q, v, rubber_forces(states, assembly))
-    pushed = hardening_forces(assembly.hard, assembly.system.bearings.rows[:, : q.shape[1]], q)
-    force = force + np.einsum("sdh,th->tsd", places.hard_rows, pushed) @ (1.0, 1j)
+    force = forces_on_supports(states, q, v, assembly, places)
     return {
         f"{prefix}support_force_x": ((dimension, "support"), force.real),
         f"{prefix}support_force_y": ((dimension, "support"), force.imag),
