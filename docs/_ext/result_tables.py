@@ -66,6 +66,7 @@ TWISTING = Machine(
 )
 RUBBING = with_value_at(SMALL, "balancers[1].races[1].friction", {"rolling_resistance": 0.01})
 CHAMBER = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "single_layer.toml")
+CYLINDERS = ab.load_machine(Path(__file__).parents[2] / "examples" / "machines" / "chamber_cylinders.toml")
 ROD = {"body": "pendulum", "mass": "3 g", "inertia": "1e-6 kg*m^2"}
 SWINGING = with_value_at(SMALL, "balancers[1].races[1].balls", [ROD])
 SPRING = {"kind": "radial_spring", "stiffness": "10 N/m", "free_length": "50 mm"}
@@ -101,6 +102,7 @@ def result_variables() -> str:
         ("of balls on real races", ab.simulate(RUBBING, duration=0.1, save=Samples(9))),
         ("of balls in `resolved` contact", ab.simulate(RESOLVED, duration=0.1, save=Samples(9))),
         ("of a deep chamber, with $x$ along the rotor", ab.simulate(CHAMBER, duration=0.005, settle=False)),
+        ("of cylinders in a deep chamber", ab.simulate(CYLINDERS, duration=0.002, settle=False)),
     ]
     text, listed = "| variable | dimensions | unit | frame | meaning |\n|---|---|---|---|---|\n", set[tuple[str, str]]()
     for wish, run in kept:

@@ -45,3 +45,20 @@ def free_machine(**changed: Any) -> ChamberMachine:
     }
     contact = described["contact"] | changed.pop("contact", {})
     return ChamberMachine(**(described | changed | {"contact": contact}))
+
+
+def cylinder_machine(**changed: Any) -> ChamberMachine:
+    """Cylinders of 20 mm by 30 mm in a drum of 100 mm that is held; ``balls`` and ``contact`` are changed in part."""
+    balls: dict[str, Any] = {"body": "cylinder", "count": 1, "density": 7800.0, "diameter": 0.02, "length": 0.03}
+    contact = {"law": "restitution", "restitution": 0.6, "friction": 0.0, "youngs_modulus": 1e8, "poisson_ratio": 0.3}
+    chamber: dict[str, Any] = {"radius": 0.1, "depth": 0.2, "balls": [balls | changed.pop("balls", {})]}
+    described: dict[str, Any] = {
+        "name": "Cylinders",
+        "gravity": [0.0, 0.0, 0.0],
+        "body": {"freedom": "fixed"},
+        "rotor": {"mass": 3.0, "polar_inertia": 0.5, "transverse_inertia": 0.32, "bearings": [0.1, -0.1]},
+        "chambers": [chamber | changed.pop("chamber", {})],
+        "contact": contact | changed.pop("contact", {}),
+        "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": changed.pop("speed", 0.0)}},
+    }
+    return ChamberMachine(**(described | changed))

@@ -10,9 +10,10 @@ import math
 from collections.abc import Sequence
 
 _ROUNDING = 1e-9
+Sized = tuple[int, float, float, float]  # number, radius, mass, half of what one takes along the axis
 
 
-def chamber_capability(radius: float, depth: float, balls: Sequence[tuple[int, float, float]]) -> float:
+def chamber_capability(radius: float, depth: float, balls: Sequence[tuple[int, float, float] | Sized]) -> float:
     """Largest unbalance that the balls of a cylindrical chamber can balance [kg m].
 
     Parameters
@@ -20,17 +21,18 @@ def chamber_capability(radius: float, depth: float, balls: Sequence[tuple[int, f
     radius, depth
         Of the chamber [m].
     balls
-        Number, radius [m] and mass [kg] of equal balls, for each size.
+        Number, radius [m] and mass [kg] of equal balls, for each size; of cylinders half their length [m] too.
 
     Notes
     -----
     Balls that do not fit on the wall lie in the hollows of the full layer before them, which balances nothing. The balls
     of one angle lie beside each other over the depth; staggered rows may reach a little more.
     """
-    merged: dict[tuple[float, float], int] = {}
-    for count, size, mass in balls:
-        merged[size, mass] = merged.get((size, mass), 0) + count
-    left = [(count, size, mass) for (size, mass), count in merged.items() if count]
+    merged: dict[tuple[float, float, float], int] = {}
+    for count, size, mass, *halves in balls:
+        kind = size, mass, halves[0] if halves else size
+        merged[kind] = merged.get(kind, 0) + count
+    left = [(count, *kind) for kind, count in merged.items() if count]
     inward = 0.0
     while True:
         columns = _columns(radius - inward, depth, left)
@@ -39,31 +41,29 @@ def chamber_capability(radius: float, depth: float, balls: Sequence[tuple[int, f
             return _resultant(columns)
         # a full ring has no resultant: what it takes is gone
         ring = _ring(radius - inward, depth, left, math.pi / taken)
-        inward += math.sqrt(3.0) * max(size for _, size, _ in left)
-        left = [
-            (count - gone, size, mass) for (count, size, mass), gone in zip(left, ring, strict=True) if count > gone
-        ]
+        inward += math.sqrt(3.0) * max(size for _, size, _, _ in left)
+        left = [(of[0] - gone, *of[1:]) for of, gone in zip(left, ring, strict=True) if of[0] > gone]
 
 
-def _ring(radius: float, depth: float, balls: Sequence[tuple[int, float, float]], share: float) -> list[int]:
+def _ring(radius: float, depth: float, balls: Sequence[Sized], share: float) -> list[int]:
     """How many of each size fill one ring: ``share`` of each, then more while there is room, at least one ball."""
-    ring = [math.floor(count * share) for count, _, _ in balls]
-    for i, (count, _, _) in enumerate(balls):
+    ring = [math.floor(of[0] * share) for of in balls]
+    for i, (count, *_) in enumerate(balls):
         while ring[i] < count:
             ring[i] += 1
-            tried = [(number, size, mass) for number, (_, size, mass) in zip(ring, balls, strict=True)]
+            tried = [(number, *of[1:]) for number, of in zip(ring, balls, strict=True)]
             if sum(half for _, half in _columns(radius, depth, tried)) > math.pi * (1.0 + _ROUNDING):
                 ring[i] -= 1
                 break
     return ring
 
 
-def _columns(radius: float, depth: float, balls: Sequence[tuple[int, float, float]]) -> list[tuple[float, float]]:
+def _columns(radius: float, depth: float, balls: Sequence[Sized]) -> list[tuple[float, float]]:
     """Moment and half of the sector of the balls at each angle, one after the other."""
     found: list[tuple[float, float]] = []
-    for count, size, mass in balls:
+    for count, size, mass, half in balls:
         orbit = max(radius - size, size)
-        deep = max(math.floor(0.5 * depth / size * (1.0 + _ROUNDING)), 1)
+        deep = max(math.floor(0.5 * depth / half * (1.0 + _ROUNDING)), 1)
         numbers = [deep] * (count // deep) + ([count % deep] if count % deep else [])
         found += [(number * mass * orbit, math.asin(size / orbit)) for number in numbers]
     return found

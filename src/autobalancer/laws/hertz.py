@@ -1,4 +1,4 @@
-"""Hertz contact of a ball with another or with a wall that is curved in one direction."""
+"""Contact of a ball with another or with a wall that is curved in one direction (Hertz), and of a cylinder parallel to it."""
 
 from __future__ import annotations
 
@@ -66,3 +66,21 @@ def hertz_stiffness(reduced_modulus: float, radius: float, wall_radius: float = 
     size = 4.0 / (math.pi * (1.0 - axes**2)) * axes**1.5 * math.sqrt((second / axes**2 - first) * (first - second))
     shape = 2.0 / math.pi * math.sqrt(axes) / size ** (1.0 / 3.0) * first  # F2 of (4.26c)
     return float(4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5)
+
+
+def line_stiffness(reduced_modulus: float, length: float) -> float:
+    """k of F = k d along a line of this length (m), N/m.
+
+    Half cylinders of any radius, to within their logarithm: pi/4 E* L (Popov 2010, (5.33)).
+    """
+    return 0.25 * math.pi * reduced_modulus * length
+
+
+def end_stiffness(reduced_modulus: float, radius: float) -> float:
+    """k of F = k d of a flat end with this radius (m) on a flat wall, N/m (Johnson 1985, (3.36))."""
+    return 2.0 * reduced_modulus * radius
+
+
+def linear_collision_time(stiffness: float, mass: float) -> float:
+    """Duration of an elastic collision with a linear spring (N/m), at any speed, s; ``mass`` is the reduced one."""
+    return math.pi * math.sqrt(mass / stiffness)

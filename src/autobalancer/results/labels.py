@@ -119,6 +119,7 @@ LABELS: dict[str, Label] = {
     "bearing": Label("bearing, the second one guides along the axis", ""),
     "ball_radius": Label("radius of the ball", "m"),
     "ball_mass": Label("mass of the ball", "kg"),
+    "ball_length": Label("length of the cylinder along the rotor, in runs of cylinders", "m"),
     "chamber": Label("chamber of the ball, counted from 1", ""),
     "body_position": Label("displacement of the middle of the rotor", "m", "space"),
     "body_rotation": Label("rotation of the body", "rad", "space"),
@@ -141,6 +142,9 @@ LABELS: dict[str, Label] = {
     "energy_error": Label("error of the energy balance: energy minus work plus losses, minus energy at time 0", "J"),
     "contacts_ball": Label("contacts of two balls begun since the last sample", ""),
     "contacts_wall": Label("contacts with walls begun since the last sample", ""),
+    "tilting": Label(
+        "greatest moment that would tilt a cylinder over what its contacts could bear, since the last sample", ""
+    ),
     "greatest_contact_force": Label("greatest normal force since the last sample", "N"),
     "impact_speeds": Label("sum of the speeds at which contacts began since the last sample", "m/s"),
     "impact_energies": Label("sum of the energies of approach with which contacts began since the last sample", "J"),

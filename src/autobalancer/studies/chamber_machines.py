@@ -24,7 +24,7 @@ def variant(
     machine
         With one chamber and one group of balls.
     balls
-        How many; the smaller, the more there are.
+        How many; the smaller, the more there are. Cylinders keep their length over their diameter.
     friction
         Of all contacts; by default that of the machine.
     layers
@@ -48,6 +48,9 @@ def variant(
     chamber = data["chambers"][0] if isinstance(data["chambers"], list) else data["chambers"]
     group = machine.chambers[0].balls[0]
     chamber["balls"] = [{"count": balls, "density": group.density, "total_mass": group.count * group.ball_mass}]
+    if group.length is not None:
+        same = {"body": group.body, "length": group.length * (group.count / balls) ** (1.0 / 3.0)}
+        chamber["balls"][0].update(same)
     if layers == "single":
         chamber.pop("depth", None)
     elif machine.chambers[0].depth is None:

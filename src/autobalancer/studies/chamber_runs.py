@@ -126,6 +126,7 @@ def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:
         "machine_name": machine.name,
         "balls": sum(group.count for group in groups),
         "ball_mass_total": sum(group.count * group.ball_mass for group in groups),
+        "body": groups[0].body,
         "ball_diameter": 2.0 * groups[0].radius,
         "depth": machine.chambers[0].inner_depth,
         "friction": float(machine.contact.friction),

@@ -26,22 +26,29 @@ def pair_stiffness(contact: ChamberContact, first: float, second: float) -> floa
     """k of two balls with these radii, N/m^1.5."""
     if contact.stiffness is not None:
         return float(contact.stiffness)
-    return hertz.pair_stiffness(_modulus(contact), first, second)
+    return hertz.pair_stiffness(reduced_modulus(contact), first, second)
 
 
 def wall_stiffness(contact: ChamberContact, radius: float, wall: float = math.inf) -> float:
     """k of a ball on the race (radius ``wall``) or on a flat wall, N/m^1.5."""
     if contact.stiffness is not None:
         return float(contact.stiffness)
-    return hertz.hertz_stiffness(_modulus(contact), radius, wall)
+    return hertz.hertz_stiffness(reduced_modulus(contact), radius, wall)
 
 
-def _modulus(contact: ChamberContact) -> float:
+def has_cylinders(machine: ChamberMachine) -> bool:
+    """Whether its balls are cylinders; they all are, or none."""
+    return machine.chambers[0].balls[0].body == "cylinder"
+
+
+def reduced_modulus(contact: ChamberContact) -> float:
     return hertz.reduced_modulus(float(contact.youngs_modulus or 0.0), float(contact.poisson_ratio))
 
 
 def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
-    """Least duration of an elastic collision at the relative ``speed``, s."""
+    """Least duration of an elastic collision at the relative ``speed``, s; that of cylinders is the same at any speed."""
+    if has_cylinders(machine):
+        return _cylinder_time(machine)
     least = math.inf
     groups = ball_groups(machine)
     contact = machine.contact
@@ -53,6 +60,22 @@ def contact_time(machine: ChamberMachine, speed: float = 4.0) -> float:
                 mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
                 pairs.append((pair_stiffness(contact, one.radius, two.radius), mass))
         least = min(least, *(hertz.collision_time(k, mass, speed) for k, mass in pairs))
+    return least
+
+
+def _cylinder_time(machine: ChamberMachine) -> float:
+    """Least duration of a collision of cylinders with walls and each other, of sides and ends, s."""
+    modulus, groups, least = reduced_modulus(machine.contact), ball_groups(machine), math.inf
+    for number, one in groups:
+        others = [(one.radius, one.half_width, math.inf)]
+        others += [(two.radius, two.half_width, two.ball_mass) for other, two in groups if other == number]
+        for radius, half, partner in others:
+            mass = 1.0 / (1.0 / one.ball_mass + 1.0 / partner)
+            for stiffness in (
+                hertz.line_stiffness(modulus, 2.0 * min(one.half_width, half)),
+                hertz.end_stiffness(modulus, min(one.radius, radius)),
+            ):
+                least = min(least, hertz.linear_collision_time(stiffness, mass))
     return least
 
 

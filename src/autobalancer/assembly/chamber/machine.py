@@ -39,7 +39,7 @@ def machine_row(machine: ChamberMachine) -> Row:
         free=free + [-1] * (COORDINATES - len(free)),
         rotor_mass=rotor.mass,
         polar_inertia=rotor.polar_inertia,
-        transverse_inertia=rotor.transverse_inertia,
+        transverse_inertia=_transverse_inertia(machine),
         bearings=rotor.bearings,
         neck=0.5 * rotor.bearing_friction * rotor.neck_diameter,
         rotor_damping=rotor.damping,
@@ -54,6 +54,12 @@ def machine_row(machine: ChamberMachine) -> Row:
         row.unbalance += vector
         row.couple += unbalance.position * vector
     return row
+
+
+def _transverse_inertia(machine: ChamberMachine) -> float:
+    """Of the rotor, with that of cylinders about their own middles, which tilt with it, kg m²."""
+    carried = sum(balls.count * balls.tilt_inertia for chamber in machine.chambers for balls in chamber.balls)
+    return float(machine.rotor.transverse_inertia) + carried
 
 
 def profile_rows(machine: ChamberMachine) -> Rows:
@@ -87,7 +93,7 @@ def _body(machine: ChamberMachine) -> tuple[Array, Array, Array]:
     """Inertia of body and rotor, stiffness and damping of the supports, all (6, 6) about the rotor's middle."""
     inertia = np.zeros((6, 6))
     inertia[:3, :3] = machine.rotor.mass * np.eye(3)
-    inertia[[4, 5], [4, 5]] = machine.rotor.transverse_inertia
+    inertia[[4, 5], [4, 5]] = _transverse_inertia(machine)
     body = machine.body
     if body.mass is not None and body.inertia is not None:
         arm = np.hstack([np.eye(3), -_cross(body.center)])

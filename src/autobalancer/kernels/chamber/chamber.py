@@ -52,7 +52,7 @@ class Chamber(NamedTuple):
     contact: Row  # CONTACT
     machine: Row  # MACHINE
     rooms: Rows  # ROOM of each chamber
-    pair_stiffness: Array  # (kinds, kinds) N/m^1.5
+    pair_stiffness: Array  # (kinds, kinds) N/m^1.5; of cylinders the reduced modulus, Pa
     rebounds: Array  # tables of restitution squared or damping ratio; may be empty
     pair_rebounds: Array  # (kinds, kinds + 1) where the table of a pair begins, in the last column that of the walls
     profile: Rows  # PROFILE

@@ -1,6 +1,7 @@
 """All forces on balls, body and rotor in one state.
 
-Contacts at walls and between balls are gathered into a block; a full block is evaluated and shared out.
+Contacts at walls and between balls are gathered into a block; a full block is evaluated and shared out. Those of cylinders are
+evaluated one by one.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -11,6 +12,7 @@ from math import sqrt
 from numba import njit
 
 from autobalancer.kernels.chamber.body import body_rates
+from autobalancer.kernels.chamber.cylinders import cylinders_at_walls, cylinders_together
 from autobalancer.kernels.chamber.gather import near_pairs, walls
 from autobalancer.kernels.chamber.records import TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.share import act
@@ -38,7 +40,11 @@ def forces(chamber, prescribed):
     put(body.contact_force, (0.0, 0.0, 0.0))
     put(body.contact_moment, (0.0, 0.0, 0.0))
     axis = _axis(body.place)
-    filled = near_pairs(chamber, walls(chamber, axis), axis)
-    if filled:
-        act(chamber, filled, axis)
+    if chamber.contact.cylinders != 0:
+        cylinders_at_walls(chamber, axis)
+        cylinders_together(chamber, axis)
+    else:
+        filled = near_pairs(chamber, walls(chamber, axis), axis)
+        if filled:
+            act(chamber, filled, axis)
     body_rates(chamber.machine, body, chamber.scratch, power, prescribed)

@@ -79,11 +79,11 @@ def _meet_wall(chamber, filled, i, wall, line, offset, taken, stiffness, s):
         kinds = chamber.pair_rebounds.shape[0]
         data(block.rebound)[filled] = chamber.pair_rebounds[ball.kind, kinds]
     if (ball.touches >> wall) & 1 == 0:
-        _note_impact(chamber.since, line, s.rate, ball.inverse_mass)
+        note_impact(chamber.since, line, s.rate, ball.inverse_mass)
 
 
 @njit(**MERGED)
-def _note_impact(since, line, rate, lightness):
+def note_impact(since, line, rate, lightness):
     """A contact begins with the relative velocity ``rate``, along ``line`` from the ball to its partner."""
     speed = max(dot(rate, line) / sqrt(dot(line, line)), 0.0)
     since.impact_speeds += speed
@@ -126,7 +126,7 @@ def _meet_walls(chamber, filled, i, s, axis):
 
 
 @njit(**MERGED)
-def _change(chamber, i, now):
+def change_walls(chamber, i, now):
     """Note which walls ball ``i`` touches ``now``: contacts that begin count, springs of those that end are forgotten."""
     ball = row(chamber.balls, i)
     before = ball.touches
@@ -153,7 +153,7 @@ def walls(chamber, axis):
         put(ball.moment, (0.0, 0.0, 0.0))
         s = sight(f, room.center, three(ball.position), three(ball.velocity), three(ball.spin))
         filled, touches = _meet_walls(chamber, filled, i, s, axis)
-        _change(chamber, i, touches)
+        change_walls(chamber, i, touches)
         if room.drag != 0.0 or room.square_drag != 0.0:
             force, lost = drag(room.drag, room.square_drag, s.rate)
             add(ball.force, force)
@@ -188,7 +188,7 @@ def near_pairs(chamber, filled, axis):
             touching[p] = 1
             chamber.since.contacts_ball += 1
             rate = minus(three(one.velocity), three(two.velocity))
-            _note_impact(chamber.since, line, rate, one.inverse_mass + two.inverse_mass)
+            note_impact(chamber.since, line, rate, one.inverse_mass + two.inverse_mass)
         spin, other = three(one.spin), three(two.spin)
         meeting = Meeting(
             line, both, -1.0, table[one.kind * kinds + two.kind], one.inverse_mass + two.inverse_mass, min(r1, r2),

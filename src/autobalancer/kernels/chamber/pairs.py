@@ -26,10 +26,13 @@ def _note(chamber, i, j):
     if one.chamber != two.chamber:
         return
     line = minus(three(two.position), three(one.position))
-    square = dot(line, line)
+    along, over = 0.0, -chamber.run.margin
+    if chamber.contact.cylinders != 0:  # the tilt of the rotor is small against the margin
+        along, over = line[0], abs(line[0]) - one.half_length - two.half_length
+    square = dot(line, line) - along * along
     both = one.radius + two.radius
     reach = both + chamber.run.margin
-    if square >= reach * reach:
+    if square >= reach * reach or over >= chamber.run.margin:
         return
     pairs, search, progress = chamber.pairs, chamber.scratch.search, chamber.progress
     k = progress.pairs
@@ -37,7 +40,7 @@ def _note(chamber, i, j):
         progress.trouble = TOO_DENSE
         return
     pairs.first[k], pairs.second[k] = i, j
-    pairs.touching[k] = 1 if square < both * both else 0
+    pairs.touching[k] = 1 if square < both * both and over < 0.0 else 0
     pairs.stretch[k, 0] = pairs.stretch[k, 1] = pairs.stretch[k, 2] = 0.0
     for o in range(search.old_row[i], search.old_row[i + 1]):
         if search.old_second[o] == j:
@@ -101,7 +104,7 @@ def _note_by_cells(chamber):
         away += abs(x) + abs(y) + abs(z)
         low0, low1, low2 = min(low0, x), min(low1, y), min(low2, z)
         high0, high1, high2 = max(high0, x), max(high1, y), max(high2, z)
-        radius = max(radius, row(balls, i).radius)
+        radius = max(radius, row(balls, i).radius, row(balls, i).half_length)
     if not away < FAR * n:  # there are no cells for balls that left all bounds, or whose places are no numbers
         chamber.progress.trouble = LOST_BALLS
         return

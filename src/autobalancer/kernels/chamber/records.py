@@ -33,6 +33,7 @@ CONTACT = Record(
     Field("damping_ratio", "1", "damping over sqrt(mass stiffness) d^(1/4)"),
     Field("shear_ratio", "1", "tangential over normal stiffness"),
     Field("varies", "", "1: restitution depends on the speed of an impact, by tables; 0: it is constant", (), WHOLE),
+    Field("cylinders", "", "1: all balls are cylinders, which stay parallel to the rotor; 0: none is", (), WHOLE),
 )
 
 MACHINE = Record(
@@ -70,7 +71,7 @@ PROFILE = Record(
     Field("speed", "rad/s", "there"),
 )
 
-BALL = Record(  # what the search for contacts reads comes first
+BALL = Record(  # what the search for contacts reads comes first; the walls of a cylinder have a stiffness in N/m
     Field("radius", "m", "of the ball"),
     Field("position", "m", "of its middle", (3,)),
     Field("velocity", "m/s", "of its middle", (3,)),
@@ -89,6 +90,9 @@ BALL = Record(  # what the search for contacts reads comes first
     Field("flat_stiffness", "N/m^1.5", "at a flat wall"),
     Field("touches", "", "sum of 1 at the race, 2 at the wall at +x, 4 at that at -x, 8 at the inner wall", (), WHOLE),
     Field("inner_stiffness", "N/m^1.5", "at the inner wall"),
+    Field("half_length", "m", "half the length of a cylinder; 0 of a ball"),
+    Field("tilting", "N m", "moment about y and z that would tilt a cylinder, sum since the last sample", (2,)),
+    Field("holding", "N m", "moment that its contacts could bear, sum since the last sample"),
 )
 
 BODY = Record(
@@ -175,6 +179,7 @@ SAMPLE = Record(  # where a run has a variable of this name, it is this number
     Field("greatest_contact_force", "N", "greatest normal force since then"),
     Field("impact_speeds", "m/s", "sum of the speeds at which these contacts began"),
     Field("impact_energies", "J", "sum of the energies of approach with which they began"),
+    Field("tilting", "", "greatest moment that would tilt a cylinder over what its contacts could bear, since then"),
 )
 
 # contacts side by side, so that vector registers take several of them

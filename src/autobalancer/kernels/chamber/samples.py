@@ -3,6 +3,8 @@
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
+from math import sqrt
+
 from numba import njit, types, void
 
 from autobalancer.kernels.chamber.chamber import CHAMBER
@@ -37,6 +39,19 @@ def _copy_account(account, sample):
     sample.loss_bearings, sample.loss_drag = account.loss_bearings, account.loss_drag
 
 
+@njit(**APART)
+def _greatest_tilting(balls):
+    """Greatest moment that would tilt a cylinder over what its contacts could bear; both begin anew."""
+    most = 0.0
+    for i in range(balls.shape[0]):
+        ball = row(balls, i)
+        moment = sqrt(ball.tilting[0] ** 2 + ball.tilting[1] ** 2)
+        if ball.holding > 0.0:
+            most = max(most, moment / ball.holding)
+        ball.tilting[0] = ball.tilting[1] = ball.holding = 0.0
+    return most
+
+
 @njit(void(CHAMBER, types.float64, SAMPLE.row_type, MOTION.rows_type()), **COMPILED)
 def note_sample(chamber, every, sample, balls):
     """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
@@ -61,6 +76,8 @@ def note_sample(chamber, every, sample, balls):
     since.impact_speeds = since.impact_energies = 0.0
     since.greatest_force = 0.0
     _copy_account(chamber.account, sample)
+    if chamber.contact.cylinders != 0:
+        sample.tilting = _greatest_tilting(chamber.balls)
     for i in range(chamber.balls.shape[0]):
         ball, kept = row(chamber.balls, i), row(balls, i)
         arm = minus(three(ball.position), middle)

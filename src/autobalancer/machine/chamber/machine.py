@@ -54,6 +54,7 @@ class ChamberMachine(Part):
             raise ValueError("drive.couplings: the rotor of a deep chamber has none; leave them out")
         if isinstance(self.drive, PrescribedSpeed) and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
+        _check_cylinders(self.chambers, self.contact)
         rebound = self.contact.rebound
         wet = rebound is not None and rebound.critical_stokes is not None
         for number, chamber in enumerate(self.chambers, 1):
@@ -70,3 +71,20 @@ class ChamberMachine(Part):
                 f"unbalances: together {total:g} kg m; more than mass and polar inertia of the rotor can carry"
             )
         return self
+
+
+def _check_cylinders(chambers: tuple[Chamber, ...], contact: ChamberContact) -> None:
+    """Refuse what cylinders do not know."""
+    bodies = {balls.body for chamber in chambers for balls in chamber.balls}
+    if bodies == {"ball"}:
+        return
+    if len(bodies) > 1:
+        raise ValueError("chambers: have balls and cylinders; a machine has the one or the other")
+    if contact.law != "restitution":
+        raise ValueError("contact.law: given 'history'; cylinders know 'restitution' only")
+    if contact.stiffness is not None:
+        raise ValueError(
+            "contact.stiffness: is that of balls, k in k d^1.5; the contacts of cylinders are along lines: give youngs_modulus"
+        )
+    if contact.rebound is not None:
+        raise ValueError("contact.rebound: is known for balls only; give cylinders a constant restitution")

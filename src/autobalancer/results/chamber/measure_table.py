@@ -48,11 +48,7 @@ def _motion(direction: str, unit: str) -> Iterator[Measure]:
 
 def _reaction(name: str, unit: str, of: Callable[[ChamberRecorded], Floats]) -> Iterator[Measure]:
     def over_stages(measure: Callable[[Floats], Any]) -> Callable[[ChamberRecorded], Floats]:
-        def found(r: ChamberRecorded) -> Floats:
-            parts = (of(r)[: r.steady.start], of(r)[r.steady])
-            return np.array([measure(part) if part.size else np.nan for part in parts])
-
-        return found
+        return lambda r: r.parts(of(r), measure)
 
     for kind, (text, measure) in KINDS.items():
         yield Measure(f"{name}_{kind}", unit, "stage", f"{text} of {name.replace('_', ' ')}", over_stages(measure))
@@ -86,6 +82,18 @@ CHAMBER_MEASURES = (
         "hardest_contact_time",
         *("s", "", "time of the hardest contact"),
         lambda r: r.time[np.argmax(r.contact_force)],
+    ),
+    Measure(
+        "tilting",
+        *("", "stage", "greatest moment that would tilt a cylinder over what its contacts could bear"),
+        lambda r: r.parts(r.run["tilting"].values, np.max),
+        needs="cylinders",
+    ),
+    Measure(
+        "tilting_share",
+        *("", "stage", "share of the samples in which it is above 1"),
+        lambda r: r.parts(r.run["tilting"].values > 1.0, np.mean),
+        needs="cylinders",
     ),
     Measure(
         "settling_time",

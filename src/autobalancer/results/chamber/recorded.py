@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -74,6 +75,16 @@ class ChamberRecorded:
         totals = np.cumsum(amounts)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.array([(totals[b] - totals[a]) / (self.time[b] - self.time[a]) for a, b in spans])
+
+    @property
+    def cylinders(self) -> bool | None:
+        """True if these run in the chambers, else ``None``."""
+        return True if "tilting" in self.run else None
+
+    def parts(self, values: Floats, measure: Callable[[Floats], Any]) -> Floats:
+        """A measure of ``values`` (T,) before and in steady state; nan where there are none."""
+        found = (values[: self.steady.start], values[self.steady])
+        return np.array([float(measure(part)) if part.size else np.nan for part in found])
 
     @cached_property
     def impacts(self) -> Floats:

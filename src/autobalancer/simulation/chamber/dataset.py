@@ -19,7 +19,7 @@ from autobalancer.simulation.chamber.energy import energies
 
 Array = Any
 DIMENSIONS = ((), ("time",), ("time", "axis"), ("time", "bearing", "axis"))  # by their number
-KEPT = [field.name for field in SAMPLE.fields if field.name != "body_rate"]
+KEPT = [field.name for field in SAMPLE.fields if field.name not in ("body_rate", "tilting")]
 LOSSES = [field.name for field in ACCOUNT.fields if field.name.startswith("loss_")]
 
 
@@ -37,7 +37,9 @@ def chamber_dataset(
         "energy_potential": ("time", potential),
         "energy_error": ("time", total - energy - samples.work_motor + lost),
     }
-    coordinates = {
+    if chamber.contact.cylinders:
+        data["tilting"] = ("time", samples.tilting)
+    coordinates: dict[str, Any] = {
         "time": times,
         "ball": np.arange(1, chamber.balls.shape[0] + 1),
         "axis": np.array(["x", "y", "z"], dtype=object),
@@ -46,6 +48,8 @@ def chamber_dataset(
         "ball_mass": ("ball", chamber.balls.mass.copy()),
         "chamber": ("ball", chamber.balls.chamber + 1),
     }
+    if chamber.contact.cylinders:
+        coordinates["ball_length"] = ("ball", 2.0 * chamber.balls.half_length)
     return label(xr.Dataset({key: (dims, np.array(value)) for key, (dims, value) in data.items()}, coordinates))
 
 

@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from autobalancer.errors import MachineError
 from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
 from autobalancer.random_numbers import generator
 from autobalancer.simulation.chamber.packing import AIR, filling_sites
+from autobalancer.simulation.chamber.sizes import Sizes, gaps, sized, sizes_of, together
 
 Array = Any
 
@@ -33,13 +33,13 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
         given = [group for group in groups if group.positions is not None]
         if given and len(given) < len(groups):
             raise MachineError(f"chambers[{number}]: give the positions of all balls in a chamber, or of none")
-        radii = np.concatenate([np.full(group.count, group.radius) for group in groups])
+        sizes = together([sizes_of(group, group.count) for group in groups])
         if given:
             places = np.vstack([np.asarray(group.positions, np.float64) for group in groups])
-            _apart(places, radii, chamber, number)
+            _apart(places, sizes, chamber, number)
         else:
             settle = True
-            places = _loosened(_sites(chamber, number, down, random), radii, chamber, random)
+            places = _loosened(_sites(chamber, number, down, random), sizes, chamber, random)
         found.append(places)
     return np.vstack(found), settle
 
@@ -47,28 +47,28 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
 def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generator) -> Array:
     """A place for each ball: all mixed on a grid as wide as the largest asks for, else size by size, the largest lowest."""
     groups = chamber.balls
-    largest = max(group.radius for group in groups)
-    grid = _packing(chamber, largest, down)
+    largest, widest = max(group.radius for group in groups), max(group.half_width for group in groups)
+    grid = _packing(chamber, largest, widest, down)
     wanted = sum(group.count for group in groups)
     if wanted <= len(grid):
         chosen = _lowest(grid, down, largest)[:wanted]
         return chosen[random.permutation(wanted)] if len(groups) > 1 else chosen
-    placed, radii = np.zeros((0, 3)), np.zeros(0)
+    placed, sizes = np.zeros((0, 3)), sizes_of(groups[0], 0)
     found: dict[int, Array] = {}
     for k in sorted(range(len(groups)), key=lambda k: -groups[k].radius):
-        own, count = groups[k].radius, groups[k].count
-        free = _packing(chamber, own, down)
+        group, count = groups[k], groups[k].count
+        free = _packing(chamber, group.radius, group.half_width, down)
         if len(placed):
-            free = free[(cdist(free, placed) >= AIR * (own + radii)).all(axis=1)]
+            free = free[(gaps(free, sizes_of(group, len(free)), placed, sizes, AIR) >= 0.0).all(axis=1)]
         if count > len(free):
             raise MachineError(_no_room(chamber, number, k, max(len(free), len(grid) - wanted + count)))
-        found[k] = _lowest(free, down, own)[:count]
-        placed, radii = np.vstack([placed, found[k]]), np.concatenate([radii, np.full(count, own)])
+        found[k] = _lowest(free, down, group.radius)[:count]
+        placed, sizes = np.vstack([placed, found[k]]), together([sizes, sizes_of(group, count)])
     return np.vstack([found[k] for k in range(len(groups))])
 
 
-def _packing(chamber: Chamber, radius: float, down: Array) -> Array:
-    sites = filling_sites(float(chamber.radius), chamber.inner_depth, radius, float(chamber.inner_radius))
+def _packing(chamber: Chamber, radius: float, half_width: float, down: Array) -> Array:
+    sites = filling_sites(float(chamber.radius), chamber.inner_depth, radius, float(chamber.inner_radius), half_width)
     return _turned(sites, down)
 
 
@@ -78,7 +78,7 @@ def _no_room(chamber: Chamber, number: int, k: int, most: int) -> str:
     place = f"chambers[{number}].balls[{k + 1}]" if several else f"chambers[{number}]"
     inner = f"{1e3 * chamber.inner_radius:.4g} to " if chamber.inner_radius > 0.0 else ""
     return (
-        f"{place}: {group.count} balls of {2e3 * group.radius:.4g} mm do not fit into a chamber of radius "
+        f"{place}: {group.count} {sized(group)} do not fit into a chamber of radius "
         f"{inner}{1e3 * chamber.radius:.4g} mm and depth {1e3 * chamber.inner_depth:.4g} mm"
         f"{' beside the others' if several else ''}; at most {max(most, 0)} do"
     )
@@ -90,10 +90,12 @@ def _lowest(sites: Array, down: Array, radius: float) -> Array:
     return sites[np.lexsort((np.abs(sites[:, 0]), np.hypot(sites[:, 1], sites[:, 2]), depth))]
 
 
-def _loosened(places: Array, radii: Array, chamber: Chamber, random: np.random.Generator) -> Array:
+def _loosened(places: Array, sizes: Sizes, chamber: Chamber, random: np.random.Generator) -> Array:
     """With a trace of disorder, within the air between neighbors, and inside the walls."""
-    places = places + random.uniform(-0.2, 0.2, places.shape) * (AIR - 1.0) * 2.0 * radii[:, None]
-    free = 0.5 * chamber.inner_depth - radii
+    radii = sizes.radius
+    wide = np.minimum(radii, sizes.half)
+    places = places + random.uniform(-0.2, 0.2, places.shape) * (AIR - 1.0) * 2.0 * wide[:, None]
+    free = 0.5 * chamber.inner_depth - sizes.half
     places[:, 0] = np.clip(places[:, 0], -free, free)
     across = np.maximum(np.hypot(places[:, 1], places[:, 2]), 1e-300)
     within = np.minimum(across, chamber.radius - radii)
@@ -118,17 +120,17 @@ def _turned(sites: Array, down: Array) -> Array:
     return np.column_stack([sites[:, 0], c * sites[:, 1] - s * sites[:, 2], s * sites[:, 1] + c * sites[:, 2]])
 
 
-def _apart(places: Array, radii: Array, chamber: Chamber, number: int) -> None:
-    room = 1.0 + 1e-9
-    for i, (place, own) in enumerate(zip(places, radii, strict=True)):
+def _apart(places: Array, sizes: Sizes, chamber: Chamber, number: int) -> None:
+    room, what = 1.0 + 1e-9, "cylinder" if sizes.flat.any() else "ball"
+    for i, (place, own, half) in enumerate(zip(places, sizes.radius, sizes.half, strict=True)):
         across = math.hypot(place[1], place[2])
-        inside = across + own <= chamber.radius * room and abs(place[0]) + own <= 0.5 * chamber.inner_depth * room
+        inside = across + own <= chamber.radius * room and abs(place[0]) + half <= 0.5 * chamber.inner_depth * room
         around = chamber.inner_radius == 0.0 or (across - own) * room >= chamber.inner_radius
         if not (inside and around):
-            raise MachineError(f"chambers[{number}]: ball {i + 1} stands in the wall; move it inside")
-        for j in range(i):
-            gap = float(np.linalg.norm(places[j] - place)) - own - radii[j]
-            if gap < -1e-9 * own:
-                raise MachineError(
-                    f"chambers[{number}]: balls {j + 1} and {i + 1} overlap by {-1e3 * gap:.4g} mm; move them apart"
-                )
+            raise MachineError(f"chambers[{number}]: {what} {i + 1} stands in the wall; move it inside")
+        before = Sizes(*(size[:i] for size in sizes))
+        apart = gaps(places[i : i + 1], Sizes(*(size[i : i + 1] for size in sizes)), places[:i], before)[0]
+        for j in np.flatnonzero(apart < -1e-9 * min(own, half)):
+            raise MachineError(
+                f"chambers[{number}]: {what}s {j + 1} and {i + 1} overlap by {-1e3 * apart[j]:.4g} mm; move them apart"
+            )

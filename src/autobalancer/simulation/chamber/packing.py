@@ -11,17 +11,21 @@ Array = Any
 AIR = 1.002  # distance of neighbors over their diameter
 
 
-def filling_sites(radius: float, depth: float, ball_radius: float, inner_radius: float = 0.0) -> Array:
+def filling_sites(
+    radius: float, depth: float, ball_radius: float, inner_radius: float = 0.0, half_width: float | None = None
+) -> Array:
     """Places (sites, 3) for balls in a cylinder along x, from its middle, with the bottom at -z.
 
+    Cylinders along x have another ``half_width`` there than their radius.
     Of several packings the one with most places: columns of staggered rows, staggered columns of straight rows, and around an
     inner wall circles within each other.
     """
-    reach, half = radius - ball_radius, 0.5 * depth - ball_radius
+    wide = ball_radius if half_width is None else half_width
+    reach, half = radius - ball_radius, 0.5 * depth - wide
     pitch = 2.0 * ball_radius * AIR
     if half < 0.0 or reach < 0.0:
         return np.zeros((0, 3))
-    along = _line(half, pitch)
+    along = _line(half, 2.0 * wide * AIR)
     best = np.zeros((0, 3))
     for sites in [*_rows(reach, pitch, along), *([_circles(reach, pitch, along)] if inner_radius > 0.0 else [])]:
         near = inner_radius + ball_radius if inner_radius > 0.0 else 0.0

@@ -22,11 +22,15 @@ from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.packing import filling_sites
 from autobalancer.simulation.chamber.run import default_step
 from autobalancer.simulation.chamber.summary_rows import chamber_rows
+from autobalancer.simulation.chamber.tilting import tilt_left, tilting_warnings
 
 
 @dataclass(frozen=True)
 class ChamberFilling:
-    """One chamber with its balls, SI. ``room`` is the number of balls of its largest size that the filling finds places for."""
+    """One chamber with its balls, SI. ``room`` is the number of balls of its largest size that the filling finds places for.
+
+    ``tilt`` is how far the flat walls let a cylinder tilt that is alone between them.
+    """
 
     chamber: int
     balls: int
@@ -36,6 +40,9 @@ class ChamberFilling:
     depth: float
     room: int
     capability: float
+    body: str
+    longest: float | None  # cylinder
+    tilt: float | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -120,7 +127,9 @@ def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
 
 def _filling(number: int, chamber: Chamber) -> ChamberFilling:
     groups = chamber.balls
-    largest = max(group.radius for group in groups)
+    largest, widest = max(group.radius for group in groups), max(group.half_width for group in groups)
+    lengths = [float(group.length) for group in groups if group.length is not None]
+    tilts = [tilt for group in groups if (tilt := tilt_left(chamber, group)) is not None]
     return ChamberFilling(
         chamber=number,
         balls=sum(group.count for group in groups),
@@ -128,12 +137,17 @@ def _filling(number: int, chamber: Chamber) -> ChamberFilling:
         smallest_diameter=2.0 * min(group.radius for group in groups),
         largest_diameter=2.0 * largest,
         depth=chamber.inner_depth,
-        room=len(filling_sites(float(chamber.radius), chamber.inner_depth, largest, float(chamber.inner_radius))),
+        room=len(
+            filling_sites(float(chamber.radius), chamber.inner_depth, largest, float(chamber.inner_radius), widest)
+        ),
         capability=chamber_capability(
             float(chamber.radius),
             chamber.inner_depth,
-            [(group.count, group.radius, group.ball_mass) for group in groups],
+            [(group.count, group.radius, group.ball_mass, group.half_width) for group in groups],
         ),
+        body=groups[0].body,
+        longest=max(lengths) if lengths else None,
+        tilt=max(tilts) if tilts else None,
     )
 
 
@@ -145,7 +159,7 @@ def _warnings(
     critical: tuple[float, ...],
     highest: float,
 ) -> tuple[str, ...]:
-    found = []
+    found = tilting_warnings(machine)
     if unbalance > capability:
         found.append(
             f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more, heavier or, in a "

@@ -18,6 +18,7 @@ from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Ve
 from autobalancer.results.verdict.passage import Peak, Settling
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, speed_changes, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
+from autobalancer.simulation.chamber.tilting import tilting_note
 from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"
@@ -111,7 +112,8 @@ def _peak(run: xr.Dataset, away: Complexes) -> Peak:
 
 
 def _notes(run: xr.Dataset) -> tuple[str, ...]:
-    return tuple(str(run.attrs["input_text"]).split("\n")) if "input_text" in run.attrs else ()
+    given = str(run.attrs["input_text"]).split("\n") if "input_text" in run.attrs else []
+    return tuple(note for note in (*given, tilting_note(run)) if note)
 
 
 def _stopped(run: xr.Dataset) -> str:

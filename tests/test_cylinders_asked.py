@@ -1,0 +1,136 @@
+"""Cylinders in a chamber from the machine file to the archive: what is refused, said, kept and drawn."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from tests.references.chamber_machines import cylinder_machine
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import MachineError
+from autobalancer.files.machine_file import save_machine
+from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.archive.folder import Archive
+from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.simulation.chamber.filling import fill
+from autobalancer.simulation.chamber.summary import chamber_summary
+from autobalancer.studies.chamber_machines import variant
+from autobalancer.studies.chamber_runs import archived_run
+
+WEIGHT = {"gravity": [0.0, 0.0, -9.81]}
+HISTORY = {"law": "history", "shear_ratio": 0.8}
+TURNING: dict[str, Any] = {"positions": [[0.0, 0.0, 0.0]], "velocities": [[0.0, 0.0, 0.0]], "spins": [[1.0, 2.0, 0.0]]}
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"balls": {"length": None}}, "length: missing; a cylinder needs it"),
+        ({"balls": {"body": "ball"}}, "length: a ball has none; leave it out, or set body = 'cylinder'"),
+        ({"balls": {"body": "roller"}}, "body"),
+        ({"balls": TURNING}, "spins: a cylinder stays parallel to the rotor and turns about x only"),
+        ({"balls": {"length": 0.21}}, "their length is 210 mm; the chamber is only 200 mm deep"),
+        ({"balls": {"length": -0.01}}, "length"),
+        ({"contact": HISTORY}, "contact.law: given 'history'; cylinders know 'restitution' only"),
+        ({"contact": {"youngs_modulus": None, "stiffness": 1e8}}, "contact.stiffness: is that of balls"),
+        ({"contact": {"rebound": {"yield_speed": 0.1}}}, "rebound"),
+    ],
+)
+def test_what_cylinders_do_not_know_is_refused(changed: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said.replace("(", r"\(")):
+        cylinder_machine(**changed)
+
+
+def test_balls_and_cylinders_do_not_share_a_machine() -> None:
+    given = cylinder_machine().model_dump(exclude_unset=True)
+    given["chambers"][0]["balls"] = [*given["chambers"][0]["balls"], {"count": 1, "density": 7800.0, "diameter": 0.01}]
+    with pytest.raises(ValueError, match="have balls and cylinders; a machine has the one or the other"):
+        ChamberMachine(**given)
+
+
+def test_cylinders_that_overlap_or_stand_in_a_wall_are_refused() -> None:
+    places = [[0.0, 0.0, 0.0], [0.02, 0.015, 0.0]]
+    with pytest.raises(MachineError, match=r"cylinders 1 and 2 overlap by 5 mm"):
+        simulate_chamber(cylinder_machine(balls={"count": 2, "positions": places}), duration=0.01)
+    with pytest.raises(MachineError, match="cylinder 1 stands in the wall"):
+        simulate_chamber(cylinder_machine(balls={"positions": [[0.09, 0.0, 0.0]]}), duration=0.01)
+    # side by side in the same place across the axis, behind each other along it
+    simulate_chamber(cylinder_machine(balls={"count": 2, "positions": [[0.0] * 3, [0.031, 0.0, 0.0]]}), duration=0.001)
+
+
+def test_filled_cylinders_do_not_overlap_and_too_many_are_refused_with_the_number_that_fits() -> None:
+    sizes = [{"body": "cylinder", "count": 30, "density": 7800.0, "diameter": d, "length": 0.03} for d in (0.02, 0.012)]
+    machine = cylinder_machine(chamber={"depth": 0.1, "balls": sizes}, **WEIGHT)
+    places, settles = fill(machine, 1)
+    radius = np.repeat([0.01, 0.006], 30)
+    across = np.hypot(*(places[:, None, 1:] - places[:, 1:]).T) - (radius[:, None] + radius)
+    along = np.abs(places[:, None, 0] - places[:, 0]) - 0.03
+    assert settles
+    assert np.maximum(across, along)[np.triu_indices(60, 1)].min() > 0.0
+    assert np.abs(places[:, 0]).max() < 0.035 + 1e-12
+    with pytest.raises(MachineError, match=r"500 cylinders of 20 mm by 30 mm do not fit .* at most \d+ do"):
+        fill(cylinder_machine(chamber={"depth": 0.1}, balls={"count": 500}, **WEIGHT))
+
+
+def test_cylinders_fill_the_depth_by_their_length() -> None:
+    row = chamber_capability(0.1, 0.1, [(3, 0.01, 0.03, 0.0166)])
+    assert row == pytest.approx(3.0 * 0.03 * 0.09, rel=1e-12)
+    assert chamber_capability(0.1, 0.1, [(3, 0.01, 0.03, 0.03)]) == pytest.approx(
+        0.03 * 0.09 * (1.0 + 2.0 * math.cos(2.0 * math.asin(1.0 / 9.0))), rel=1e-12
+    )
+
+
+def test_check_says_how_far_a_cylinder_can_tilt_and_warns_where_it_is_much(tmp_path: Path) -> None:
+    guided = cylinder_machine(chamber={"depth": 0.0304}, contact={"friction": 0.3}, **WEIGHT)
+    # 20 a - 15 a^2 = 0.4 in mm
+    assert chamber_summary(guided).chambers[0].tilt == pytest.approx((20.0 - math.sqrt(376.0)) / 30.0, rel=1e-3)
+    assert not [text for text in chamber_summary(guided).warnings if "cylinder" in text]
+    loose = cylinder_machine(contact={"friction": 0.8}, **WEIGHT)
+    said = CliRunner().invoke(app, ["check", str(save_machine(loose, tmp_path / "m.toml"))], env={"COLUMNS": "200"})
+    words = " ".join(said.output.split())
+    assert "1 cylinder of 20 mm by 30 mm" in words
+    assert "so that one could turn over" in words
+    assert "a cylinder of 20 mm by 30 mm could turn over there" in words
+    assert "friction of 0.8 at a flat wall can tip a cylinder" in words
+
+
+def test_a_variant_of_cylinders_keeps_their_shape_and_their_mass_together() -> None:
+    found = variant(cylinder_machine(balls={"count": 8}), balls=1, layers="single").chambers[0]
+    assert found.balls[0].length == pytest.approx(0.06, rel=1e-12)
+    assert found.balls[0].radius == pytest.approx(0.02, rel=1e-12)
+    assert found.inner_depth == pytest.approx(0.0606, rel=1e-12)
+
+
+def test_an_archived_run_of_cylinders_is_the_run_and_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    given = ab.example("chamber_cylinders").model_dump(exclude_unset=True)
+    machine = ChamberMachine(**(given | {"contact": given["contact"] | {"youngs_modulus": 2e8}}))
+    whole = simulate_chamber(machine, duration=0.04)
+
+    def stop(now: float, end: float) -> None:
+        if now > 0.015:
+            raise KeyboardInterrupt
+
+    asked: dict[str, Any] = {"duration": 0.04, "part": 10}
+    with pytest.raises(KeyboardInterrupt):
+        archived_run(Archive(tmp_path), "one", machine, **asked, progress=stop)
+    run = archived_run(Archive(tmp_path), "one", machine, **asked)
+    xr.testing.assert_identical(run.samples().drop_attrs(), whole.drop_attrs())
+    assert run.samples()["ball_length"].values == pytest.approx(np.full(10, 0.03))
+    assert Archive(tmp_path).runs("body == 'cylinder'").sizes["run"] == 1
+    assert "cylinders" in " ".join(ab.verdict(whole).notes)
+    assert "tilting" in ab.measures(whole)
+
+
+def test_runs_of_balls_have_nothing_of_cylinders() -> None:
+    run = simulate_chamber(ab.example("deep_chamber"), duration=0.01, step=1e-6, sample=1e-4, settle=False)
+    assert "ball_length" not in run.coords
+    assert "tilting" not in run
+    assert "tilting" not in ab.measures(run)
