@@ -66,7 +66,7 @@ def test_every_example_can_be_loaded(path: Path) -> None:
     machine = load_race_machine(path)
     assert machine.name
     assert machine.run is not None
-    assert resolve(machine)
+    assert resolve(machine) or machine.liquid_rings
 
 
 def test_quantities_become_si_numbers_and_remember_how_they_were_written() -> None:

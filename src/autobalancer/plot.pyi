@@ -26,6 +26,7 @@ from autobalancer.plots.measured.receptance import receptance as receptance
 from autobalancer.plots.measured.rubber import rubber as rubber
 from autobalancer.plots.rotor.campbell import campbell as campbell
 from autobalancer.plots.rotor.equivalent_planar import equivalent_planar as equivalent_planar
+from autobalancer.plots.rotor.liquid_response import liquid_response as liquid_response
 from autobalancer.plots.rotor.modes import modes as modes
 from autobalancer.plots.rotor.torsional_response import torsional_response as torsional_response
 from autobalancer.plots.rotor.unbalance_response import polar_response as polar_response
@@ -73,6 +74,7 @@ __all__ = [
     "flow",
     "identification",
     "impacts",
+    "liquid_response",
     "map",
     "measured_drag",
     "modes",

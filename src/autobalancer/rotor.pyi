@@ -13,6 +13,7 @@ from autobalancer.rotordynamics.identification.measurements import MeasuredCriti
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode as MeasuredMode
 from autobalancer.rotordynamics.identification.measurements import MeasuredResponse as MeasuredResponse
 from autobalancer.rotordynamics.identification.measurements import MeasuredStiffness as MeasuredStiffness
+from autobalancer.rotordynamics.liquid.response import liquid_response as liquid_response
 from autobalancer.rotordynamics.modes import modes as modes
 from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
 from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
@@ -34,6 +35,7 @@ __all__ = [
     "from_ross",
     "identify",
     "lateral_model",
+    "liquid_response",
     "load_measurements",
     "modes",
     "response",

@@ -55,6 +55,7 @@ from autobalancer.cli.rotors import (  # noqa: E402
     equivalent,
     flow,
     identify,
+    liquid,
     modes,
     receptance,
     response,
@@ -83,6 +84,7 @@ app.command()(modes.modes)
 app.command()(response.response)
 app.command("torsional-modes")(torsion.torsional_modes)
 app.command("torsional-response")(torsion.torsional_response)
+app.command("liquid-response")(liquid.liquid_response)
 app.command("annulus-flow")(flow.flow)
 app.command("ball-drag")(ball_drag.ball_drag)
 app.command("equilibrium-angle")(angle.angle)

@@ -28,15 +28,22 @@ def any_machine(given: Machine | ChamberMachine | str | Path) -> Machine | Chamb
     raise QuestionError(_wanted(given))
 
 
-def balls_in_races(given: Machine | ChamberMachine | str | Path) -> Machine:
-    """The machine with races, read if ``given`` is a path; raises as :func:`any_machine`, also for deep chambers."""
-    if isinstance(given, Machine):
-        return given
+def balls_in_races(given: Machine | ChamberMachine | str | Path, *, rings: bool = False) -> Machine:
+    """The machine with races, read if ``given`` is a path; raises as :func:`any_machine`, also for deep chambers.
+
+    One with rings of liquid is refused unless ``rings``.
+    """
     if isinstance(given, ChamberMachine):
         raise QuestionError(f"machine: {FREE_BALLS}")
-    if isinstance(given, str | Path):
-        return load_race_machine(given)
-    raise QuestionError(_wanted(given))
+    if not isinstance(given, Machine | str | Path):
+        raise QuestionError(_wanted(given))
+    machine = given if isinstance(given, Machine) else load_race_machine(given)
+    if machine.liquid_rings and not rings:
+        raise QuestionError(
+            "liquid_rings: this question does not know liquid with a free surface; liquid-response (ab.rotor.liquid_response) "
+            "does, and without 'liquid_rings' this one answers for the rotor alone"
+        )
+    return machine
 
 
 def balls_in_chambers(given: Machine | ChamberMachine | str | Path) -> ChamberMachine:

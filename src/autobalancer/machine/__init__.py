@@ -46,6 +46,7 @@ from autobalancer.machine.drive_train import Coupling, MotorMount, TorqueRipple
 from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.keys import document
 from autobalancer.machine.leaves import Leaf, leaves_of
+from autobalancer.machine.liquid_ring import LiquidRing
 from autobalancer.machine.machine import Machine, RunPlan, Start
 from autobalancer.machine.part import key
 from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
@@ -120,6 +121,7 @@ __all__ = [
     "Hill",
     "HistoryContact",
     "Joint",
+    "LiquidRing",
     "Lock",
     "Machine",
     "MotorMount",

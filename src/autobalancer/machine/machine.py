@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed, twists
 from autobalancer.machine.excitation import Excitation
+from autobalancer.machine.liquid_ring import LiquidRing
 from autobalancer.machine.part import ImpossiblePart, Listed, Name, Part, Problem, key
 from autobalancer.machine.quantity import Angle, Duration, Gravity, Position, Speed, Velocity
 from autobalancer.machine.rotors import Rotor
@@ -58,6 +59,9 @@ class Machine(Part):
     stations: Annotated[tuple[Station, ...], Listed] = key("named planes across the rotor", ())
     unbalances: tuple[Unbalance, ...] = key("their sum is what is to be balanced", ())
     balancers: tuple[Balancer, ...] = key("may be left out: a rotor without balls", ())
+    liquid_rings: Annotated[tuple[LiquidRing, ...], Listed] = key(
+        "rings partly filled with liquid, in place of balls; for `liquid-response` only", ()
+    )
     tilting_races: Literal["deflection", "full"] = key(
         "`deflection`: balls feel only the deflection of the race; `full`: its axial motion too", "deflection"
     )
@@ -96,6 +100,14 @@ class Machine(Part):
             raise ValueError("rotor.inertia: missing; a torque can only drive a rotor whose inertia is given")
         if prescribed and self.start.speed != 0.0:
             raise ValueError("start.speed: the drive prescribes the speed; leave it out")
+        return self
+
+    @model_validator(mode="after")
+    def _liquid(self) -> Machine:
+        if self.liquid_rings and self.balancers:
+            raise ValueError(
+                "liquid_rings: balls and rings of liquid on one rotor are not supported; leave one of them out"
+            )
         return self
 
     @model_validator(mode="after")

@@ -23,6 +23,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Equilibria": "stability.states.answers",
     "FittedReceptance": "measurement.receptance.answer",
     "Labeled": "results.answers.labeled",
+    "LiquidResponse": "rotordynamics.liquid.answers",
     "Measured": "results.answers.measured",
     "Modes": "rotordynamics.answers",
     "PlanarOscillators": "rotordynamics.answers",

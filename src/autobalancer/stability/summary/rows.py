@@ -28,6 +28,7 @@ def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
         *([("rubber", "\n".join(found.rubber))] if found.rubber else []),
         *_unbalance(found, said),
         *(_race(race, found) for race in found.races),
+        *([("rings of liquid", "\n".join(found.liquid_rings))] if found.liquid_rings else []),
         *_together(found),
         *_planes(found, said),
         *(friction_rows(found.friction, said) if found.friction is not None else ()),

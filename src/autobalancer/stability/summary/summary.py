@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from autobalancer.assembly.bearings.hardening import off_middle
+from autobalancer.assembly.changed_parts import changed_part
 from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import highest_prescribed, largest_unbalance
@@ -15,6 +16,7 @@ from autobalancer.assembly.system import assemble
 from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.catalog.resolve_rings import rings_of
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -76,6 +78,7 @@ class Summary(Described):
     friction_settled: HeldByFriction | None = None  # just above all borders, if the machine runs faster
     several_unbalances: bool = False
     rubber: tuple[str, ...] = ()  # how soft each piece of softening rubber becomes, and what the other rows count with
+    liquid_rings: tuple[str, ...] = ()  # what they hold; all other rows are those of the rotor without liquid
     off_center: OffCenter | None = None  # what races off the axis leave; None without balls
 
     def rows(self, said: SpeedText = rpm_and_si) -> list[tuple[str, str]]:
@@ -100,7 +103,9 @@ def summary(machine: Machine | str | Path) -> Summary:
     MachineError
         If the machine is not possible as described.
     """
-    machine = balls_in_races(machine)
+    machine = balls_in_races(machine, rings=True)
+    if machine.liquid_rings:
+        return replace(summary(changed_part(machine, liquid_rings=())), liquid_rings=_rings(machine))
     balls = resolve(machine)
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -165,6 +170,14 @@ def _settled(
     reached = [speed for speed in critical if speed < held.speed]
     at = ABOVE * max(*known, *reached)
     return held_by_friction(machine, at) if at < held.speed else None
+
+
+def _rings(machine: Machine) -> tuple[str, ...]:
+    held = [
+        f"{ring.mass:.4g} kg of liquid in a layer of {1e3 * ring.layer:.4g} mm; moves with the rotor like {ring.full_mass:.4g} kg"
+        for ring in rings_of(machine)
+    ]
+    return (*held, "all other rows are those without liquid; see autobalancer liquid-response")
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
