@@ -97,3 +97,15 @@ B = Candidate(
     half_span=0.4, below=0.08, body_below=0.20, body_inertia=11.0,
 )  # fmt: skip
 C = replace(A, unbalance=0.13, slip=0.31, body_inertia=15.0)
+B2 = replace(B, rolling_arm=6.6e-5)
+BETWEEN = (  # A settles well, B saves vibration; less rolling resistance leaves less with many balls
+    replace(A, unbalance=0.11, rolling_arm=1e-5),
+    replace(A, unbalance=0.085, ball_mass=2.4, radius=0.094, rolling_arm=1e-5),
+    replace(A, unbalance=0.08, ball_mass=2.3, radius=0.088, rolling_arm=1e-5),
+    B2,
+    replace(B2, torque=9.2),
+    replace(B2, unbalance=0.095, rolling_arm=3e-5),
+    replace(B2, radius=0.099, rolling_arm=3e-5),
+    replace(B2, torque=9.5, radius=0.098),
+    replace(B2, ball_mass=2.3, rolling_arm=3e-5),
+)

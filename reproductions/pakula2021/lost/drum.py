@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from typing import Any
 
@@ -59,3 +60,18 @@ def angle(run: xr.Dataset) -> np.ndarray:
     """Angle of the ball from the bottom in the sense of rotation, rad, unwound."""
     place = run["ball_position"].values[:, 0]
     return np.unwrap(np.arctan2(place[:, 1], -place[:, 2]))
+
+
+def steady_moment(run: xr.Dataset, friction: float) -> float:
+    """Greatest moment about y (N m) of balls that keep their last places in the rotor and slide along the axis either way.
+
+    The source lets friction act in full at all times with a sign that changes at nearly every step, so all signs occur.
+    """
+    last = run.isel(time=-1)
+    place = last["ball_position"].transpose("ball", "axis").values
+    radius = np.hypot(place[:, 1], place[:, 2])
+    normal = last["ball_mass"].values * radius * float(last["speed"]) ** 2
+    turned = np.arctan2(place[:, 2], place[:, 1]) + np.linspace(0.0, 2.0 * math.pi, 361)[:, None]
+    sliding = (friction * normal * radius * np.abs(np.sin(turned))).sum(axis=1)
+    couple = np.abs((normal * place[:, 0] * np.sin(turned)).sum(axis=1))
+    return float((sliding + couple).max())

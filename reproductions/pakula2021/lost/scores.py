@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from reproductions.pakula2021.lost.candidate import Candidate
+from reproductions.pakula2021.lost.candidate import DAMPING, TOTAL_MASS, Candidate
 from reproductions.pakula2021.lost.closed import chatter, filled
-from reproductions.pakula2021.lost.runs import ENOUGH, Cell
+from reproductions.pakula2021.lost.runs import DURATION, ENOUGH, Cell
 from reproductions.pakula2021.lost.statements import Statement
 
+READ = 24.0  # s, two dozen: the source calls a few dozen seconds typical; free vibrations decay until then
 NORMAL = 1.645  # of a two-sided interval of 90 %
 WORST = -4.0  # of a number that is far off: it must not outweigh all others
 Held = Callable[[Cell], Sequence[dict[str, Any]]]
@@ -59,16 +60,26 @@ def numbers(statement: Statement, candidate: Candidate, held: Held) -> list[floa
     if statement.measure in CLOSED:
         return [CLOSED[statement.measure](candidate)]
     if statement.measure == "saving":
-        return [value for value in [saving(statement.friction, held)] if math.isfinite(value)]
+        return [value for value in [saving(statement.friction, candidate, held)] if math.isfinite(value)]
     rows = [row for cell in statement.cells for row in held(cell) if statement.measure in row]
+    if statement.measure == "amplitude":
+        return [late(row, candidate) for row in rows]
     return [row[statement.measure] if math.isfinite(row[statement.measure]) else math.inf for row in rows]
 
 
-def saving(friction: float, held: Held) -> float:
+def late(row: dict[str, Any], candidate: Candidate) -> float:
+    """Vertical amplitude when the source may have read it (m): the free vibration of the end of the run has decayed by then."""
+    rate = candidate.supports * DAMPING / (TOTAL_MASS + candidate.ball_mass)  # half of twice the damping along z
+    free = max(row["amplitude"] - row["synchronous"], 0.0) if row["share"] >= ENOUGH else 0.0
+    return float(row["amplitude"] - free * (1.0 - math.exp(-rate * (READ - DURATION))))
+
+
+def saving(friction: float, candidate: Candidate, held: Held) -> float:
     """One less the ratio of the mean amplitudes of both chambers, %."""
     means = {}
     for layers, counts in SAVING.items():
-        each = [[row["amplitude"] for row in held(Cell(layers, friction, n)) if "amplitude" in row] for n in counts]
+        rows = [[row for row in held(Cell(layers, friction, n)) if "amplitude" in row] for n in counts]
+        each = [[late(row, candidate) for row in found] for found in rows]
         means[layers] = over_counts(counts, [float(np.mean(values)) if values else math.nan for values in each])
     return 100.0 * (1.0 - means["deep"] / means["single"])
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reproductions.pakula2021.lost.candidate import A, B, C, Candidate
+from reproductions.pakula2021.lost.candidate import BETWEEN, A, B, C, Candidate
 from reproductions.pakula2021.lost.explore import anywhere, near
 from reproductions.pakula2021.lost.runs import Cell, Kept, key_of
 from reproductions.pakula2021.lost.scores import SAVING, score
@@ -43,8 +43,8 @@ SAVED = tuple(Cell(layers, 0.5, n) for layers, counts in SAVING.items() for n in
 RUNGS = (
     Rung(MUST, (0,), False, 0.4, soft=True),
     Rung(MUST_NOT, (0,), False, 0.4, soft=True),
+    Rung(SAVED, (0,), True, 0.5, soft=True),
     Rung(WHOLE, (0, 1), True, 0.5),
-    Rung(SAVED, (0,), True, 0.5),
     Rung((*MUST, *MUST_NOT, *MORE), (0, 1, 2), False, 0.0),
 )
 
@@ -101,8 +101,8 @@ class Searched:
 
 
 def proposals(searched: Searched, random: np.random.Generator) -> Iterator[Candidate]:
-    """Candidates without end: the three of the first search, then new ones."""
-    yield from (A, B, C)
+    """Candidates without end: the three of the first search and some between them, then new ones."""
+    yield from (A, B, C, *BETWEEN)
     while True:
         drawn = []
         for _ in range(PICKED_FROM):
