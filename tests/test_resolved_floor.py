@@ -128,3 +128,19 @@ def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
     still = ab.simulate(driven(chamber(**GRIP), kind="constant", speed=5.0), duration=0.1, save=ab.Samples(11))
     assert still["ball_floor_force"].values[-1] == pytest.approx(MASS * GRAVITY - mu * MASS * ORBIT * 25.0, rel=1e-3)
     assert np.isnan(ab.measures(still)["lift_off_speed"].values).all()
+
+
+def test_a_ball_rests_on_its_wall_where_stiff_bearings_have_critical_speeds_that_no_ball_goes_round_at() -> None:
+    """Accuracy is asked for from what the speed of the rotor presses, not from 12 700 rad/s: before, the ball hopped for ever."""
+    machine = ab.catalog.rig("discoidal_rig_rubber")
+    race = machine.balancers[0].races[0].model_dump(exclude_unset=True)
+    race |= {
+        "resolved": {key: GRIP[key] for key in ("restitution", "sliding_friction")}
+        | {"stiffness": 3e4, "slip_speed": 0.02, "rest_speed": 1e-3}
+    }
+    turning = driven(ab.with_parameter(machine, "balancers[1].races[1]", race), kind="constant", speed=15.0)
+    found = ab.simulate(turning, duration=1.0, save=ab.Samples(2001), tolerance=1e-6)
+    force = found["ball_normal_force"].values[600:]
+    assert max(found.attrs["critical_speeds"]) > 1e4
+    needed = found["ball_moment"].values * found["ball_speed_in_space"].values[600:] ** 2
+    np.testing.assert_allclose(force, needed, rtol=0.02)

@@ -229,7 +229,9 @@ def assemble_general(
     if model is Model.RESOLVED:
         free = slice(own, own + BALL_STATES * n)
         state[free] = start_states(machine, balls, angles, system.free_balls, state[SPEED]).ravel()
-        scale[free] = resolved_scales(balls, system.free_balls, fastest).ravel()
+        # not the critical speeds of stiff bearings, which no ball goes round at
+        usual = top_speed(machine) or min(parts.critical_speeds, default=0.0)
+        scale[free] = resolved_scales(balls, system.free_balls, usual).ravel()
     state = np.append(state, start_of_links(machine, state[SPEED]))
     scale = np.append(scale, scale_of_links(machine, parts.frequency))
     growing = np.append(growing, np.zeros(state.size - growing.size))

@@ -181,11 +181,11 @@ def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows
     return states
 
 
-def resolved_scales(balls: tuple[Ball, ...], rows: Rows, fastest: float) -> Matrix:
-    """Sizes of the states for tolerances, (n, BALL_STATES): depth of contact and its frequency at the speed ``fastest``."""
+def resolved_scales(balls: tuple[Ball, ...], rows: Rows, speed: float) -> Matrix:
+    """Sizes of the states for tolerances, (n, BALL_STATES): depth of contact and its frequency at this speed of the rotor."""
     scales = np.ones((len(balls), at.BALL_STATES))
     for scale, row, ball in zip(scales, rows, balls, strict=True):
-        force = max(ball.moment * fastest**2, 10.0 * ball.effective_mass)
+        force = max(ball.moment * speed**2, 10.0 * ball.effective_mass)
         power = 1.5 if row.hertz else 1.0
         depth = _depth(row, force)
         frequency = math.sqrt(power * force / depth / relative_mass(ball))
