@@ -22,7 +22,7 @@ from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import UNBALANCE, picture
 from autobalancer.plots.run.ball_looks import BallLook
-from autobalancer.plots.run.history import Curve, Deflections, History
+from autobalancer.plots.run.history import CriticalSpeeds, Curve, Deflections, History
 from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
@@ -57,7 +57,9 @@ def test_rounding_of_a_steady_speed_is_not_enlarged() -> None:
     balls = (speed + 1e-11 * np.sin(9.0 * time))[:, None]
     axes = picture(4.0, 3.0).subplots()
     look = BallLook("black", "ball")
-    speed_panel(axes, History(time, speed, balls, balls, np.zeros((9, 0))), (), speed_axis("rad/s"), [look])
+    speed_panel(
+        axes, History(time, speed, balls, balls, np.zeros((9, 0))), CriticalSpeeds([]), speed_axis("rad/s"), [look]
+    )
     low, high = axes.get_ylim()
     assert high - low > 1.0
     assert low < 40.0 < high

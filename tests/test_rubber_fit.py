@@ -214,5 +214,10 @@ def test_the_picture_shows_curves_and_points():
     assert at == pytest.approx(1e-3 * found.law.stiffness(2.5e-4, HERTZ * 12.5, "line").real, rel=1e-3)
     assert len(stiffness.containers) == len(loss.containers) == 1
     plt.close(figure)
+    estimated = ab.plot.rubber(found, points_label="amplitude estimated,")
+    names = estimated.axes[0].get_legend_handles_labels()[1]
+    assert "amplitude estimated, in a line" in names
+    assert not any(name.startswith("measured") for name in names)
+    plt.close(estimated)
     with pytest.raises(QuestionError, match="draws a result of measure"):
         ab.plot.rubber(3.0)

@@ -12,7 +12,8 @@ import autobalancer as ab
 from autobalancer.assembly.place_response import without_balancing
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.plots.drawing.labels import labels_of
 
 SPEED = 62.0  # rad/s, in the resonance
 UNBALANCE = 6e-4
@@ -205,6 +206,19 @@ def test_a_verdict_on_rubber_beside_uneven_springs_asks_for_the_run_with_held_ba
     run = ab.simulate(Machine(**{**data, "rotor": rotor}), duration=2.0)
     assert "vibration_without_balls" not in run
     assert "rubber on supports that differ" in ab.verdict(run).because
+
+
+def test_a_run_up_says_that_its_critical_speed_is_of_small_motions_where_the_rubber_softens() -> None:
+    profile = {"kind": "ramp", "start": 55.0, "end": 70.0, "duration": 1.0}
+    linear = {"stiffness": ELASTIC + sum(k for k, _ in CHAIN), "damping": VISCOUS}
+    for rubber, of in ((described(), " of small motions"), (linear, "")):
+        given = machine(rubber, moment=UNBALANCE).model_copy(update={"drive": PrescribedSpeed(profile=profile)})
+        run = ab.simulate(given, duration=1.0, save=ab.Samples(count=41))
+        axes = ab.plot.run_up(run).axes[0]
+        texts = [entry.text.get_text() for entry in labels_of(axes).entries] + [line.get_label() for line in axes.lines]
+        assert any(text.startswith(f"critical speed{of} 6") for text in texts)
+        assert f"critical speed{of} passed" in texts
+        assert ("of small motions" in str(run)) == bool(of)
 
 
 def test_rubber_that_moves_beyond_its_largest_breakaway_amplitude_is_named() -> None:

@@ -47,7 +47,10 @@ k = (MASS + 2.0 * BALL) * whirl**2 + 2.0 * BALL * ORBIT * whirl**2 / size * np.e
 hanging = ab.measure.rubber_loops(
     np.full(3, whirl), size, np.abs(k), k.imag / whirl, motion="circle", loss_uncertainty=0.2
 )
-figure = ab.plot.rubber(rubber, [run_up, blow, hanging], frequency=10.0 * HERTZ, amplitudes=(0.01e-3, 3e-3))
+label = "measured, amplitude estimated,"
+figure = ab.plot.rubber(
+    rubber, [run_up, blow, hanging], frequency=10.0 * HERTZ, amplitudes=(0.01e-3, 3e-3), points_label=label
+)
 
 # %%
 # The response to three unbalances: the largest has the lowest and broadest resonance. The curve does not fold over. An element

@@ -47,6 +47,7 @@ from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.remarks.bearing_text import bearing_text
 from autobalancer.simulation.remarks.coincidence import coincidence_text
+from autobalancer.simulation.remarks.critical_text import critical_attributes
 from autobalancer.simulation.remarks.drag_range import drag_range_attributes
 from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
 from autobalancer.simulation.remarks.friction_text import friction_text
@@ -198,7 +199,7 @@ def simulate_races(
             "static_load": static_load(machine),
             "seed": seed,
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
-            "critical_speeds": list(assembly.critical_speeds),
+            **critical_attributes(machine, assembly),
             **({"unbalance_jumps": list(jumps)} if jumps else {}),
             **({"input_text": "\n".join(odd)} if (odd := input_notes(machine, end)) else {}),
             "reference_station": assembly.reference or "rotor",

@@ -25,6 +25,7 @@ from autobalancer.results.answers.stepped import SteppedResponse
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.prepare import prepare
 from autobalancer.simulation.remarks.coincidence import CURE, free_groups
+from autobalancer.simulation.remarks.critical_text import critical_attributes
 from autobalancer.studies.step_dataset import step_dataset
 from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
 from autobalancer.studies.step_store import StepStore
@@ -170,7 +171,7 @@ def stepped_response(
         **provenance(),
         "machine": machine_text(machine),
         "machine_name": machine.name,
-        "critical_speeds": list(assembly.critical_speeds),
+        **critical_attributes(machine, assembly),
         "mass_spread": mass_spread if groups else 0.0,
         **_coincidence(result),
         "start": start,

@@ -27,6 +27,7 @@ def rubber(
     *,
     frequency: float | None = None,
     amplitudes: tuple[float, float] | None = None,
+    points_label: str = "measured",
 ) -> Figure:
     """Draw K' and K'' over the amplitude, in circles and in lines, with measured points and what was fitted to them.
 
@@ -40,6 +41,8 @@ def rubber(
         Of the curves, rad/s; by default the median of the points.
     amplitudes
         From and to, m; by default somewhat farther than points and elements.
+    points_label
+        What the legend calls the points, such as where amplitudes are estimates.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def rubber(
                         1e3 * a, 1e-3 * (part - sure), 1e-3 * (part + sure), color=BALLS[0], alpha=0.15, lw=0
                     )
             if shown is not None:
-                _points(panels, shown, motion, text, mark)
+                _points(panels, shown, motion, f"{points_label} {text}", mark)
         if isinstance(found, RubberFit) and points is None:
             for axes, part in zip(panels, (found.fitted.real, found.fitted.imag), strict=True):
                 at = 1e3 * found.points.amplitude
@@ -96,7 +99,7 @@ def _law(found: object) -> RubberLaw:
     raise refusal(found, "plot.rubber", "a result of measure.rubber, or a laws.RubberLaw")
 
 
-def _points(panels: np.ndarray, shown: RubberPoints, motion: Motion, text: str, mark: str) -> None:
+def _points(panels: np.ndarray, shown: RubberPoints, motion: Motion, label: str, mark: str) -> None:
     """Measured points with their standard uncertainty."""
     rows = np.array([one == motion for one in shown.motion])
     if not rows.any():
@@ -105,7 +108,7 @@ def _points(panels: np.ndarray, shown: RubberPoints, motion: Motion, text: str, 
     for axes, name in zip(panels, ("stiffness", "loss"), strict=True):
         y = 1e-3 * getattr(shown, name)[rows]
         bar = 1e-3 * getattr(shown, f"{name}_uncertainty")[rows]
-        _bars(axes, x, y, bar, mark, f"measured {text}")
+        _bars(axes, x, y, bar, mark, label)
 
 
 def _bars(axes: Axes, x: np.ndarray, y: np.ndarray, bar: np.ndarray, mark: str, label: str) -> None:

@@ -28,6 +28,13 @@ class History(NamedTuple):
     unbalance_angle_in_rotor: Floats  # rad, of each plane; no columns if not known
 
 
+class CriticalSpeeds(NamedTuple):
+    """Critical speeds (rad/s), and of which motions they are where the stiffness depends on the deflection."""
+
+    levels: list[float]
+    of: str = ""
+
+
 class Curve(NamedTuple):
     """Deflection or vibration of a place over time, from samples."""
 
@@ -194,10 +201,11 @@ def _greatest(time: Floats, value: Floats, bins: int = 800) -> tuple[Floats, Flo
     return 0.5 * (time[edges] + time[ends]), np.maximum.reduceat(value, edges)
 
 
-def critical_speeds_of(run: xr.Dataset) -> list[float]:
+def critical_speeds_of(run: xr.Dataset) -> CriticalSpeeds:
     """``attrs["critical_speeds"]`` (rad/s), if the run says any; a file with one returns a bare number."""
     known = np.atleast_1d(np.asarray(run.attrs.get("critical_speeds", []), np.float64))
-    return [float(speed) for speed in known if np.isfinite(speed)]
+    motions = run.attrs.get("critical_speeds_of")
+    return CriticalSpeeds([float(speed) for speed in known if np.isfinite(speed)], f" of {motions}" if motions else "")
 
 
 def passages(time: Floats, speed: Floats, level: float) -> list[float]:

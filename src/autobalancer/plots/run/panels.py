@@ -12,7 +12,7 @@ from autobalancer.plots.drawing.labels import label_level, label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, legend
 from autobalancer.plots.run.ball_looks import BallLook
-from autobalancer.plots.run.history import Curve, Deflections, History
+from autobalancer.plots.run.history import CriticalSpeeds, Curve, Deflections, History
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_text, length_tick, significant
 
 RARE = 0.002  # of all speeds of balls; if these alone make the axis three times longer they leave the picture
@@ -22,18 +22,20 @@ PLACES = (BALLS[0], BALLS[1], BALLS[2], BALLS[3], BALLS[4], BALLS[5])  # colors 
 
 
 def speed_panel(
-    axes: Axes, history: History, critical: Sequence[float], unit: AxisUnit, looks: Sequence[BallLook]
+    axes: Axes, history: History, critical: CriticalSpeeds, unit: AxisUnit, looks: Sequence[BallLook]
 ) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls stall, they leave the rotor's line."""
     least, most = _speeds_shown(history)
     least = min(least, 0.0) if least < 0.6 * most else least
-    shown = sorted(level for level in critical if 0.9 * least <= level <= 1.1 * most)  # others would squeeze the rest
+    shown = sorted(
+        level for level in critical.levels if 0.9 * least <= level <= 1.1 * most
+    )  # others would squeeze the rest
     for level in shown:
         axes.axhline(level * unit.factor, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), zorder=1.5)
         least, most = min(least, level), max(most, level)
     for group in _near(shown, NEAR * (most - least)):
         numbers = [significant(level * unit.factor) for level in group]
-        text = f"critical speed{'s' * (len(group) > 1)} {_listed(numbers)} {unit.sign}"
+        text = f"critical speed{'s' * (len(group) > 1)}{critical.of} {_listed(numbers)} {unit.sign}"
         label_level(axes, text, group[-1] * unit.factor, color=CRITICAL)
     axes.plot(history.time, history.speed * unit.factor, color=INK, lw=1.6, label="rotor")
     count = history.ball_speed_in_space.shape[1]

@@ -12,6 +12,7 @@ from autobalancer.plots.drawing.style import CRITICAL, heading, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
 from autobalancer.plots.run.history import (
     SAVE_MORE,
+    CriticalSpeeds,
     History,
     critical_speeds_of,
     deflections_of,
@@ -44,7 +45,8 @@ def run_up(
     and stations, from samples; under gravity the vibration about the static deflection. The lower ones, one for each
     plane, have the ball angles in the rotor from its zero mark, within ±180 degrees, with the unbalance in this plane and
     its opposite; while a ball circles in the rotor its line is pale. Critical speeds are drawn if
-    ``run.attrs["critical_speeds"]`` (rad/s) has them, dotted where they are passed.
+    ``run.attrs["critical_speeds"]`` (rad/s) has them, dotted where they are passed; the label says so if they
+    are those of small motions, because the stiffness depends on the deflection.
 
     Parameters
     ----------
@@ -110,12 +112,12 @@ def run_up(
     return figure
 
 
-def _passages(panels: list[Axes], history: History, critical: list[float]) -> None:
+def _passages(panels: list[Axes], history: History, critical: CriticalSpeeds) -> None:
     """Dotted lines where critical speeds are passed."""
-    moments = [moment for level in critical for moment in passages(history.time, history.speed, level)]
+    moments = [moment for level in critical.levels for moment in passages(history.time, history.speed, level)]
     for number, moment in enumerate(moments):
         for panel in panels:
-            label = "critical speed passed" if panel is panels[0] and number == 0 else "_passed"
+            label = f"critical speed{critical.of} passed" if panel is panels[0] and number == 0 else "_passed"
             panel.axvline(moment, color=CRITICAL, lw=0.9, ls=(0, (1, 2)), zorder=1.5, label=label)
 
 

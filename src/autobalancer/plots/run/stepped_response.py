@@ -16,6 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture
 from autobalancer.plots.run.ball_looks import ball_looks
+from autobalancer.plots.run.history import critical_speeds_of
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.results.given import Given, result
 from autobalancer.results.series import wrapped
@@ -223,7 +224,11 @@ def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
     handles.append(Line2D([], [], color="#B0B0B0", lw=1.0, label="joined: no jump, same motion"))
     critical = np.atleast_1d(found.attrs.get("critical_speeds", []))
     if ((found["speed"].values[0] < critical) & (critical < found["speed"].values[-1])).any():
-        handles.append(Line2D([], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label="critical speed"))
+        handles.append(
+            Line2D(
+                [], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label=f"critical speed{critical_speeds_of(found).of}"
+            )
+        )
     if balls:
         there = set(np.unique(found["motion"].values))
         handles += [

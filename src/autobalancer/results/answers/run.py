@@ -59,7 +59,8 @@ class Run(Answer):
         critical = np.atleast_1d(self.attrs.get("critical_speeds", ())).tolist()
         if critical:
             more = f" and {len(critical) - MANY} more" if len(critical) > MANY else ""
-            yield f"critical speed{'s' * (len(critical) > 1)}", ", ".join(map(rpm_and_si, critical[:MANY])) + more
+            of = f", of {kind}" if (kind := self.attrs.get("critical_speeds_of")) else ""
+            yield f"critical speed{'s' * (len(critical) > 1)}", ", ".join(map(rpm_and_si, critical[:MANY])) + more + of
 
     def _balls(self) -> str:
         count = self.sizes.get("ball", 0)
