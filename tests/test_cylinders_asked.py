@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import PolyCollection
 from tests.references.chamber_machines import cylinder_machine
 from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.errors import MachineError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import save_machine
 from autobalancer.laws.chamber_capability import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.plots.chamber.bodies import seen_cylinders
+from autobalancer.plots.chamber.view import Camera
 from autobalancer.results.archive.folder import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
@@ -134,3 +137,34 @@ def test_runs_of_balls_have_nothing_of_cylinders() -> None:
     assert "ball_length" not in run.coords
     assert "tilting" not in run
     assert "tilting" not in ab.measures(run)
+
+
+def test_a_cylinder_seen_from_the_side_is_a_rectangle_and_from_the_end_a_circle() -> None:
+    places, radius, length = np.array([[0.3, 0.4]]), np.array([0.01]), np.array([0.03])
+    side = seen_cylinders(Camera(90.0, 0.0).axes(), places, radius, length)[0] - places
+    assert np.ptp(side, axis=0) == pytest.approx([0.03, 0.02], rel=1e-6)
+    x, y = side.T
+    area = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+    assert area == pytest.approx(0.03 * 0.02, rel=1e-6)
+    whole, end = seen_cylinders(Camera(0.0, 0.0).axes(), places, radius, length) - places
+    assert np.hypot(*whole.T) == pytest.approx(np.full(len(whole), 0.01), rel=1e-12)
+    assert end == pytest.approx(whole, abs=1e-15)
+
+
+def test_pictures_draw_cylinders_by_their_length() -> None:
+    machine = cylinder_machine(balls={"count": 3, "positions": [[x, 0.05, 0.0] for x in (-0.04, 0.0, 0.04)]})
+    run = simulate_chamber(machine, duration=0.01)
+    figure = ab.plot.chamber_arrangement(run, [0.0])
+    (drawn,) = [found for found in figure.axes[1].collections[::3] if isinstance(found, PolyCollection)]
+    heights = [np.ptp(path.vertices[:, 1]) for path in drawn.get_paths()]
+    assert heights == pytest.approx([30.0] * 3)
+    assert "speed of a cylinder" in figure.axes[-1].get_ylabel()
+
+
+def test_a_variant_has_balls_of_the_same_mass_together_in_place_of_cylinders() -> None:
+    machine = cylinder_machine(balls={"count": 8})
+    balls = variant(machine, balls=8, layers="single", body="ball").chambers[0].balls[0]
+    assert balls.length is None
+    assert balls.ball_mass == pytest.approx(machine.chambers[0].balls[0].ball_mass, rel=1e-12)
+    with pytest.raises(QuestionError, match="body: given 'cylinder'; a machine with balls has variants with 'ball'"):
+        variant(ab.example("deep_chamber"), balls=8, body="cylinder")

@@ -15,7 +15,12 @@ LAYERS = ("deep", "single")
 
 
 def variant(
-    machine: ChamberMachine | str | Path, *, balls: int, friction: float | None = None, layers: str = "deep"
+    machine: ChamberMachine | str | Path,
+    *,
+    balls: int,
+    friction: float | None = None,
+    layers: str = "deep",
+    body: str | None = None,
 ) -> ChamberMachine:
     """A machine with another number of balls of the same total mass, in its deep chamber or in one of a single layer.
 
@@ -29,11 +34,13 @@ def variant(
         Of all contacts; by default that of the machine.
     layers
         ``"deep"``: depth as described; ``"single"``: as deep as a ball and a hundredth.
+    body
+        ``"ball"`` for balls in place of cylinders, of the same mass together; by default as the machine has them.
 
     Raises
     ------
     QuestionError
-        If the machine has several chambers or groups of balls, or ``layers`` is neither.
+        If the machine has several chambers or groups of balls, or ``layers`` or ``body`` is none of these.
     MachineError
         If balls of this size do not go into the chamber.
     """
@@ -48,7 +55,12 @@ def variant(
     chamber = data["chambers"][0] if isinstance(data["chambers"], list) else data["chambers"]
     group = machine.chambers[0].balls[0]
     chamber["balls"] = [{"count": balls, "density": group.density, "total_mass": group.count * group.ball_mass}]
-    if group.length is not None:
+    body = group.body if body is None else body
+    if body not in ("ball", group.body):
+        raise QuestionError(
+            f"body: given {body!r}; a machine with {group.body}s has variants with {_and_balls(group.body)}"
+        )
+    if group.length is not None and body != "ball":
         same = {"body": group.body, "length": group.length * (group.count / balls) ** (1.0 / 3.0)}
         chamber["balls"][0].update(same)
     if layers == "single":
@@ -61,3 +73,7 @@ def variant(
     if friction is not None:
         data["contact"]["friction"] = friction
     return ChamberMachine(**data)
+
+
+def _and_balls(body: str) -> str:
+    return "'ball'; describe cylinders in the machine file" if body == "ball" else f"'ball' and {body!r}"

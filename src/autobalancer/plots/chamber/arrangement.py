@@ -7,13 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import Collection, EllipseCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.chamber.bodies import rectangles
 from autobalancer.plots.chamber.view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.drawing.style import RACE, UNBALANCE, heading, look, picture
+from autobalancer.plots.run.body_shapes import CHAMFER
 from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
 from autobalancer.results.given import Given, given_chamber_run
 from autobalancer.units import list_argument
@@ -59,6 +61,7 @@ def chamber_arrangement(
     unbalance = unbalance_of(run)
     heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
     shape = shapes[chamber - 1]
+    body = "cylinder" if "ball_length" in run else "ball"
     inside = np.flatnonzero(run["chamber"].values.astype(int) == chamber)
     with look():
         poses = poses_of(
@@ -75,7 +78,7 @@ def chamber_arrangement(
         figure.colorbar(
             ScalarMappable(speed_colors(poses.speed), COLORS),
             ax=axes,
-            label="speed of a ball (m/s)",
+            label=f"speed of a {body} (m/s)",
             aspect=40,
             pad=0.01,
         )
@@ -89,6 +92,8 @@ def _front(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     places = poses.balls[k]
     order = np.argsort(places[:, 0])
     _draw(axes, 1e3 * places[order, 1:], 2e3 * poses.radius[order], poses.speed[k][order], poses)
+    if poses.length.any():
+        _chamfers(axes, 1e3 * places[order, 1:], 2e3 * poses.radius[order])
     tip = 0.97 * size * np.array([np.cos(poses.heavy[k]), np.sin(poses.heavy[k])])
     axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1], zorder=3.5)
     axes.set_aspect("equal")
@@ -107,7 +112,10 @@ def _unrolled(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     along = 1e3 * (places[:, 0] - shape.place)
     for shift in (-360.0, 0.0, 360.0):
         at = np.stack([angle + shift, along], axis=1)
-        _draw(axes, at, width, poses.speed[k], poses, height=2e3 * poses.radius)
+        if poses.length.any():
+            _colored(axes, rectangles(at, width, 1e3 * poses.length), poses.speed[k], poses)
+        else:
+            _draw(axes, at, width, poses.speed[k], poses, height=2e3 * poses.radius)
     axes.axvline(0.0, color=UNBALANCE, lw=2.0)
     axes.axvline(360.0, color=UNBALANCE, lw=2.0)
     axes.set_xlim(-6.0, 366.0)
@@ -121,8 +129,21 @@ def _unrolled(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
 def _draw(axes: Axes, at: Floats, width: Floats, speed: Floats, poses: Poses, height: Floats | None = None) -> None:
     balls = EllipseCollection(
         width, width if height is None else height, np.zeros_like(width), units="xy", offsets=at,
-        offset_transform=axes.transData, edgecolors="#222222", linewidths=0.6, cmap=COLORS,
-        norm=speed_colors(poses.speed), zorder=3,
+        offset_transform=axes.transData,
     )  # fmt: skip
-    balls.set_array(speed)
-    axes.add_collection(balls)
+    _colored(axes, balls, speed, poses)
+
+
+def _colored(axes: Axes, bodies: Collection, speed: Floats, poses: Poses) -> None:
+    """Add balls or cylinders, each in the color of its speed."""
+    bodies.set(edgecolors="#222222", linewidths=0.6, cmap=COLORS, norm=speed_colors(poses.speed), zorder=3, array=speed)
+    axes.add_collection(bodies)
+
+
+def _chamfers(axes: Axes, at: Floats, width: Floats) -> None:
+    """What makes a circle the end of a cylinder."""
+    inner = EllipseCollection(
+        CHAMFER * width, CHAMFER * width, np.zeros_like(width), units="xy", offsets=at, offset_transform=axes.transData,
+        facecolors="none", edgecolors="#222222", linewidths=0.6, zorder=3.01,
+    )  # fmt: skip
+    axes.add_collection(inner)

@@ -132,7 +132,8 @@ class _Scene(FilmCanvas):
         self.view.show(k)
         time = float(self.poses.time[k])
         fastest = float(self.poses.speed[k].max(initial=0.0))
-        self.text.set_text(f"{time:8.3f} s   fastest ball {fastest:5.2f} m/s")
+        body = "cylinder" if self.poses.length.any() else "ball"
+        self.text.set_text(f"{time:8.3f} s   fastest {body} {fastest:5.2f} m/s")
         return self.pixels(time)
 
     def _panels(self, run: xr.Dataset) -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
+from autobalancer.plots.chamber.bodies import seen_cylinders
 from autobalancer.plots.drawing.style import INK, UNBALANCE
 from autobalancer.results.chamber.shape import ChamberShape
 
@@ -58,7 +59,7 @@ class Poses:
     """Where everything is at some times, in the axes in which it is drawn.
 
     ``balls`` (time, ball, 3) in m from the middle of the rotor, ``speed`` (time, ball) in m/s, ``heavy`` (time,) angle of
-    the unbalance in the plane of y and z, ``body`` (time, 3) displacement as drawn.
+    the unbalance in the plane of y and z, ``body`` (time, 3) displacement as drawn, ``length`` (ball,) of cylinders, 0 of balls.
     """
 
     time: Floats
@@ -68,6 +69,7 @@ class Poses:
     heavy: Floats
     turned: Floats
     body: Floats
+    length: Floats
 
 
 def speed_colors(speed: Floats) -> Normalize:
@@ -98,13 +100,23 @@ class ChamberView:
             offset_transform=axes.transData, zorder=2,
         )  # fmt: skip
         axes.add_collection(self.balls)
+        self.cylinders = PolyCollection([], zorder=2)
+        axes.add_collection(self.cylinders)
         self.before = LineCollection([], colors=NEAR, linewidths=0.8, alpha=0.55, zorder=3)
         axes.add_collection(self.before)
         self.mark = axes.plot([], [], "-o", color=UNBALANCE, lw=1.6, ms=5, zorder=4, visible=marked)[0]
         self.axis = axes.plot([], [], color=INK, lw=0.8, ls=(0, (6, 3, 1, 3)), zorder=1)[0]
         words: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "color": "#404040", "zorder": 5}
         self.ends = [axes.text(0.0, 0.0, text, **words) for text in ("−x", "+x")]
-        self.artists: list[Artist] = [self.behind, self.axis, self.balls, self.before, self.mark, *self.ends]
+        self.artists: list[Artist] = [
+            self.behind,
+            self.axis,
+            self.balls,
+            self.cylinders,
+            self.before,
+            self.mark,
+            *self.ends,
+        ]
 
     def show(self, k: int) -> None:
         """Move everything to time ``k``."""
@@ -134,6 +146,12 @@ class ChamberView:
         base = _color_map()(self.colors(self.poses.speed[k][order]))
         shine = base.copy()
         shine[:, :3] = 0.45 * base[:, :3] + 0.55
+        if self.poses.length.any():
+            ends = np.stack([base, shine], axis=1).reshape(-1, 4)
+            shapes = seen_cylinders(self.camera.axes(), seen[order, :2], radius, self.poses.length[order])
+            self.balls.set_visible(False)
+            self.cylinders.set(verts=list(shapes), facecolors=ends, edgecolors=(0.1, 0.1, 0.1, 0.9), linewidths=0.6)
+            return
         place, size = np.empty((2 * order.size, 2)), np.empty(2 * order.size)
         face, edge = np.empty((2 * order.size, 4)), np.empty((2 * order.size, 4))
         place[0::2], place[1::2] = seen[order, :2], seen[order, :2] + radius[:, None] * LIGHT
@@ -210,4 +228,6 @@ def poses_of(
         body[:, 1], body[:, 2] = wound.real, wound.imag
         turned = np.zeros_like(turned)
     speed = np.linalg.norm(at("ball_velocity", "ball", "axis"), axis=2)
-    return Poses(times, places, speed, run["ball_radius"].values, heavy + turned, turned, body)
+    radius = run["ball_radius"].values
+    length = run["ball_length"].values if "ball_length" in run else np.zeros_like(radius)
+    return Poses(times, places, speed, radius, heavy + turned, turned, body, length)
