@@ -180,6 +180,7 @@ WIDE = (
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
     "rubber rubber_loops.csv",
     "chamber archive runs",
+    "chamber bounds deep_chamber.toml",
     'catalog bearings --unbalance "594 g*mm"',
     "catalog bearing 16021",
     "catalog drag-laws",
@@ -198,6 +199,7 @@ WIDE_AND_SLOW = (
     'chamber amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',
     'chamber reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
     "chamber step-size --stiffness-over-mass 1e10",
+    'chamber design deep_chamber.toml --balls 3,4 --duration "0.05 s" --fillings 1 --archive designed',
 )
 
 

@@ -6,7 +6,11 @@ from autobalancer.results.chamber.balls import residual_of_balls as residual_of_
 from autobalancer.results.chamber.measures import collision_statistics as collision_statistics
 from autobalancer.results.chamber.shape import unbalance_of as unbalance_of
 from autobalancer.results.chamber.unconstrained import unconstrained_motion as unconstrained_motion
+from autobalancer.simulation.chamber.bounds import bounds as bounds
 from autobalancer.studies.chamber_amplitudes import amplitudes as amplitudes
+from autobalancer.studies.chamber_design.around import design_sensitivity as design_sensitivity
+from autobalancer.studies.chamber_design.chosen import designed_machine as designed_machine
+from autobalancer.studies.chamber_design.design import design as design
 from autobalancer.studies.chamber_machines import variant as variant
 from autobalancer.studies.chamber_means import optimal_means as optimal_means
 from autobalancer.studies.chamber_means import over_seeds as over_seeds
@@ -19,7 +23,11 @@ __all__ = [
     "amplitudes",
     "archived_run",
     "balls_unbalance",
+    "bounds",
     "collision_statistics",
+    "design",
+    "design_sensitivity",
+    "designed_machine",
     "optimal_means",
     "over_seeds",
     "pick_up_borders",

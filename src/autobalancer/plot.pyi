@@ -1,6 +1,7 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.plots.chamber.arrangement import chamber_arrangement as chamber_arrangement
+from autobalancer.plots.chamber.designs import chamber_designs as chamber_designs
 from autobalancer.plots.chamber.history import chamber_collisions as chamber_collisions
 from autobalancer.plots.chamber.history import chamber_energy as chamber_energy
 from autobalancer.plots.chamber.history import chamber_run as chamber_run
@@ -60,6 +61,7 @@ __all__ = [
     "chamber_bearing_forces",
     "chamber_carried",
     "chamber_collisions",
+    "chamber_designs",
     "chamber_energy",
     "chamber_optimal_means",
     "chamber_reactions",

@@ -86,6 +86,7 @@ NAMES: dict[str, dict[str, str]] = {
         "chamber_carried": "plots.chamber.study",
         "chamber_step_size": "plots.chamber.study",
         "chamber_archive": "plots.chamber.study",
+        "chamber_designs": "plots.chamber.designs",
     },
     "catalog": {
         "bearings": "catalog.bearing_table",
@@ -166,6 +167,10 @@ NAMES: dict[str, dict[str, str]] = {
         "over_seeds": "studies.chamber_means",
         "pick_up_borders": "studies.chamber_means",
         "step_size": "studies.step_size",
+        "bounds": "simulation.chamber.bounds",
+        "design": "studies.chamber_design.design",
+        "designed_machine": "studies.chamber_design.chosen",
+        "design_sensitivity": "studies.chamber_design.around",
         "collision_statistics": "results.chamber.measures",
         "balls_unbalance": "results.chamber.balls",
         "residual_of_balls": "results.chamber.balls",

@@ -62,7 +62,7 @@ from autobalancer.cli.rotors import (  # noqa: E402
     rubber,
     torsion,
 )
-from autobalancer.cli.runs import animate, archive, basin, compare, measures, plot, run, stepped, study  # noqa: E402
+from autobalancer.cli.runs import animate, archive, basin, compare, design, measures, plot, run, stepped, study  # noqa: E402
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
 app.command()(check.check)
@@ -93,4 +93,6 @@ app.command()(rubber.rubber)
 app.command("equivalent-planar")(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
 app.add_typer(study.app, name="chamber")
+study.app.command()(design.design)
+study.app.command()(design.bounds)
 study.app.command()(archive.archive)

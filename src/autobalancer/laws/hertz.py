@@ -49,23 +49,47 @@ def hertz_stiffness(reduced_modulus: float, radius: float, wall_radius: float = 
     QuestionError
         If the ball does not fit into its wall.
     """
+    mean, axes, first, second = _ellipse(radius, wall_radius)
+    if axes == 1.0:
+        return 4.0 / 3.0 * reduced_modulus * math.sqrt(mean)
+    size = _size(axes, first, second)
+    shape = 2.0 / math.pi * math.sqrt(axes) / size ** (1.0 / 3.0) * first  # F2 of (4.26c)
+    return float(4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5)
+
+
+def greatest_pressure(force: float, reduced_modulus: float, radius: float, wall_radius: float = math.inf) -> float:
+    """Pressure in the middle of the contact of a ball with a wall, Pa (Johnson 1985, (4.24), (4.26)).
+
+    ``force`` in N, the others as of :func:`hertz_stiffness`; of two equal balls that meet take ``radius`` half of theirs.
+    """
+    mean, axes, first, second = _ellipse(radius, wall_radius)
+    size = 1.0 if axes == 1.0 else _size(axes, first, second)  # F1 cubed
+    area = math.pi * (0.75 * force * mean / reduced_modulus * size) ** (2.0 / 3.0)
+    return 1.5 * force / area if force > 0.0 else 0.0
+
+
+def _ellipse(radius: float, wall_radius: float) -> tuple[float, float, float, float]:
+    """Mean radius of curvature (m), axes of the contact b/a, and the elliptic integrals of first and second kind."""
     if 0.0 < wall_radius <= radius:
         raise QuestionError(f"wall_radius: given {wall_radius:g} m; must exceed the radius of the ball, {radius:g} m")
     across, along = 1.0 / radius, 1.0 / radius - 1.0 / wall_radius
     sharp, blunt = max(across, along), min(across, along)  # principal relative curvatures
     mean = 1.0 / math.sqrt(sharp * blunt)
     if sharp / blunt < 1.0 + 1e-9:
-        return 4.0 / 3.0 * reduced_modulus * math.sqrt(mean)
+        return mean, 1.0, 0.5 * math.pi, 0.5 * math.pi
 
     def ratio(axes: float) -> float:  # of the curvatures that make an ellipse with these axes, b/a, (4.28)
         first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
         return (second / axes**2 - first) / (first - second)
 
     axes = float(brentq(lambda b: ratio(b) - sharp / blunt, 1e-6, 1.0 - 1e-6, xtol=1e-14))
-    first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
-    size = 4.0 / (math.pi * (1.0 - axes**2)) * axes**1.5 * math.sqrt((second / axes**2 - first) * (first - second))
-    shape = 2.0 / math.pi * math.sqrt(axes) / size ** (1.0 / 3.0) * first  # F2 of (4.26c)
-    return float(4.0 / 3.0 * reduced_modulus * math.sqrt(mean) / shape**1.5)
+    return mean, axes, float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
+
+
+def _size(axes: float, first: float, second: float) -> float:
+    """F1 of (4.26a) to the power of three: what the ellipse changes in the product of its axes."""
+    root = math.sqrt((second / axes**2 - first) * (first - second))
+    return float(4.0 / (math.pi * (1.0 - axes**2)) * axes**1.5 * root)
 
 
 def line_stiffness(reduced_modulus: float, length: float) -> float:

@@ -14,11 +14,9 @@ from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
-from autobalancer.results.chamber.measures import catalog_numbers, chamber_measures
-from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import variant
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.chamber_runs import measured_run
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.ranges import listed, whole
@@ -92,7 +90,9 @@ def amplitudes(
     def one(cell: Cell) -> dict[str, Any]:
         try:
             varied = variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
-            return _measured(varied, kept, cell, duration, step, sample, last)
+            name = f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}"
+            asked = {"duration": duration, "step": step, "sample": sample, "seed": cell.seed, "last": last}
+            return measured_run(kept, name, varied, {"layers": cell.layers}, **asked)
         except MachineError as reason:
             return {"outcome": f"does not fit: {reason}"}
 
@@ -101,32 +101,3 @@ def amplitudes(
     about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
     found.attrs = {"title": title, **found.attrs, **about}
     return found
-
-
-def _measured(
-    machine: ChamberMachine,
-    archive: Archive | None,
-    cell: Cell,
-    duration: float,
-    step: float | None,
-    sample: float,
-    last: float | None,
-) -> dict[str, Any]:
-    if archive is not None:
-        run = archived_run(
-            archive,
-            f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}",
-            machine,
-            duration=duration,
-            parameters={"layers": cell.layers},
-            step=step,
-            sample=sample,
-            seed=cell.seed,
-            last=last,
-        )
-        return {"outcome": run.note["outcome"]["outcome"], **run.note["measures"]}
-    ended = simulate_chamber(machine, duration=duration, step=step, sample=sample, seed=cell.seed)
-    outcome = str(ended.attrs["outcome"])
-    if outcome != "finished":
-        return {"outcome": outcome}
-    return {"outcome": outcome, **catalog_numbers(chamber_measures(ended, last=last))}

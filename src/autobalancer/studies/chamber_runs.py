@@ -85,6 +85,29 @@ def archived_run(
     return run
 
 
+def measured_run(
+    archive: Archive | None,
+    name: str,
+    machine: ChamberMachine,
+    parameters: Mapping[str, Any],
+    *,
+    last: float | None,
+    **question: Any,
+) -> dict[str, Any]:
+    """Outcome and measures of a run by name, as single numbers, from the archive if there is one.
+
+    ``question`` has duration, step, sample and seed, as for :func:`archived_run`. A run that did not finish has no measures.
+    """
+    if archive is not None:
+        run = archived_run(archive, name, machine, parameters=parameters, last=last, **question)
+        return {"outcome": run.note["outcome"]["outcome"], **run.note["measures"]}
+    ended = simulate_chamber(machine, **question)
+    outcome = str(ended.attrs["outcome"])
+    if outcome != "finished":
+        return {"outcome": outcome}
+    return {"outcome": outcome, **catalog_numbers(chamber_measures(ended, last=last))}
+
+
 def _go_on(
     run: RunFolder,
     machine: ChamberMachine,

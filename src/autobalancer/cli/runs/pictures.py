@@ -40,6 +40,9 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
 
     if is_chamber_run(result):
         return _of_chamber(result, wishes)
+    if {"place", "stage", "total_mass"} <= set(result.data_vars):
+        _refuse(wishes, "of designs of a deep chamber", "log", "time", "start", "end", "frame", "place")
+        return {"designs": lambda: ab.plot.chamber_designs(result)}
     if {"layers", "friction", "balls"} <= set(result.dims):
         return _of_study(result, wishes)
     return _of_races(result, wishes)

@@ -16,7 +16,7 @@ from autobalancer.cli.terminal.quantities import optional, quantity
 from autobalancer.units.ranges import listed, whole
 
 app = typer.Typer(
-    help="Studies of machines with deep chambers: amplitudes over balls and friction, reactions, step size.",
+    help="Studies of machines with deep chambers: amplitudes over balls and friction, the best design, reactions, step size.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -66,9 +66,9 @@ def amplitudes(
     one_form(as_json, as_csv)
     files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
     others = [Files(plot=path) for path in (means, carried)]
-    with _bar("runs") as update, _said_when_stopped(archive is not None):
+    with bar("runs") as update, said_when_stopped(archive is not None):
         found = ab.chamber.amplitudes(
-            _chamber_machine(machine),
+            chamber_machine(machine),
             counts,
             listed("--friction", friction, ""),
             duration=quantity("--duration", duration, "s"),
@@ -121,11 +121,11 @@ def reactions(
     from autobalancer.results.chamber.unconstrained import pakula_body
     from autobalancer.studies.chamber_runs import archived_run
 
-    with _bar("thousandths of the run") as update, _said_when_stopped():
+    with bar("thousandths of the run") as update, said_when_stopped():
         run = archived_run(
             Archive(archive),
             name or machine.stem,
-            _chamber_machine(machine),
+            chamber_machine(machine),
             duration=quantity("--duration", duration, "s"),
             step=optional("--step", step, "s"),
             seed=seed,
@@ -173,7 +173,7 @@ def step_size(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    with _bar("collisions") as update:
+    with bar("collisions") as update:
         found = ab.chamber.step_size(
             listed("--speeds", speeds, "m/s"),
             listed("--steps", steps, "s"),
@@ -202,13 +202,14 @@ def step_size(
     files.say()
 
 
-def _chamber_machine(path: Path) -> Any:
+def chamber_machine(path: Path) -> Any:
+    """The machine of a file with deep chambers."""
     from autobalancer.files.machine_file import load_chamber_machine
 
     return load_chamber_machine(path)
 
 
-def _bar(text: str) -> Any:
+def bar(text: str) -> Any:
     """A progress bar that is told (done, in all)."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
@@ -233,7 +234,8 @@ def _say_what_failed(found: Any) -> None:
 
 
 @contextmanager
-def _said_when_stopped(kept: bool = True) -> Iterator[None]:
+def said_when_stopped(kept: bool = True) -> Iterator[None]:
+    """Says what an interruption leaves."""
     try:
         yield
     except KeyboardInterrupt:

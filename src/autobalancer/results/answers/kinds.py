@@ -14,6 +14,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "BorderCurve": "stability.maps.answers",
     "Branches": "stability.diagrams.answers",
     "Campbell": "rotordynamics.answers",
+    "ChamberDesigns": "results.answers.chamber_designs",
     "ChamberRun": "simulation.chamber.answer",
     "ChamberStudy": "results.answers.chamber_study",
     "Comparison": "results.answers.comparison",

@@ -59,16 +59,24 @@ def body_without_balancing(machine: ChamberMachine, speed: float) -> float:
 
     nan at a critical speed of an undamped body.
     """
+    return float(vibrations_without_balancing(machine, [speed])[0])
+
+
+def vibrations_without_balancing(machine: ChamberMachine, speeds: Array) -> Array:
+    """The same at many speeds, (speeds,) m."""
     free, m, g, k, c = linear_body(machine)
     static = sum(part.vector for part in machine.unbalances)
     couple = sum(part.vector * part.position for part in machine.unbalances)
     load = (UNBALANCES @ np.array([static, couple], complex))[free]
-    moved = np.zeros(6, complex)
-    try:
-        moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)
-    except np.linalg.LinAlgError:
-        return float("nan")
-    return 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
+    found = np.full(len(speeds), np.nan)
+    for i, speed in enumerate(speeds):
+        moved = np.zeros(6, complex)
+        try:
+            moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)
+        except np.linalg.LinAlgError:
+            continue
+        found[i] = 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
+    return found
 
 
 def _ratio(m: Array, c: Array, k: Array, speed: float) -> float:

@@ -1,0 +1,219 @@
+"""The search for the best design of a deep chamber: what it rules out, halves, repeats and refuses."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.references.chamber_machines import small_machine
+from tests.references.pictures import size_of
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError, UnitError
+from autobalancer.files.machine_file import load_chamber_machine, save_machine
+from autobalancer.laws.deep_chamber.fluid import covering_fill
+from autobalancer.studies.chamber_design.candidate import candidates, machine_of
+from autobalancer.studies.chamber_design.limits import ruled_out
+from autobalancer.studies.chamber_design.screening import rounds
+from autobalancer.studies.chamber_design.statistics import fronts, mean_interval, share_interval, worse_than_worst
+
+SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0]}
+HOW: dict[str, Any] = {"duration": 0.1, "short": 0.05, "fillings": 1, "finalists": 2, "unbalances": "0.05,0.06 kg*m"}
+
+
+def searched(**changed: Any) -> Any:
+    return ab.chamber.design(small_machine(), SHELF, {"vibration": "1 m", "pick_up": 0.1}, **(HOW | changed))
+
+
+def test_a_search_gives_the_same_designs_again_and_with_more_workers() -> None:
+    first, again = searched(workers=1), searched(workers=2)
+    for name in first.variables:
+        assert first[name].identical(again[name]), name
+
+
+def test_an_interrupted_search_goes_on_with_what_is_in_the_archive(tmp_path: Path) -> None:
+    def stop(done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        searched(archive=tmp_path, workers=1, progress=stop)
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/run.json")}
+    assert len(kept) == 3
+    told: list[tuple[int, int]] = []
+    resumed, whole = searched(archive=tmp_path, progress=lambda *now: told.append(now)), searched()
+    assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
+    assert told[-1][0] == told[-1][1] == len(told) == len(list(tmp_path.glob("*/run.json")))
+    for name in whole.variables:
+        assert whole[name].identical(resumed[name]), name
+
+
+def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine() -> None:
+    found = searched()
+    ruled = found["capability"].values < 0.06
+    assert ruled.any()
+    assert (found["stage"].values[ruled] == "bounds").all()
+    assert all("the balls can balance" in text for text in found["reason"].values[ruled])
+    full = found["stage"].values == "full runs"
+    assert full.sum() == 2
+    assert np.isfinite(found["vibration"].values[full]).all()
+    assert np.isnan(found["vibration"].values[~full]).all()
+    assert sorted(found["place"].values[full]) == [1.0, 2.0]
+    worst = found["vibration"].max(["unbalance", "seed"])
+    assert found["worst_vibration"].values[full] == pytest.approx(worst.values[full])
+    best = found.isel(design=int(np.nanargmin(found["place"].values)))
+    made = ab.chamber.designed_machine(found)
+    group = made.chambers[0].balls[0]
+    assert (group.count, group.radius) == (int(best["balls"]), pytest.approx(0.5 * float(best["diameter"])))
+    assert float(made.contact.friction) == float(best["friction"])
+    assert sum(part.size for part in made.unbalances) == pytest.approx(0.06)
+    assert "Assumed: one friction" in made.description
+    again = ab.measures(ab.simulate(made, duration=0.1, sample=1e-3, seed=0), last=0.01)
+    run = best.sel(unbalance=0.06, seed=0)
+    assert float(again["residual_unbalance"]) == pytest.approx(float(run["residual_unbalance"]), rel=1e-6)
+
+
+def test_short_runs_halve_the_designs_and_double_the_fillings() -> None:
+    assert rounds(24, 4, 5) == [(24, 1), (12, 2), (6, 4)]
+    assert rounds(9, 2, 2) == [(9, 1), (5, 2), (3, 2)]
+    assert rounds(4, 4, 5) == []
+
+
+def test_a_limit_below_a_bound_rules_a_design_out_and_one_above_does_not() -> None:
+    found = ab.chamber.bounds(small_machine(contact=small_machine().contact.model_dump() | {"friction": 0.2}))
+    for name, least in (
+        ("residual_unbalance", found.least_residual),
+        ("settling_time", found.least_settling_time),
+        ("bearing_force", found.least_bearing_force),
+        ("contact_force", found.race_force),
+    ):
+        assert ruled_out(found, {name: 1.001 * least}) == []
+        assert len(ruled_out(found, {name: 0.999 * least})) == 1
+    assert found.shaking > 1.0
+    assert ruled_out(found, {"pick_up": 0.5}) == [], "balls that hop may be lifted by any friction"
+    calm = ab.chamber.bounds(
+        small_machine(unbalances=[{"moment": 0.005}], contact=small_machine().contact.model_dump() | {"friction": 0.2})
+    )
+    assert calm.shaking < 1.0
+    assert "lifts no ball" in ruled_out(calm, {"pick_up": 0.5})[0]
+
+
+def test_so_little_friction_lifts_no_ball_of_a_calm_machine() -> None:
+    """The rule of half the friction of one ball, on many balls that push each other."""
+    for count in (6, 20):
+        machine = small_machine(
+            unbalances=[{"moment": 0.005}],
+            chambers=[{"radius": 0.1, "depth": 0.2, "balls": [{"count": count, "density": 7800.0, "total_mass": 1.0}]}],
+            contact=small_machine().contact.model_dump() | {"friction": 0.3},
+        )
+        assert ruled_out(ab.chamber.bounds(machine), {"pick_up": 0.5})
+        assert float(ab.measures(ab.simulate(machine, duration=1.5), last=0.3)["share_carried"]) == 0.0
+
+
+def test_a_fluid_must_cover_the_balls_and_leave_room_for_them() -> None:
+    machine = small_machine()
+    radius = machine.chambers[0].balls[0].radius
+    needed = covering_fill(0.1, radius)
+    shelf = {"viscosity": "0,0.1 Pa*s", "fluid_density": 900.0, "fill": [0.9 * needed, 1.01 * needed, 0.999]}
+    options = {"duration": 0.1, "fillings": 1, "finalists": 9}
+    found = ab.chamber.design(machine, shelf | {"total_mass": [1.0]}, **options)
+    assert found["viscosity"].values.tolist() == [0.0, 0.1, 0.1, 0.1]
+    assert "does not cover the balls" in found["reason"].values[1]
+    assert found["stage"].values.tolist() == ["full runs", "bounds", "full runs", "bounds"]
+    assert "do not go into the chamber together" in found["reason"].values[3]
+    wet = machine_of(machine, candidates(machine, shelf)[2]).chambers[0]
+    assert float(wet.drag) == pytest.approx(6.0 * math.pi * 0.1 * radius)
+
+
+def test_intervals_of_few_runs_are_those_of_the_text_books() -> None:
+    mean, low, high = mean_interval([1.0, 2.0, 3.0])
+    assert (mean, high - mean) == (2.0, pytest.approx(4.302653 / math.sqrt(3.0), rel=1e-6))
+    assert mean - low == pytest.approx(high - mean)
+    assert share_interval(5, 5) == (1.0, pytest.approx(0.025**0.2), 1.0)
+    assert share_interval(0, 5) == (0.0, 0.0, pytest.approx(1.0 - 0.025**0.2))
+    assert (1.0 - worse_than_worst(5)) ** 5 == pytest.approx(0.05)
+
+
+def test_on_the_first_front_no_design_is_beaten_in_both() -> None:
+    found = fronts(np.array([1.0, 2.0, 3.0, 2.0, math.nan]), np.array([3.0, 1.0, 2.0, 1.0, 0.0]))
+    assert found.tolist() == [0, 0, 1, 0, 2]
+
+
+@pytest.mark.parametrize(
+    ("shelf", "options", "message"),
+    [
+        ({"color": [1]}, {}, "given 'color'; must be one of balls, diameter"),
+        ({"balls": [2.5]}, {}, "must be whole numbers from 1 on"),
+        ({"balls": []}, {}, "balls: given none"),
+        ({"friction": "-0.1,0.5"}, {}, "must be at least zero"),
+        ({"diameter": "0 mm"}, {}, "must be above zero"),
+        ({"diameter": [0.02], "total_mass": [1.0]}, {}, "give one of them"),
+        ({"fill": [0.3]}, {}, "viscosity: missing"),
+        ({"viscosity": [0.1]}, {}, "fluid_density, fill: missing"),
+        ({"viscosity": [0.1], "fluid_density": [900.0], "fill": [1.2]}, {}, "at most 1"),
+        ({"balls": "1:2001:2001"}, {}, "at most 2000 are possible"),
+        ({}, {"limits": {"noise": 1.0}}, "given 'noise'; must be one of vibration"),
+        ({}, {"limits": {"pick_up": 2.0}}, "at most 1"),
+        ({}, {"limits": {"vibration": -1.0}}, "must be above zero"),
+        ({}, {"fillings": 0}, "fillings: given 0"),
+        ({}, {"short": 2.0}, "lasts 1 s only"),
+        ({}, {"unbalances": [0.0]}, "must be above zero"),
+        ({}, {"unbalances": [0.5]}, "1 of 1, such as .* the balls can balance"),
+        ({"balls": [3], "diameter": "150 mm"}, {}, "closed forms rule out every design.*does not fit"),
+        (
+            {},
+            {"limits": {"bearing_force": "10 N", "settling_time": "1 ms"}},
+            "settling time is at least .* bearing force|bearing force",
+        ),
+    ],
+)
+def test_questions_that_make_no_sense_are_answered(
+    shelf: dict[str, Any], options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(QuestionError, match=message):
+        ab.chamber.design(small_machine(), shelf, **({"duration": 1.0} | options))
+
+
+def test_machines_that_cannot_be_varied_are_refused() -> None:
+    single = [{"radius": 0.1, "balls": [{"count": 3, "density": 7800.0, "total_mass": 1.0}]}]
+    for changed, message in (
+        ({"chambers": single}, "no depth"),
+        ({"unbalances": []}, "no unbalance to balance"),
+        ({"body": {"freedom": "fixed"}, "supports": []}, "its body is fixed"),
+    ):
+        with pytest.raises(QuestionError, match=message):
+            ab.chamber.design(small_machine(**changed), {}, duration=1.0)
+    with pytest.raises(UnitError, match="limits: vibration"):
+        ab.chamber.design(small_machine(), {}, {"vibration": "1 s"}, duration=1.0)
+
+
+def test_the_command_leaves_a_table_a_picture_and_the_machine_of_the_best_design(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_machine(small_machine(), "small.toml")
+
+    def told(*words: str, code: int = 0) -> str:
+        ran = CliRunner().invoke(app, list(words), env={"COLUMNS": "220"})
+        assert ran.exit_code == code, ran.output
+        return " ".join(ran.output.split())
+
+    asked = ("chamber", "design", "small.toml", "--balls", "2,3", "--duration", "0.05 s", "--fillings", "1")
+    more = ("--best", "best.toml", "--plot", "d.png", "--around", "friction=0.1", "--archive", "runs")
+    output = told(*asked, *more, "--limit", "vibration=1 mm")
+    for text in ("2: closed forms ruled out", "at most 95 % of all fillings", "friction -10 %", "written: best.toml"):
+        assert text in output
+    assert size_of("d.png") == (1650, 600)
+    assert load_chamber_machine("best.toml").name.startswith("Small chamber, ")
+    assert told("plot", "small_designs.nc", "--out", "p.png") == "written: p.png"
+    assert sorted(json.loads(told(*asked, "--archive", "runs", "--json"))["place"]) == [1.0, 2.0]
+    assert "one sliding ball needs a friction of 0.603" in told("chamber", "bounds", "small.toml")
+    assert json.loads(told("chamber", "bounds", "small.toml", "--json"))["shaking"] > 1.0
+    assert "write it as NAME=VALUE" in told(*asked, "--limit", "vibration", code=2)
+    assert "must be one of unbalance, friction" in told(*asked, "--around", "color=0.1", code=2)
