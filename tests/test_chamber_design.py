@@ -24,6 +24,7 @@ from autobalancer.studies.chamber_design.screening import rounds
 from autobalancer.studies.chamber_design.statistics import fronts, mean_interval, share_interval, worse_than_worst
 
 SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0]}
+ROLLS = {"body": "cylinder", "count": 3, "density": 7800.0, "diameter": 0.02, "length": 0.05}
 HOW: dict[str, Any] = {"duration": 0.1, "short": 0.05, "fillings": 1, "finalists": 2, "unbalances": "0.05,0.06 kg*m"}
 
 
@@ -182,8 +183,11 @@ def test_questions_that_make_no_sense_are_answered(
 
 def test_machines_that_cannot_be_varied_are_refused() -> None:
     single = [{"radius": 0.1, "balls": [{"count": 3, "density": 7800.0, "total_mass": 1.0}]}]
+    steel = {"restitution": 0.5, "friction": 0.5, "youngs_modulus": 2e11}
+    rolls = [{"radius": 0.1, "depth": 0.2, "balls": [ROLLS]}]
     for changed, message in (
         ({"chambers": single}, "no depth"),
+        ({"chambers": rolls, "contact": steel}, "has cylinders"),
         ({"unbalances": []}, "no unbalance to balance"),
         ({"body": {"freedom": "fixed"}, "supports": []}, "its body is fixed"),
     ):

@@ -82,13 +82,15 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
     Raises
     ------
     QuestionError
-        If the machine has several chambers or groups of balls, no unbalance, nothing that turns it, or a fixed body.
+        If the machine has several chambers or groups of balls, cylinders, no unbalance, nothing that turns it, or a fixed body.
     """
     machine = balls_in_chambers(machine)
     if len(machine.chambers) != 1 or len(machine.chambers[0].balls) != 1:
         raise QuestionError(
             "machine: has several chambers or groups of balls; bounds are of one chamber with equal balls"
         )
+    if machine.chambers[0].balls[0].body != "ball":
+        raise QuestionError("machine: its chamber has cylinders; bounds are of balls")
     chamber, contact = machine.chambers[0], machine.contact
     group = chamber.balls[0]
     mass, radius, count = group.ball_mass, group.radius, group.count

@@ -69,6 +69,8 @@ def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candid
             "machine: has several chambers or groups of balls; a design is of one chamber with equal balls"
         )
     group, chamber = machine.chambers[0].balls[0], machine.chambers[0]
+    if group.body != "ball":
+        raise QuestionError("machine: its chamber has cylinders; a design is of balls")
     if chamber.depth is None:
         raise QuestionError("machine: its chamber has no depth, so it would change with the balls; give chambers.depth")
     if group.positions is not None:
