@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import fluid_numbers, resolve
+from autobalancer.catalog.resolve_shear import sheared
 from autobalancer.errors import MachineError, QuestionError
+from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.machine import Machine
 from autobalancer.units import field_arguments
 
@@ -32,6 +34,8 @@ class Annulus:
         Of the ball centers, m: there, at mid-height, the speed of the fluid is given.
     viscosity, density
         Kinematic viscosity (m^2/s) and density (kg/m^3) of the fluid.
+    sheared
+        How the viscosity changes with the rate of shear; ``viscosity`` is then that at rest.
 
     Raises
     ------
@@ -45,6 +49,7 @@ class Annulus:
     orbit_radius: float
     viscosity: float
     density: float
+    sheared: Sheared | None = None
 
     def __post_init__(self) -> None:
         field_arguments(self, inner="m", outer="m", height="m", orbit_radius="m", viscosity="m^2/s", density="kg/m^3")
@@ -135,11 +140,8 @@ def annulus_of(machine: Machine, balancer: int = 1, race: int = 1) -> Annulus:
     fluid = machine.balancers[balancer - 1].races[race - 1].fluid
     if fluid is None:
         raise MachineError(f"balancers[{balancer}].races[{race}].fluid: missing; the flow in the race needs it")
-    if fluid.shear is not None:
-        raise MachineError(
-            f"balancers[{balancer}].races[{race}].fluid.shear: the flow is known for constant viscosity only; leave it out"
-        )
-    return Annulus(*walls[:4], *reversed(fluid_numbers(fluid)))
+    density, viscosity = fluid_numbers(fluid)
+    return Annulus(*walls[:4], viscosity, density, sheared(fluid, viscosity))
 
 
 def walls_of(machine: Machine, balancer: int = 1, race: int = 1) -> RaceWalls:

@@ -4,26 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.profile import SpeedProfile
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.flow.annulus import Annulus, Floats, annulus_of
 from autobalancer.flow.choice import expected
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl
 from autobalancer.flow.result import Solved, flow_dataset, percent
+from autobalancer.flow.sheared import by_shear
 from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.units import argument, list_argument, optional_argument
 
-Model = Literal["auto", "modes", "chebyshev", "differences"]
+Model = Literal["auto", "modes", "chebyshev", "differences", "azimuthal"]
 Progress = Callable[[float, float], None]
 
+_SECONDARY = (
+    "flow: the model 'azimuthal' leaves out the secondary flow, which at the mean viscosity of this flow would change the speed "
+    "of the fluid by up to {} of the greatest speed"
+)
 FIELD = 33  # points of a field of the modes in each direction
 
 
@@ -65,7 +70,8 @@ def annulus_flow(
         Number of equally spaced times at which the fluid speed at the orbit is stored.
     model
         ``modes``: diffusion alone, exact; ``chebyshev``, ``differences``: the full equations; ``auto``: modes if neglecting the
-        secondary flow costs less than ``error``, else ``chebyshev``.
+        secondary flow costs less than ``error``, else ``chebyshev``. ``azimuthal``: without secondary flow, with the viscosity
+        of the local rate of shear; a fluid with a shear law always takes it, and a warning says where secondary flow matters.
     points
         Intervals in radial and axial direction for the full equations.
     error
@@ -97,8 +103,14 @@ def annulus_flow(
     initial_speed = optional_argument("initial_speed", initial_speed, "rad/s")
     times = list_argument("times", times, "s")
     annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
-    if model not in ("auto", "modes", "chebyshev", "differences"):
-        raise QuestionError(f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev' or 'differences'")
+    if model not in get_args(Model):
+        raise QuestionError(
+            f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev', 'differences' or 'azimuthal'"
+        )
+    if annulus.sheared is not None and model not in ("auto", "azimuthal"):
+        raise QuestionError(
+            f"model: given {model!r}, which is for constant viscosity; a fluid with a shear law has the model 'azimuthal'"
+        )
     if samples < 2:
         raise QuestionError(f"samples: given {samples}; must be at least 2")
     moments = sorted({float(t) for t in times} or {end})
@@ -109,12 +121,18 @@ def annulus_flow(
         raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")
     modes = all_modes(annulus)
     seen = expected(annulus, modes, walls, end)
+    if annulus.sheared is not None:
+        model = "azimuthal"
     solver = model if model != "auto" else "modes" if seen.error <= error else "chebyshev"
     grid = np.linspace(0.0, end, samples)
     cornered = _with_corners(grid, walls, end)
     diffusion = modes.response(walls, cornered)[np.searchsorted(cornered, grid)]
     if solver == "modes":
         solved = _by_modes(annulus, walls, grid, diffusion, moments)
+    elif solver == "azimuthal":
+        solved, seen = by_shear(annulus, walls, grid, moments, points, error, progress)
+        if seen.error > error:
+            warn(_SECONDARY.format(percent(min(seen.error, 1.0))), RangeWarning)
     else:
         from autobalancer.flow.solve import by_solver
 
@@ -126,8 +144,15 @@ def annulus_flow(
         f"{percent(min(seen.error, 1.0))} of the greatest speed"
     )
     return flow_dataset(
-        annulus, solved, diffusion, name, "asked for" if model != "auto" else reason, seen, walls.settled
+        annulus, solved, diffusion, name, _reason(model, annulus, reason, seen.error), seen, walls.settled
     )
+
+
+def _reason(model: str, annulus: Annulus, reason: str, error: float) -> str:
+    if annulus.sheared is not None:
+        left_out = f"the secondary flow, left out, would change its speed by up to {percent(min(error, 1.0))} of the greatest one"
+        return f"the viscosity of the fluid depends on the rate of shear; {left_out}"
+    return "asked for" if model != "auto" else reason
 
 
 def _chamber(

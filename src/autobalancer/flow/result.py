@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -88,7 +88,7 @@ def flow_dataset(
         "points": [solved.radius.size - 1, solved.height.size - 1],
         "steps": solved.steps,
         "uncertainty": solved.uncertainty,
-        **asdict(annulus),
+        **{key: value for key, value in asdict(replace(annulus, sheared=None)).items() if key != "sheared"},
     }
     return Labeled.of(dataset)
 

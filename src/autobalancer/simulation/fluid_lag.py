@@ -67,6 +67,13 @@ def fluid_lags(machine: Machine, end: float | None, *, seed: int = 0, max_steps:
             f"balancers[{b + 1}].races[{r + 1}].fluid.lag: given 'full', but this analysis has its own speeds, not known "
             "in advance; use 'auto' or 'modes'"
         )
+    sheared = [place for place, annulus in chambers.items() if annulus.sheared is not None]
+    if end is None and sheared:
+        b, r = sheared[0]
+        raise MachineError(
+            f"balancers[{b + 1}].races[{r + 1}].fluid: this analysis has its own speeds, not known in advance, and a fluid with "
+            "'shear' lags by no fixed modes; leave 'lag' or 'shear' out"
+        )
     if end is None or not asked:
         return KnownLags(diffusing, {"flow_model": "modes"})
     if not isinstance(machine.drive, PrescribedSpeed) or machine.drive.couplings:

@@ -45,6 +45,8 @@ class Fluid(Part):
             raise ValueError("temperature: has no effect on a fluid given by density and viscosity; leave it out")
         if numbers and self.shear is not None and self.shear.measured_at is not None:
             raise ValueError("shear.measured_at: has no effect on a fluid given by density and viscosity; leave it out")
-        if self.shear is not None and self.lag != "none":
-            raise ValueError("lag: known for fluids of constant viscosity only; leave it or 'shear' out")
+        if self.shear is not None and self.lag in ("modes", "full"):
+            raise ValueError(
+                f"lag: given {self.lag!r}, which is for constant viscosity; with 'shear' use 'auto', without secondary flow"
+            )
         return self

@@ -19,7 +19,12 @@ from autobalancer.results.given import Given, result
 from autobalancer.units import list_argument, optional_argument
 
 STREAM_LINES = 7  # in each direction of circulation
-MODELS = {"chebyshev": "Chebyshev collocation", "differences": "finite differences", "modes": "diffusion modes"}
+MODELS = {
+    "chebyshev": "Chebyshev collocation",
+    "differences": "finite differences",
+    "modes": "diffusion modes",
+    "azimuthal": "without secondary flow",
+}
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
@@ -120,10 +125,14 @@ def _history(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
     unit, time = speed_axis(speed_unit), flow["time"].values
     axes.plot(time, flow["speed"] * unit.factor, color=INK, label="rotor")
     axes.plot(time, flow["fluid_speed"] * unit.factor, color=ball_color(0), label="fluid at the orbit")
-    axes.plot(time, flow["diffusion_speed"] * unit.factor, "--", color=CRITICAL, lw=1.0, label="diffusion alone")
+    axes.plot(time, flow["diffusion_speed"] * unit.factor, "--", color=CRITICAL, lw=1.0, label=_compared(flow))
     axes.set_ylabel(f"speed ({unit.sign})")
     axes.set_xlabel("time (s)")
     legend(axes)
+
+
+def _compared(flow: xr.Dataset) -> str:
+    return "viscosity at rest" if flow.attrs["model"] == "azimuthal" else "diffusion alone"
 
 
 def _lag(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
