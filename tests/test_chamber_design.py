@@ -74,7 +74,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine() ->
     assert (group.count, group.radius) == (int(best["balls"]), pytest.approx(0.5 * float(best["diameter"])))
     assert float(made.contact.friction) == float(best["friction"])
     assert sum(part.size for part in made.unbalances) == pytest.approx(0.06)
-    assert "Assumed: one friction" in made.description
+    assert "Assumed: a friction" in made.description
     again = ab.measures(ab.simulate(made, duration=0.1, sample=1e-3, seed=0), last=0.01)
     run = best.sel(unbalance=0.06, seed=0)
     assert float(again["residual_unbalance"]) == pytest.approx(float(run["residual_unbalance"]), rel=1e-6)
@@ -183,7 +183,7 @@ def test_questions_that_make_no_sense_are_answered(
 
 def test_machines_that_cannot_be_varied_are_refused() -> None:
     single = [{"radius": 0.1, "balls": [{"count": 3, "density": 7800.0, "total_mass": 1.0}]}]
-    steel = {"restitution": 0.5, "friction": 0.5, "youngs_modulus": 2e11}
+    steel = {"law": "restitution", "restitution": 0.5, "friction": 0.5, "youngs_modulus": 2e11}
     rolls = [{"radius": 0.1, "depth": 0.2, "balls": [ROLLS]}]
     for changed, message in (
         ({"chambers": single}, "no depth"),

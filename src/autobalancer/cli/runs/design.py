@@ -29,6 +29,9 @@ def design(
     ] = "",
     density: Annotated[str, typer.Option(help='Of the balls, such as "7800,14900 kg/m^3".')] = "",
     friction: Annotated[str, typer.Option(help='Coefficients, such as "0.3,0.5,0.7".')] = "",
+    ball_friction: Annotated[
+        str, typer.Option(help="The same of balls on balls; by default that of the machine.")
+    ] = "",
     viscosity: Annotated[
         str, typer.Option(help='Dynamic, of a fluid, such as "0,10,100 mPa*s"; 0 is a dry chamber.')
     ] = "",
@@ -78,6 +81,7 @@ def design(
         "total_mass": total_mass,
         "density": density,
         "friction": friction,
+        "ball_friction": ball_friction,
         "viscosity": viscosity,
         "fluid_density": fluid_density,
         "fill": fill,

@@ -22,7 +22,7 @@ from autobalancer.studies.chamber_design.statistics import mean_interval, share_
 from autobalancer.studies.chamber_runs import measured_run
 from autobalancer.studies.in_threads import in_threads
 
-CHANGED = ("unbalance", "friction", "diameter", "density", "viscosity")
+CHANGED = ("unbalance", "friction", "ball_friction", "diameter", "density", "viscosity")
 AS_DESIGNED = "as designed"
 
 
@@ -112,8 +112,8 @@ def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> l
             raise QuestionError(f"changes: given {name!r}; must be one of {', '.join(CHANGED)}")
         if not 0.0 < share < 1.0:
             raise QuestionError(f"changes: {name}: given {share:g}; must be a share between 0 and 1")
-        if name == "viscosity" and not candidate.viscosity > 0.0:
-            raise QuestionError("changes: viscosity: the design has no fluid")
+        if name in ("viscosity", "ball_friction") and not getattr(candidate, name) > 0.0:
+            raise QuestionError(f"changes: {name}: the design has none of its own")
         for sign in (-1.0, 1.0):
             factor, label = 1.0 + sign * share, f"{name} {100.0 * sign * share:+.3g} %"
             changed = (

@@ -22,6 +22,7 @@ UNITS = {
     "total_mass": "kg",
     "density": "kg/m^3",
     "friction": "",
+    "ball_friction": "",
     "viscosity": "Pa*s",
     "fluid_density": "kg/m^3",
     "fill": "",
@@ -31,15 +32,17 @@ MOST = 2000  # designs
 
 @dataclass(frozen=True, order=True)
 class Candidate:
-    """Number of balls, their diameter (m) and density, friction; viscosity (Pa s) and density of a fluid, share that it fills.
+    """Number of balls, their diameter (m) and density; friction, that of balls on balls; viscosity (Pa s) and density of a fluid,
+    share that it fills.
 
-    A viscosity of nan leaves the drag as the machine has it; of 0 it is dry.
+    What is nan stays as the machine has it. With a viscosity of 0 the chamber is dry.
     """
 
     balls: int
     diameter: float
     density: float
     friction: float
+    ball_friction: float = math.nan
     viscosity: float = math.nan
     fluid_density: float = 0.0
     fill: float = 0.0
@@ -53,13 +56,15 @@ class Candidate:
     def label(self) -> str:
         """``8 × 31.3 mm, friction 0.7``."""
         fluid = f", {1e3 * self.viscosity:.4g} mPa s" if self.viscosity > 0.0 else ""
-        return f"{self.balls} × {1e3 * self.diameter:.3g} mm, friction {self.friction:g}{fluid}"
+        between = "" if math.isnan(self.ball_friction) else f" ({self.ball_friction:g} between balls)"
+        return f"{self.balls} × {1e3 * self.diameter:.3g} mm, friction {self.friction:g}{between}{fluid}"
 
     @property
     def name(self) -> str:
         """Of its runs in an archive."""
         fluid = f"-v{self.viscosity:g}-d{self.fluid_density:g}-f{self.fill:g}" if self.viscosity >= 0.0 else ""
-        return f"n{self.balls}-{1e3 * self.diameter:.6g}mm-{self.density:g}-mu{self.friction:g}{fluid}"
+        between = "" if math.isnan(self.ball_friction) else f"-b{self.ball_friction:g}"
+        return f"n{self.balls}-{1e3 * self.diameter:.6g}mm-{self.density:g}-mu{self.friction:g}{between}{fluid}"
 
 
 def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candidate]:
@@ -79,18 +84,22 @@ def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candid
     balls = [int(value) for value in values.pop("balls", [group.count])]
     density = values.pop("density", [float(group.density)])
     friction = values.pop("friction", [float(machine.contact.friction)])
+    between = values.pop("ball_friction", [math.nan])
     fluids = _fluids(values, chamber.drag > 0.0 or chamber.square_drag > 0.0)
     sizes = values if values else {"total_mass": [group.count * group.ball_mass]}
-    found = set()
-    for count, heavy, rough, fluid in product(balls, density, friction, fluids):
+    found: dict[tuple[float | None, ...], None] = {}
+    for count, heavy, rough, own, fluid in product(balls, density, friction, between, fluids):
         for kind, several in sizes.items():
             for size in several:
                 wide = size if kind == "diameter" else (6.0 * size / (math.pi * heavy * count)) ** (1.0 / 3.0)
-                found.add((count, wide, heavy, rough, *fluid))
+                found[
+                    tuple(None if math.isnan(value) else value for value in (count, wide, heavy, rough, own, *fluid))
+                ] = None
     if len(found) > MOST:
         raise QuestionError(f"candidates: {len(found)} designs; at most {MOST} are possible. Take fewer values of each")
-    ordered = sorted(found, key=lambda entry: tuple(-1.0 if math.isnan(value) else value for value in entry))
-    return [Candidate(*entry) for entry in ordered]
+    ordered = sorted(found, key=lambda entry: tuple(-1.0 if value is None else value for value in entry))
+    plain = [[math.nan if value is None else value for value in entry] for entry in ordered]
+    return [Candidate(int(entry[0]), *entry[1:]) for entry in plain]
 
 
 def machine_of(machine: ChamberMachine, candidate: Candidate, unbalance: float | None = None) -> ChamberMachine:
@@ -106,6 +115,8 @@ def machine_of(machine: ChamberMachine, candidate: Candidate, unbalance: float |
     balls = {"count": candidate.balls, "density": candidate.density, "diameter": candidate.diameter}
     chamber["balls"] = [balls]
     data["contact"]["friction"] = candidate.friction
+    if not math.isnan(candidate.ball_friction):
+        data["contact"]["ball_friction"] = candidate.ball_friction
     if not math.isnan(candidate.viscosity):
         drag = free_drag(candidate.viscosity, candidate.fluid_density, 0.5 * candidate.diameter)
         chamber["drag"], chamber["square_drag"] = drag if candidate.viscosity > 0.0 else (0.0, 0.0)
@@ -135,7 +146,7 @@ def _read(shelf: Mapping[str, Any]) -> dict[str, list[float]]:
             read = listed(name, given, UNITS[name]) if listing else list_argument(name, given, UNITS[name])
         if not read:
             raise QuestionError(f"{name}: given none; give at least one, or leave it out")
-        low = 0.0 if name in ("friction", "viscosity", "fill", "fluid_density") else math.ulp(0.0)
+        low = 0.0 if name in ("friction", "ball_friction", "viscosity", "fill", "fluid_density") else math.ulp(0.0)
         if any(not value >= low or math.isinf(value) for value in read):
             raise QuestionError(
                 f"{name}: given {min(read):g}; must be {'above' if low else 'at least'} zero, and finite"

@@ -12,7 +12,7 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.studies.chamber_design.candidate import Candidate, machine_of
 
-NUMBERS = ("diameter", "density", "friction", "viscosity", "fluid_density", "fill")
+NUMBERS = ("diameter", "density", "friction", "ball_friction", "viscosity", "fluid_density", "fill")
 
 
 def designed_machine(designs: xr.Dataset, place: int = 1, *, unbalance: float | None = None) -> ChamberMachine:
@@ -68,6 +68,6 @@ def _said(designs: xr.Dataset, one: xr.Dataset, candidate: Candidate) -> str:
     found = f"Worst vibration {worst:.3g} m" if not math.isnan(worst) else "Worst vibration not known"
     return (
         f"Design {int(one['place'])} of {designs.sizes['design']} for unbalances of {sizes} kg m. Limits (SI): {asked}. {meets} "
-        f"{found} in {designs.sizes['seed']} fillings of {designs.attrs['duration']:g} s. Assumed: one friction of "
-        f"{candidate.friction:g} for all contacts, restitution and rolling resistance of the machine it was made from.{fluid}"
+        f"{found} in {designs.sizes['seed']} fillings of {designs.attrs['duration']:g} s. Assumed: a friction of "
+        f"{candidate.friction:g}, restitution and rolling resistance of the machine it was made from.{fluid}"
     )

@@ -24,6 +24,7 @@ CHOSEN = {  # of a candidate
     "total_mass": "kg",
     "density": "kg/m^3",
     "friction": "1",
+    "ball_friction": "1",
     "viscosity": "Pa s",
     "fluid_density": "kg/m^3",
     "fill": "1",

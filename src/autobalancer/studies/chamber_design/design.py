@@ -47,8 +47,8 @@ def design(
         With one deep chamber and one group of balls. Chamber, rotor, body and drive stay as they are.
     candidates
         What there is to choose from, all combinations of it: ``balls`` (numbers), ``diameter`` or ``total_mass``, ``density``,
-        ``friction``, ``viscosity`` (dynamic, 0 for a dry chamber) with ``fluid_density`` and ``fill`` (share of the
-        chamber). What is missing stays as in the machine.
+        ``friction``, ``ball_friction`` (of balls on balls), ``viscosity`` (dynamic, 0 for a dry chamber) with
+        ``fluid_density`` and ``fill`` (share of the chamber). What is missing stays as in the machine.
     limits
         Most values of ``vibration``, ``residual_unbalance``, ``settling_time``, ``run_up_peak``, ``bearing_force``,
         ``contact_force``, ``contact_pressure`` that any filling may reach, and the least share ``pick_up`` of the runs in
