@@ -23,7 +23,7 @@ from autobalancer.studies.chamber_design.limits import ruled_out
 from autobalancer.studies.chamber_design.screening import rounds
 from autobalancer.studies.chamber_design.statistics import fronts, mean_interval, share_interval, worse_than_worst
 
-SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0]}
+SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0], "friction": "0.65"}
 ROLLS = {"body": "cylinder", "count": 3, "density": 7800.0, "diameter": 0.02, "length": 0.05}
 HOW: dict[str, Any] = {"duration": 0.1, "short": 0.05, "fillings": 1, "finalists": 2, "unbalances": "0.05,0.06 kg*m"}
 
@@ -87,7 +87,9 @@ def test_short_runs_halve_the_designs_and_double_the_fillings() -> None:
 
 
 def test_a_limit_below_a_bound_rules_a_design_out_and_one_above_does_not() -> None:
-    found = ab.chamber.bounds(small_machine(contact=small_machine().contact.model_dump() | {"friction": 0.2}))
+    chamber = {"radius": 0.1, "depth": 0.2, "balls": [{"count": 8, "density": 7800.0, "total_mass": 1.0}]}
+    slippery = {"chambers": [chamber], "contact": small_machine().contact.model_dump() | {"friction": 0.2}}
+    found = ab.chamber.bounds(small_machine(**slippery))
     for name, least in (
         ("residual_unbalance", found.least_residual),
         ("settling_time", found.least_settling_time),
@@ -97,12 +99,26 @@ def test_a_limit_below_a_bound_rules_a_design_out_and_one_above_does_not() -> No
         assert ruled_out(found, {name: 1.001 * least}) == []
         assert len(ruled_out(found, {name: 0.999 * least})) == 1
     assert found.shaking > 1.0
+    assert found.axial_rows == 2
     assert ruled_out(found, {"pick_up": 0.5}) == [], "balls that hop may be lifted by any friction"
-    calm = ab.chamber.bounds(
-        small_machine(unbalances=[{"moment": 0.005}], contact=small_machine().contact.model_dump() | {"friction": 0.2})
-    )
+    calm = ab.chamber.bounds(small_machine(unbalances=[{"moment": 0.005}], **slippery))
     assert calm.shaking < 1.0
     assert "lifts no ball" in ruled_out(calm, {"pick_up": 0.5})[0]
+
+
+def test_a_row_of_balls_along_the_axis_is_lifted_by_no_less_friction_than_one_ball() -> None:
+    """The same six balls in one row, and in three: the machine shakes by more than gravity."""
+    carried = {}
+    for depth in (0.27, 0.09):
+        chamber = {"radius": 0.1, "depth": depth, "balls": [{"count": 6, "density": 7800.0, "diameter": 0.044}]}
+        machine = small_machine(chambers=[chamber], unbalances=[{"moment": 0.09}])
+        bounds = ab.chamber.bounds(machine)
+        assert bounds.shaking > 1.0
+        assert bool(ruled_out(bounds, {"pick_up": 0.5})) == (bounds.axial_rows == 1)
+        run = ab.simulate(machine, duration=4.0, seed=1)
+        carried[bounds.axial_rows] = float(ab.measures(run, last=0.5)["share_carried"])
+    assert carried[1] == 0.0
+    assert carried[3] > 0.0
 
 
 def test_so_little_friction_lifts_no_ball_of_a_calm_machine() -> None:

@@ -26,6 +26,7 @@ from autobalancer.simulation.chamber.critical_speeds import (
     chamber_critical_speeds,
     vibrations_without_balancing,
 )
+from autobalancer.simulation.chamber.packing import balls_beside
 
 SPEEDS = 400  # at which the shaking of the run-up is looked at
 
@@ -34,7 +35,8 @@ SPEEDS = 400  # at which the shaking of the run-up is looked at
 class ChamberBounds(Described):
     """What the balls of one chamber can do at best, and how well that bounds a run. SI.
 
-    ``least_`` and ``greatest_`` values are those that no run gets below or above. nan where something is not known.
+    ``least_`` and ``greatest_`` values are those that no run gets below or above. ``axial_rows`` says in how many
+    rows along the axis the balls lie at the bottom before the start. nan where something is not known.
     """
 
     name: str
@@ -50,6 +52,7 @@ class ChamberBounds(Described):
     friction: float
     drag_ratio: float
     least_friction: float
+    axial_rows: int
     shaking: float
     run_up_time: float
     decay_rate: float
@@ -136,6 +139,7 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
         friction=float(contact.friction),
         drag_ratio=ratio,
         least_friction=pick_up.least_friction(ratio),
+        axial_rows=math.ceil(count / balls_beside(chamber.inner_depth, radius)),
         shaking=_shaking(machine, speed, gravity),
         run_up_time=passed,
         decay_rate=settling.decay_rate(drag + mass * smoothed, mass, count, moved, speed)

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 def bounds_rows(found: ChamberBounds, said: Callable[[float], str]) -> list[tuple[str, str]]:
     """Everything that is shown of it, with speeds as ``said`` writes them."""
     calm = "calm: balls stay in touch with the bottom" if found.shaking < 1.0 else "balls hop at the bottom"
+    one = "one row along the axis, which acts as one ball"
+    lying = one if found.axial_rows == 1 else f"{found.axial_rows} rows along the axis"
     pressure = "" if math.isnan(found.race_pressure) else f", {1e-6 * found.race_pressure:.4g} MPa"
     held = moment_text(found.held_residual) if found.held_residual else "nothing, for gravity keeps the balls moving"
     rate = f"{found.decay_rate:.3g} 1/s, at best {found.best_decay_rate:.3g} 1/s with a drag of {found.best_drag:.3g} N s/m"
@@ -29,6 +31,7 @@ def bounds_rows(found: ChamberBounds, said: Callable[[float], str]) -> list[tupl
         (
             "pick-up",
             f"one sliding ball needs a friction of {found.least_friction:.3g} on a calm rotor and has {found.friction:g}\n"
+            f"the balls lie in {lying}\n"
             f"the rotor shakes with {found.shaking:.3g} g at most, {calm}",
         ),
         ("run-up", f"critical speed passed after {found.run_up_time:.3g} s or later"),

@@ -35,8 +35,17 @@ def filling_sites(
     return best
 
 
+def balls_beside(depth: float, ball_radius: float) -> int:
+    """How many balls lie beside each other over the depth of a chamber."""
+    return _count(0.5 * depth - ball_radius, 2.0 * ball_radius * AIR)
+
+
+def _count(half: float, pitch: float) -> int:
+    return math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
+
+
 def _line(half: float, pitch: float) -> Array:
-    count = math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
+    count = _count(half, pitch)
     pitch = min(pitch, 2.0 * half) if count > 1 else pitch
     return (np.arange(count) - 0.5 * (count - 1)) * pitch
 

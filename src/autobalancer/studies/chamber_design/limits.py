@@ -92,11 +92,8 @@ def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
         reasons.append(f"the speed stays below the critical speed of {found.critical_speed:.4g} rad/s")
     if math.isnan(found.critical_speed):
         reasons.append("the body has no critical speed: the balls do not feel the unbalance")
-    if "pick_up" in limits and found.shaking < 1.0 and PUSHED * found.friction < found.least_friction:
-        reasons.append(
-            f"friction {found.friction:g} lifts no ball: one needs {found.least_friction:.3g} on a calm rotor, and "
-            f"others that push it did not halve that"
-        )
+    if "pick_up" in limits:
+        reasons += _not_lifted(found)
     for name, least, unit in (
         ("vibration", found.least_vibration, "m"),
         ("residual_unbalance", found.least_residual, "kg m"),
@@ -110,3 +107,17 @@ def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
                 f"{name.replace('_', ' ')} is at least {least:.3g} {unit}, the limit {limits[name]:.3g} {unit}"
             )
     return reasons
+
+
+def _not_lifted(found: ChamberBounds) -> list[str]:
+    """Why no ball is carried up from the bottom. A row along the axis acts as one ball, whether the rotor shakes or not."""
+    needed = f"one ball needs {found.least_friction:.3g}"
+    if found.axial_rows == 1 and found.friction < found.least_friction:
+        return [
+            f"friction {found.friction:g} does not lift the balls, which lie in one row and act as one ball: {needed}"
+        ]
+    if found.shaking < 1.0 and PUSHED * found.friction < found.least_friction:
+        return [
+            f"friction {found.friction:g} lifts no ball of a calm rotor: {needed}, and others that push do not halve that"
+        ]
+    return []
