@@ -50,6 +50,7 @@ from autobalancer.simulation.remarks.coincidence import coincidence_text
 from autobalancer.simulation.remarks.critical_text import critical_attributes
 from autobalancer.simulation.remarks.drag_range import drag_range_attributes
 from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
+from autobalancer.simulation.remarks.floor_text import floor_text
 from autobalancer.simulation.remarks.friction_text import friction_text
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.simulation.remarks.rubber_text import rubber_text
@@ -226,6 +227,8 @@ def simulate_races(
         run.attrs["rubber_text"] = rubber
     if bearing := bearing_text(assembly, record, state):
         run.attrs["bearing_text"] = bearing
+    if floor := floor_text(machine, assembly.balls, run):
+        run.attrs["floor_text"] = floor
     if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
         run.attrs["eccentricity_text"] = eccentric
     text = coincidence_text(

@@ -23,6 +23,7 @@ NOTES = (
     "input_text",
     "left_race_text",
     "friction_text",
+    "floor_text",
     "eccentricity_text",
     "rubber_text",
     "bearing_text",
