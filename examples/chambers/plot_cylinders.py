@@ -2,8 +2,8 @@
 Cylinders in place of balls
 ===========================
 
-Ten cylinders in one layer, guided by the flat walls as the rollers of a bearing are, and ten balls of the same mass. Cylinders are
-slimmer, so that they find room where the unbalance asks for them; but they need more friction to be carried around.
+Ten cylinders in one layer, guided by the flat walls as the rollers of a bearing are, and ten balls of the same mass.
+Cylinders are slimmer, so that they find room where the unbalance asks for them; but they need more friction to be carried around.
 """
 
 # %%
@@ -49,9 +49,9 @@ run = ab.simulate(cylinders, duration=8.0)
 figure = ab.plot.chamber_arrangement(run, [0.0, 0.5, 8.0])
 
 # %%
-# A run holds cylinders parallel to the rotor. What contacts do to tilt them, over what these contacts could bear, is a variable of
-# the run: here next to nothing, as all lie side by side between the flat walls. Short cylinders in the deep chamber push each
-# other at their ends until they are carried around; what the run says of that time is no more than a guess.
+# A run holds cylinders parallel to the rotor. What contacts do to tilt them, over what these contacts could bear, is a
+# variable of the run: here next to nothing, as all lie side by side between the flat walls. Short cylinders in the deep chamber
+# push each other at their ends until they are carried around; what the run says of that time is no more than a guess.
 
 deep = tomllib.loads(ab.machine_text(ab.example("deep_chamber")))
 deep["contact"]["youngs_modulus"] = "2 GPa"
@@ -62,6 +62,11 @@ figure, axes = plt.subplots(figsize=(6.4, 3.2), layout="constrained")
 for name, each in (("one layer", run), ("deep chamber", loose)):
     over = (each["tilting"] > 1.0).groupby((each["time"] // 0.2) * 0.2).mean()
     axes.step(over["time"], 100.0 * over, where="post", label=name)
-axes.set(xlabel="time (s)", ylabel="samples in which a contact\nwould tilt a cylinder (%)", xlim=(0.0, 6.0), ylim=(-2.0, 100.0))
+axes.set(
+    xlabel="time (s)",
+    ylabel="samples in which a contact\nwould tilt a cylinder (%)",
+    xlim=(0.0, 6.0),
+    ylim=(-2.0, 100.0),
+)
 axes.legend()
 print(ab.verdict(loose).notes[-1])
