@@ -202,17 +202,6 @@ def test_bushings_under_a_rig_that_tilts_have_the_stiffness_of_their_own_shear_a
         assert y == pytest.approx(-1j * x, rel=1e-6)
 
 
-def test_rubber_that_moves_in_ellipses_is_refused() -> None:
-    one = rigid()
-    uneven = _fields(one) | {
-        "rotor": one.rotor.model_copy(
-            update={"supports": (*one.rotor.supports, ab.machine.Support(position=0.05, stiffness=(1e4, 2e4)))}
-        )
-    }
-    with pytest.raises(QuestionError, match="moves in ellipses"):
-        ab.rotor.response(Machine(**uneven), [50.0], unbalance=1e-4)
-
-
 def test_modes_at_an_amplitude_have_the_stiffness_and_loss_of_that_amplitude() -> None:
     for motion in ("line", "circle"):
         found = ab.rotor.modes(planar(), rubber_amplitude="0.3 mm", motion=motion)

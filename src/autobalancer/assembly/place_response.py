@@ -7,6 +7,7 @@ import numpy as np
 from autobalancer.assembly.places import Places, table_shares
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import lateral_model, unbalance_shape
+from autobalancer.assembly.rotors.ellipses.steady import steadily
 from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.assembly.rotors.reduction import circular
@@ -70,7 +71,7 @@ def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats
     """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
 
     The balls are spread evenly over their races and held; the speed is steady, and nothing shakes the machine from outside.
-    nan at a critical speed of an undamped rotor, and on softening rubber where the rotor would not move in a circle.
+    nan at a critical speed of an undamped rotor, and on softening rubber whose steady motion is not known.
     """
     now = np.array([float(speed)])
     if places.rubber_rows.size:
@@ -99,14 +100,11 @@ def _on_rubber(places: Places, time: float, speed: float) -> tuple[Floats, Float
         places.center_loads,
     )
     try:
-        found = soft.steady(np.array([float(speed)]), speed**2 * load[None], "vibration without balls")
+        found = steadily(soft, np.array([float(speed)]), load, "vibration without balls")
     except QuestionError:
         return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
-    whole = circular(bare, found.motion[0])  # x + i y = Z e^(i theta)
-    moved = np.linalg.lstsq(places.basis, whole, rcond=None)[0]
-    added = soft.added(found.amplitude, np.array([float(speed)]))[0]
-    stretch = np.concatenate([kappa * (mount.rows @ whole) for kappa, mount in zip(added, soft.mounts, strict=True)])
-    force = places.rubber_rows @ stretch
+    moved = np.linalg.lstsq(places.basis, found.motion[0], rcond=None)[0]
+    force = places.rubber_rows @ found.pushes[0].ravel()
     for i, share in enumerate(table_shares(places.speeds, np.array([float(speed)]))):
         force = force + share * (places.run_stiffness[i] + 1j * speed * places.run_damping[i]) @ moved
     return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)

@@ -10,13 +10,14 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.rotors import LateralModel
+from autobalancer.assembly.rotors.ellipses.steady import Ellipses, steadily
 from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.assembly.rotors.softened import Softened
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Response
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
-from autobalancer.rotordynamics.rubber import add_rubber, in_circles, rubber_of
+from autobalancer.rotordynamics.rubber import add_rubber, rubber_of
 from autobalancer.rotordynamics.smooth_speeds import smooth_speeds
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
@@ -40,8 +41,8 @@ def response(
 ) -> Response:
     """Steady response of the rotor to its unbalance over the speed.
 
-    Rubber that softens with the amplitude has the stiffness and loss of its own deflection; the machine must be alike along x
-    and y then.
+    Rubber that softens with the amplitude has the stiffness and loss of its own deflection: exactly where the machine is alike
+    along x and y and moves in circles, else with the first harmonic of its force.
 
     Parameters
     ----------
@@ -74,13 +75,15 @@ def response(
         negative where the rotor lags; of the forward circle, along x, along y). Over ``speed`` two measures of all
         chosen stations together, see :func:`~autobalancer.rotordynamics.whirl.greatest_mean`: ``mean_of_greatest``,
         Rodrigues et al. 2011, (3), and ``greatest_mean``. Over ``speed`` and ``rubber``, if there is any that softens:
-        ``rubber_amplitude`` (m), ``rubber_stiffness`` and ``rubber_loss`` (N/m).
+        ``rubber_amplitude`` and ``rubber_minor`` (m, greatest and least deflection), ``rubber_stiffness`` and ``rubber_loss``
+        (N/m, means over the ellipse), ``rubber_third_harmonic`` (m, an estimate of the motion at three times the speed that
+        is left out; nan of rubber that is strained along one line in a machine that circles).
 
     Raises
     ------
     QuestionError
-        For no, negative or too high speeds, no or unknown stations, no unbalance, an unknown quantity, or at an
-        undamped critical speed.
+        For no, negative or too high speeds, no or unknown stations, no unbalance, an unknown quantity, at an undamped critical
+        speed, or where softening rubber has no or two steady ellipses.
     MachineError
         If the rotor is not possible as described, or a position is not on it.
     """
@@ -97,7 +100,8 @@ def response(
     soft = rubber_of(machine, model)
     if smooth:
         omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places, soft)))
-    x, y = amplitudes(model, omega, load, places, soft)
+    steady = None if soft is None else steadily(soft, omega, load.load, owner)
+    x, y = amplitudes(model, omega, load, places, soft) if steady is None else seen_at(steady, model, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
     title = f"Unbalance response of {machine.name}"
     found = _dataset(omega, places, x * rate, y * rate, load.direction, quantity)
@@ -106,8 +110,8 @@ def response(
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    if soft is not None:
-        add_rubber(found, soft, in_circles(soft, omega, load.load))
+    if soft is not None and steady is not None:
+        add_rubber(found, soft, steady)
     return Response.of(found)
 
 
@@ -116,8 +120,7 @@ def amplitudes(
 ) -> tuple[Complexes, Complexes]:
     """Complex amplitudes of the displacement along x and y, each (S, places)."""
     if soft is not None:
-        z = in_circles(soft, speeds, load.load).motion @ places.deflection.T
-        return z, np.asarray(-1j * z)
+        return seen_at(steadily(soft, speeds, load.load, "response"), model, places)
     n = model.pairs
     size = n if model.isotropic else model.size
     x, y = np.empty((2, speeds.size, places.deflection.shape[0]), np.complex128)
@@ -127,6 +130,12 @@ def amplitudes(
         motion = _motion(model, speeds[part], load.load)
         x[part], y[part] = motion[:, :n] @ places.deflection.T, motion[:, n : 2 * n] @ places.deflection.T
     return x, y
+
+
+def seen_at(steady: Ellipses, model: LateralModel, places: Places) -> tuple[Complexes, Complexes]:
+    """The same of a motion on softening rubber."""
+    n = model.pairs
+    return steady.motion[:, :n] @ places.deflection.T, steady.motion[:, n : 2 * n] @ places.deflection.T
 
 
 def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:

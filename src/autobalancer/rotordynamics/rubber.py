@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.rotors import LateralModel, lateral_model
-from autobalancer.assembly.rotors.model import Complexes, Floats
-from autobalancer.assembly.rotors.softened import Softened, Steady, softened
+from autobalancer.assembly.rotors.ellipses.steady import Ellipses
+from autobalancer.assembly.rotors.softened import Softened, softened
 from autobalancer.laws.rubber import Motion
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
@@ -21,22 +21,19 @@ def rubber_of(machine: Machine, model: LateralModel) -> Softened | None:
     return softened(machine, lateral_model(machine), model)
 
 
-def in_circles(soft: Softened, speeds: Floats, load: Complexes) -> Steady:
-    """The whirl under the unbalance ``load`` (kg m, of each coordinate)."""
-    return soft.steady(speeds, speeds[:, None] ** 2 * load, "response")
-
-
-def add_rubber(found: xr.Dataset, soft: Softened, steady: Steady) -> None:
-    """Add deflection, stiffness and loss of each piece of rubber."""
+def add_rubber(found: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
+    """Add deflection, stiffness and loss of each piece of rubber, and what the first harmonic leaves out."""
     found.coords["rubber"] = (
         "rubber",
         np.array([mount.name for mount in soft.mounts], dtype=object),
         {"long_name": "rubber"},
     )
     for name, numbers, text, unit in (
-        ("rubber_amplitude", steady.amplitude, "deflection of the rubber", "m"),
+        ("rubber_amplitude", steady.amplitude, "greatest deflection of the rubber", "m"),
+        ("rubber_minor", steady.minor, "least deflection of the rubber, negative where it turns backward", "m"),
         ("rubber_stiffness", steady.stiffness.real, "stiffness of the rubber", "N/m"),
         ("rubber_loss", steady.stiffness.imag, "loss of the rubber", "N/m"),
+        ("rubber_third_harmonic", steady.third, "its deflection at three times the speed, left out", "m"),
     ):
         found[name] = (("speed", "rubber"), numbers, {"long_name": text, "units": unit})
     beyond = [

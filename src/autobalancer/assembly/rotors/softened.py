@@ -43,8 +43,8 @@ FARTHER = 0.3, 20.0  # least and most by which a change is carried on
 SAME = 1e-9  # relative difference of two places that count as one
 ALIKE = 1e-6  # relative difference of x and y that counts as none
 ELLIPSES = (
-    "{0}: the rubber of this machine softens with the amplitude, and its x and y differ, so that it moves in ellipses; the "
-    "stiffness of rubber is known for circles only. Simulate the machine, or give it a stiffness and damping in place of rubber"
+    "{0}: the rubber of this machine softens with the amplitude, and its x and y differ, so that it moves in ellipses; this is "
+    "known for circles only. Simulate the machine, or give it a stiffness and damping in place of rubber"
 )
 
 
@@ -100,8 +100,15 @@ class Softened:
         QuestionError
             If the machine moves in ellipses; ``owner`` is who asks.
         """
-        if not self.sliding.isotropic:
+        found = self.circles(speeds, force, over=over)
+        if found is None:
             raise QuestionError(ELLIPSES.format(owner))
+        return found
+
+    def circles(self, speeds: Floats, force: Complexes, *, over: float = 1.0) -> Steady | None:
+        """The same; none where the machine moves in ellipses."""
+        if not self.sliding.isotropic:
+            return None
         dynamic = np.array([_dynamic(self.sliding, float(w), over * float(w)) for w in speeds])
         r, c = self.rows, self.shares
         one, group = self._alike(r)
@@ -112,7 +119,8 @@ class Softened:
         laws = [(self.laws[m], self.motions[m]) for m in one]
         amplitude = _amplitudes(laws, speeds, across, free)[:, group]
         kappa = self.added(amplitude, speeds)
-        self._refuse_ellipses(kappa, owner)
+        if not self._in_circles(kappa):
+            return None
         whole = dynamic + np.einsum("mi,sm,mj->sij", r.conj(), c * kappa, r)
         motion = np.linalg.solve(whole, force[..., None])[..., 0]
         elastic = np.array([law.elastic for law in self.laws]) + 1j * np.outer(
@@ -153,16 +161,16 @@ class Softened:
             damping = damping + more.imag / speed * square
         return replace(self.sliding, stiffness=stiffness, damping=damping)
 
-    def _refuse_ellipses(self, kappa: Complexes, owner: str) -> None:
-        """Each piece with two directions must act alike along x and y, those with one together, and neither on other motions."""
+    def _in_circles(self, kappa: Complexes) -> bool:
+        """Whether pieces with two directions act alike along x and y, those with one together, and none on other motions."""
         n = self.sliding.pairs
         squares = np.array([mount.rows.T @ mount.rows for mount in self.mounts])
         lines = [m for m, motion in enumerate(self.motions) if motion == "line"]
         every = [squares[m] for m in range(len(self.mounts)) if m not in lines]
         every += [np.einsum("m,mij->ij", one[lines], squares[lines]) for one in kappa] if lines else []
         others = np.einsum("sm,mij->sij", kappa, squares)[:, : 2 * n, 2 * n :]
-        if any(_uneven(one, n) for one in every) or np.abs(others).max(initial=0.0) > ALIKE * np.abs(kappa).max():
-            raise QuestionError(ELLIPSES.format(owner))
+        apart = np.abs(others).max(initial=0.0) > ALIKE * np.abs(kappa).max()
+        return not apart and not any(_uneven(one, n) for one in every)
 
 
 def _uneven(matrix: Complexes, n: int) -> bool:
