@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,11 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Balancer, Constant, Machine, PrescribedSpeed, Race, RigidRotor, Support
 from autobalancer.simulation.sampling import Samples
+from autobalancer.stability.host.stations import stations
+from autobalancer.stability.stall.groups import Loads, stalled_groups
+from autobalancer.stability.stall.newton import SPEED_SCALE, corrected
+from autobalancer.stability.stall.states import Balance
+from autobalancer.stability.stall.whirling import Whirling
 
 BOTH = ("release speed", "capture speed")
 FIRST = ((25000.0, 22000.0), (-0.10, 0.15), (40.0, 35.0), 0.015, 1.2e-4)  # stiffness, planes, damping, J_p, beta
@@ -134,6 +140,31 @@ def test_where_nothing_catches_balls_the_capture_speed_says_why() -> None:
     found = border(equal(drawn(2)), "capture speed")
     assert math.isnan(found.speed)
     assert "the planes lose synchronism at 200.8 rad/s" in found.note
+
+
+def test_compiled_points_of_a_branch_are_those_of_the_modes_of_the_rotor() -> None:
+    """With gyroscopic effect, two groups or three, rolling resistance or none, and at a speed that is held."""
+    m = machine(FIRST, (1.0, 0.7))
+    st = stations(m, largest=True)
+    groups = stalled_groups(m, st.station.tolist())
+    for chosen, rolling in (((0, 2), 0.0), ((0, 1, 3), 2e-3)):
+        loads = Loads(tuple(replace(groups[g], rolling=rolling) for g in chosen))
+        compiled, plain = Balance(Whirling(st), loads), Balance(Whirling(st), loads)
+        plain.__dict__["numbers"] = None
+        assert compiled.numbers is not None
+        like = np.append(np.zeros(len(chosen)), 1.0)
+        found = 0
+        for state in compiled.found(np.array([90.0, 140.0])):
+            for k in range(state.speed.size):
+                begun = np.append(state.y[k] + 1e-3, SPEED_SCALE * math.log(state.speed[k]))
+                for same in (False, True):
+                    one, other = (corrected(balance, begun, like, same) for balance in (compiled, plain))
+                    assert (one is None) == (other is None)
+                    if one is not None and other is not None:
+                        np.testing.assert_allclose(one.x, other.x, rtol=0.0, atol=1e-8)
+                        np.testing.assert_allclose(one.along, other.along, rtol=0.0, atol=1e-6)
+                        found += 1
+        assert found >= 2
 
 
 def test_two_planes_answer_within_a_second_or_two() -> None:

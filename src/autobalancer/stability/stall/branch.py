@@ -10,30 +10,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.stall.linear import growth, past, together
+from autobalancer.stability.stall.newton import SPEED_SCALE, Point, corrected, state_at
 from autobalancer.stability.stall.states import Balance, States
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a radian, or e of the slip
-SPEED_SCALE = 4.0  # e of the rotor speed counts this many times
 STRAIGHT = 0.98  # cosine between neighboring tangents
 STEPS = 400
 LOST = "lost"  # a branch that could not be followed to its end
 SHARP = 1e-5  # of a step, to which a fold is found, so that its speed has twice the digits
 NEAR = 0.02  # of a step
-DIFFERENCE = 1e-6
 HANGING = ("fold", "swinging", "parting")  # of which the first ends what hangs
-
-
-class Point(NamedTuple):
-    """A point of the curve: log slip, phases, scaled log speed, and the direction of the curve there."""
-
-    x: Floats
-    along: Floats
 
 
 @dataclass(frozen=True)
@@ -59,7 +49,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     sign = 1.0 if until > state.speed[0] else -1.0
     ahead = np.zeros(state.y.shape[1] + 1)
     ahead[-1] = sign
-    here = _corrected(balance, np.append(state.y[0], SPEED_SCALE * math.log(float(state.speed[0]))), ahead)
+    here = corrected(balance, np.append(state.y[0], SPEED_SCALE * math.log(float(state.speed[0]))), ahead)
     if here is None:
         return Leaving(state, LOST)
     here = here if sign * here.along[-1] > 0.0 else Point(here.x, -here.along)
@@ -67,31 +57,31 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     for _ in range(STEPS):
         rest = (goal - here.x[-1]) / here.along[-1]
         last = 0.0 < rest <= step
-        there = _corrected(balance, here.x + min(step, rest if last else step) * here.along, here.along, last)
+        there = corrected(balance, here.x + min(step, rest if last else step) * here.along, here.along, last)
         if there is None or here.along @ there.along < STRAIGHT:
             step *= 0.4
             if step < SHORTEST:
-                return Leaving(_state(here.x), LOST)
+                return Leaving(state_at(here.x), LOST)
             continue
         if not last and sign * (there.x[-1] - goal) > 0.0:  # gone beyond it
             share = (goal - here.x[-1]) / (there.x[-1] - here.x[-1])
-            last, at = True, _corrected(balance, here.x + share * (there.x - here.x), here.along, same_speed=True)
+            last, at = True, corrected(balance, here.x + share * (there.x - here.x), here.along, same_speed=True)
             there = there if at is None else at
         broken = [cause for cause in causes if not _test(balance, there, sign, cause) > 0.0]
         if broken:
             shares = {cause: _share(balance, here, there, sign, cause) for cause in broken}
             # at a fold an eigenvalue is zero, too
             first = min(broken, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0))
-            return Leaving(_state(_between(balance, here, there, shares[first]).x), first)
+            return Leaving(state_at(_between(balance, here, there, shares[first]).x), first)
         if last:
-            return Leaving(_state(there.x), "")
+            return Leaving(state_at(there.x), "")
         here, step = there, min(1.6 * step, LONGEST)
-    return Leaving(_state(here.x), LOST)
+    return Leaving(state_at(here.x), LOST)
 
 
 def _test(balance: Balance, point: Point, sign: float, cause: str) -> float:
     """Above zero while balls stay."""
-    state = _state(point.x)
+    state = state_at(point.x)
     if cause == "fold":
         return sign * float(point.along[-1])
     if cause == "swinging":
@@ -115,40 +105,5 @@ def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str)
 def _between(balance: Balance, here: Point, there: Point, share: float) -> Point:
     if share in (0.0, 1.0):
         return there if share else here
-    found = _corrected(balance, here.x + share * (there.x - here.x), here.along)
+    found = corrected(balance, here.x + share * (there.x - here.x), here.along)
     return here if found is None else found
-
-
-def _state(x: Floats) -> States:
-    return States(np.exp(x[-1:] / SPEED_SCALE), x[None, :-1])
-
-
-def _corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = False) -> Point | None:
-    """The nearest point of the curve by Newton's method, its direction on the side of ``like``; none without one."""
-    over_speed = _over_speed(balance, x)  # good enough for Newton's method, not for the direction
-    for _ in range(12):
-        miss, jacobian = balance.misfit(_state(x))
-        whole = np.column_stack([jacobian[0], over_speed])
-        if not np.isfinite(whole).all():
-            return None
-        if same_speed:
-            change = np.append(np.linalg.lstsq(whole[:, :-1], -miss[0], rcond=None)[0], 0.0)
-        else:
-            change = np.linalg.lstsq(whole, -miss[0], rcond=None)[0]
-        size = float(np.abs(change).max())
-        if not size < 1.0:
-            return None
-        x = x + change
-        if size < 1e-9:
-            whole[:, -1] = _over_speed(balance, x)
-            along = np.linalg.svd(whole)[2][-1]
-            return Point(x, along if along @ like >= 0.0 else -along)
-    return None
-
-
-def _over_speed(balance: Balance, x: Floats) -> Floats:
-    """Slope of the balances over the scaled log of the rotor speed."""
-    state = _state(x)
-    apart = States(np.exp((x[-1] + DIFFERENCE * np.array([1.0, -1.0])) / SPEED_SCALE), np.repeat(state.y, 2, axis=0))
-    after, before = balance.misfit(apart)[0]
-    return np.asarray((after - before) / (2.0 * DIFFERENCE))

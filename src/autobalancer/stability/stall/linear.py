@@ -1,9 +1,9 @@
 """Whether a stalled state is stable: the equations of motion linearized in axes that turn with its whirl.
 
 There the state is at rest, so that its eigenvalues say everything (on anisotropic supports after the mean over the whirl).
-Small motions: a of the modes, Da = (pole - i v) a + left f, and delta of the groups,
+Small motions: a = (z, z') of the rotor, Da = (S - i v) a + P f, and delta of the groups,
 
-    f = n s e^(i psi) (i v^2 delta + 2 v D delta - i DD delta),    X = e^(-i psi) (sum of right pole^2 a + B f),
+    f = n s e^(i psi) (i v^2 delta + 2 v D delta - i DD delta),    X = e^(-i psi) (R z'' of S a + B f),
     I DD delta = - s Im(q X) - s v^2 Re(q h) delta - (dT/dW - 2 mu s eps v) D delta,
 
 B f the acceleration that loads give at once. Turning the whole picture changes nothing: one eigenvalue is zero. Balls of a
@@ -25,17 +25,17 @@ def growth(balance: Balance, states: States) -> Floats:
     groups = loads.count.size
     if n == 0:
         return np.zeros(0)
-    modes = balance.rotor.all_modes(states.speed)
     v, slip, place = states.whirl, np.exp(states.y[:, 0]), loads.station
-    right, left = modes.right[:, :, place], modes.left[:, :, place]
+    free, pushed_by, lightness = balance.rotor.free_motion(states.speed)
     turned, rolled = np.exp(1j * states.phases), 1.0 + 1j * balance.rolling
-    load = loads.count * loads.moment * turned
-    felt = left * load[:, None, :]  # (n, K, G)
-    seen = np.swapaxes(right * modes.pole[:, :, None] ** 2, 1, 2) * (rolled / turned)[:, :, None]  # (n, G, K)
-    at_once = np.swapaxes(right * modes.pole[:, :, None], 1, 2) * (rolled / turned)[:, :, None] @ felt  # (n, G, G)
+    load, back = (loads.count * loads.moment * turned)[:, None, :], (rolled / turned)[:, :, None]
+    count = free.shape[1]
+    felt = pushed_by[:, place] * load  # (n, K, G)
+    seen = balance.rotor.read[place] @ free[:, count // 2 :] * back  # (n, G, K)
+    at_once = lightness[place][:, place] * back * load  # (n, G, G)
     slope = (balance.drag(slip * (1.0 + STEEP)) - balance.drag(slip)) / (STEEP * slip[:, None])
     slope = slope - 2.0 * balance.rolling * loads.moment * balance.orbit * v[:, None]
-    held = loads.moment * v[:, None] ** 2 * balance.deflections(states, modes).real
+    held = loads.moment * v[:, None] ** 2 * balance.deflections(states).real
     inertia = np.array([group.ball.inertia for group in loads.groups])
     s, own = loads.moment[None, :, None], np.eye(groups)
     v1 = v[:, None, None]
@@ -44,12 +44,11 @@ def growth(balance: Balance, states: States) -> Floats:
     by_rate = -s * (2.0 * v1 * at_once).imag - slope[:, :, None] * own
     by_modes = np.concatenate([-s * seen.imag, -s * seen.real], axis=2)
     accelerations = np.linalg.solve(mass, np.concatenate([by_modes, by_angle, by_rate], axis=2))  # (n, G, 2K + 2G)
-    count = modes.pole.shape[1]
     size = 2 * count + 2 * groups
     whole = np.zeros((n, size, size))
-    k, own_k = np.arange(count), modes.pole - 1j * v[:, None]
-    whole[:, k, k], whole[:, count + k, count + k] = own_k.real, own_k.real
-    whole[:, k, count + k], whole[:, count + k, k] = -own_k.imag, own_k.imag
+    turns = free - 1j * v1 * np.eye(count)
+    whole[:, :count, :count] = whole[:, count : 2 * count, count : 2 * count] = turns.real
+    whole[:, :count, count : 2 * count], whole[:, count : 2 * count, :count] = -turns.imag, turns.imag
     pushed = -1j * felt @ accelerations
     pushed[:, :, 2 * count : 2 * count + groups] += 1j * v1**2 * felt
     pushed[:, :, 2 * count + groups :] += 2.0 * v1 * felt

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +69,26 @@ class Balance:
         """Orbit radius of each group, m."""
         return np.array([group.ball.orbit_radius for group in self.loads.groups])
 
+    @cached_property
+    def numbers(self) -> tuple[Any, ...] | None:
+        """Of :func:`autobalancer.kernels.stalled.branch_point`; none where drag is not linear, or supports have tables."""
+        rotor, loads = self.rotor.matrices, self.loads
+        if rotor is None or any(group.ball.drag_curve is not None for group in loads.groups):
+            return None
+        from autobalancer.kernels.stalled import GROUP
+
+        n, count = self.rotor.load.shape[0], len(loads.groups)
+        rows = GROUP.rows(count)
+        rows.total, rows.moment, rows.rolling = loads.count * loads.moment, loads.moment, self.rolling
+        rows.drag, rows.pressed = [group.ball.drag for group in loads.groups], self.rolling * loads.moment * self.orbit
+        push = np.ascontiguousarray(self.rotor.load[:, loads.station])
+        seen = np.ascontiguousarray(self.rotor.read[loads.station])
+        stack = np.zeros((7, n, n), np.complex128)
+        stack[:4] = rotor
+        before, after = (np.zeros(shape, np.complex128) for shape in ((count, n), (n, count)))
+        slopes, lower = np.zeros((count, count + 1)), np.zeros((count + 1, count))
+        return stack, push, seen, rows, before, after, slopes, lower
+
     def drag(self, slip: Floats) -> Floats:
         """Torque of the fluid on one ball of each group, (n, G), N m."""
         return np.stack([group.drag(slip) for group in self.loads.groups], axis=-1)
@@ -85,10 +106,9 @@ class Balance:
         turned = np.swapaxes(right, 1, 2)
         return turned * gain[:, None, :] @ left, turned * (-1j * gain**2)[:, None, :] @ left
 
-    def deflections(self, states: States, modes: AllModes | None = None) -> Complexes:
+    def deflections(self, states: States) -> Complexes:
         """q h of each group, (n, G), m."""
-        modes = self.rotor.all_modes(states.speed) if modes is None else modes
-        host, _ = self.answers(modes, states.whirl)
+        host = self.rotor.receptance(states.whirl, states.speed)[:, self.loads.station][:, :, self.loads.station]
         turned = np.exp(1j * states.phases)
         load = self.loads.count * self.loads.moment * turned
         whirl = states.whirl[:, None] ** 2 * (host @ load[:, :, None])[:, :, 0] / turned

@@ -53,13 +53,14 @@ class Whirling:
         self._modes: dict[float, ForwardModes] = {}
         self._all: dict[float, tuple[Complexes, Complexes, Complexes]] = {}
         self._mass, self._turning = self._seen(model.mass), self._seen(model.gyroscopic)
+        self._lightness = np.linalg.inv(self._mass)
         self._held = self._at(0.0)
         if st.isotropic:
-            self._load, self._read = st.rows.T.astype(complex), st.rows.astype(complex)
+            self.load, self.read = st.rows.T.astype(complex), st.rows.astype(complex)
         else:
             both, count = model.both(st.rows), st.rows.shape[0]
             x, y = both[:count], both[count:]
-            self._load, self._read = (x - 1j * y).T / np.sqrt(2.0), (x + 1j * y) / np.sqrt(2.0)
+            self.load, self.read = (x - 1j * y).T / np.sqrt(2.0), (x + 1j * y) / np.sqrt(2.0)
 
     def _seen(self, matrix: Matrix) -> Complexes:
         """Of an isotropic rotor over z = q_x + i q_y, else over all coordinates."""
@@ -71,6 +72,12 @@ class Whirling:
         """Damping and stiffness of the supports while the rotor runs at ``speed``."""
         return self._seen(self.st.model.damping_at(speed)), self._seen(self.st.model.stiffness_at(speed))
 
+    @property
+    def matrices(self) -> tuple[Complexes, ...] | None:
+        """K, C, G and M of the whirl, (n, n); none if supports have tables over the speed."""
+        damping, stiffness = self._held
+        return None if self.st.model.speeds.size > 1 else (stiffness, damping, self._turning, self._mass)
+
     def receptance(self, whirl: Floats, speed: Floats | float) -> Complexes:
         """Forward receptance between the stations at whirl speeds (n,) and one rotor speed or one each, (n, P, P), m/N."""
         v, w = np.broadcast_arrays(np.asarray(whirl, float), np.asarray(speed, float))
@@ -80,7 +87,21 @@ class Whirling:
             damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
         v, w = v[:, None, None], w[:, None, None]
         dynamic = stiffness + 1j * v * (damping + w * self._turning) - v**2 * self._mass
-        return np.asarray(self._read @ np.linalg.solve(dynamic, self._load[None]))
+        return np.asarray(self.read @ np.linalg.solve(dynamic, self.load[None]))
+
+    def free_motion(self, speeds: Floats) -> tuple[Complexes, Complexes, Complexes]:
+        """S of (z, z')' = S (z, z') + P f at rotor speeds, (s, 2 n, 2 n), P (2 n, P), and R z'' by f at once, (P, P)."""
+        n = self._mass.shape[0]
+        damping, stiffness = self._held
+        if self.st.model.speeds.size > 1:
+            parts = [self._at(float(one)) for one in speeds]
+            damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
+        whole = np.zeros((speeds.size, 2 * n, 2 * n), np.complex128)
+        whole[:, :n, n:] = np.eye(n)
+        whole[:, n:, :n] = -(self._lightness @ stiffness)
+        whole[:, n:, n:] = -(self._lightness @ (damping + speeds[:, None, None] * self._turning))
+        pushed = self._lightness @ self.load
+        return whole, np.vstack([np.zeros_like(pushed), pushed]), np.asarray(self.read @ pushed)
 
     def modes(self, speed: float) -> ForwardModes:
         """Modes with forward whirl that the stations see."""
@@ -108,7 +129,7 @@ class Whirling:
         """Poles (K,), and what the stations see and feel of them, (K, P)."""
         damping, stiffness = self._at(speed)
         n = self._mass.shape[0]
-        load, read = self._load, self._read
+        load, read = self.load, self.read
         by_mass = np.linalg.solve(self._mass, np.hstack([stiffness, damping + speed * self._turning, load]))
         whole = np.zeros((2 * n, 2 * n), np.complex128)
         whole[:n, n:] = np.eye(n)
