@@ -82,6 +82,20 @@ def test_a_cylinder_rebounds_with_the_restitution(case: str) -> None:
     assert abs(float(run.energy_error[-1])) < 2e-3 * MASS * 9.0
 
 
+def test_an_oblique_impact_on_the_race_follows_coulomb_impulses() -> None:
+    # sliding throughout: mu (1 + R) times the normal velocity, along the race and the axis together, and twice that of spin
+    mu, across, along = 0.1, 1.2, 0.9
+    given = {"positions": [[0.0, 0.0, -0.089999]], "velocities": [[along, across, -2.0]]}
+    machine = cylinder_machine(balls=given, contact={"friction": mu, "youngs_modulus": 1e13})
+    run = simulate_chamber(machine, duration=3e-4, sample=1e-4)  # stiff, as the race is curved
+    lost = mu * 1.6 * 2.0
+    velocity, spin = run.ball_velocity.values[-1, 0], run.ball_spin.values[-1, 0, 0]
+    # at first 4 parts of 5 across; less in the end, as sliding across fades three times as fast
+    assert 0.6 * lost < across - velocity[1] < 0.8 * lost
+    assert R * spin == pytest.approx(-2.0 * (across - velocity[1]), rel=2e-3)
+    assert math.hypot(across - velocity[1], along - velocity[0]) == pytest.approx(lost, rel=0.02)
+
+
 def test_a_contact_takes_the_time_of_its_linear_spring() -> None:
     stiffness = line_stiffness(MODULUS, LENGTH)
     assert stiffness == pytest.approx(0.25 * math.pi * MODULUS * LENGTH, rel=1e-12)
@@ -208,6 +222,23 @@ def test_momentum_and_angular_momentum_of_a_released_machine_stay() -> None:
     # to first order in the tilt: along the axis its product with the lateral part is left out
     assert np.abs(last[1] - first[1])[1:].max() < 5e-9
     assert np.abs(last[1] - first[1])[0] < tilt * np.linalg.norm(first[1][1:]) < 1e-5 * first[1][0]
+
+
+def test_the_account_of_the_energy_closes_with_the_square_of_the_step() -> None:
+    body = {"freedom": "free", "mass": 20.0, "inertia": [0.5, 0.5, 0.5]}
+    contact = {"friction": 0.4, "rolling_arm": 1e-4}
+    machine = cylinder_machine(
+        balls=flying(), body=body, chamber={"radius": 0.06, "depth": 0.1}, contact=contact, **coasting(60.0)
+    )
+    errors = []
+    for count in (25, 100):
+        run = simulate_chamber(machine, duration=0.3, step=contact_time(machine) / count, sample=1e-2)
+        errors.append(float(np.abs(run.energy_error).max()))
+    assert float(run.loss_friction[-1]) > 1.0
+    assert float(run.loss_contact[-1]) > 1.0
+    assert float(run.loss_rolling[-1]) > 0.1
+    assert errors[0] < 1e-3 * float(run.loss_friction[-1])
+    assert errors[1] < errors[0] / 8.0
 
 
 def test_cylinders_stacked_end_on_end_bear_what_stands_on_them() -> None:
