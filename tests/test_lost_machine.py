@@ -20,8 +20,10 @@ from reproductions.pakula2021.lost.drum import angle, one_ball, slip
 from reproductions.pakula2021.lost.runs import Cell, Kept
 from reproductions.pakula2021.lost.scores import interval, log_chance, over_counts
 from reproductions.pakula2021.lost.statements import contradictions, read
+from reproductions.pakula2021.lost.tables import candidates, entries
 from scipy.integrate import solve_ivp
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.laws.chamber_capability import chamber_capability
 
@@ -182,3 +184,13 @@ def test_a_ball_in_a_quickening_drum_begins_to_slide_at_the_rate_of_the_closed_f
     )  # the border at half of the time
     slides = float(run.time.values[np.argmax(slip(run, Candidate()) > 0.02)])
     assert 2.0 * slides / end == pytest.approx(1.0, abs=0.08)
+
+
+def test_the_fitted_sample_is_the_machine_of_the_table_and_every_statement_is_judged_on_it() -> None:
+    sample, own = ab.example("deep_chamber_fitted"), candidates()["fitted"].machine(balls=8, friction=0.5)
+    apart = {"name", "description", "run"}
+    assert sample.model_dump(exclude=apart) == own.model_dump(exclude=apart)
+    assert {entry.statement for entry in entries() if entry.machine == "fitted"} == {one.key for one in read()}
+    for entry in entries():
+        assert 0.0 < entry.chance <= 1.0
+        assert entry.runs == 0 or 0.0 <= entry.low < entry.high <= 1.0

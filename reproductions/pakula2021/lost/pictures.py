@@ -27,7 +27,15 @@ def statements_by_machines(statements: Sequence[Statement], found: Sequence[Entr
             i, j = place[entry.statement], machines.index(entry.machine)
             chance[i, j] = entry.chance
             dark = abs(entry.chance - 0.5) > 0.35
-            axes.text(j, i, entry.shown, ha="center", va="center", fontsize=7.0, color="white" if dark else INK)
+            axes.text(
+                j,
+                i,
+                entry.shown.replace("um", "µm"),
+                ha="center",
+                va="center",
+                fontsize=7.0,
+                color="white" if dark else INK,
+            )
         image = axes.imshow(chance, cmap=COLORS, vmin=0.0, vmax=1.0, aspect="auto")
         axes.set_yticks(range(len(rows)), [_label(statement) for statement in rows])
         axes.set_xticks(range(len(machines)), machines)
@@ -51,23 +59,23 @@ def _label(statement: Statement) -> str:
     return words.get(statement.key, statement.key)
 
 
-def changes(found: Sequence[tuple[str, str, float]], base: dict[str, float], title: str) -> Figure:
-    """What a change (rows: parameter and factor) does to the chance of a cell (columns): chance after it less chance before."""
-    rows = list(dict.fromkeys(change for change, _, _ in found))
-    columns = list(base)
+def changes(base: dict[str, float], found: Sequence[tuple[str, str, float]], title: str) -> Figure:
+    """Who is carried (green) after one change (rows) in each cell (columns), with a ring where the change made the difference."""
+    rows, columns = ["as it is", *dict.fromkeys(change for change, _, _ in found)], list(base)
     field = np.full((len(rows), len(columns)), np.nan)
+    field[0] = list(base.values())
     for change, cell, chance in found:
-        field[rows.index(change), columns.index(cell)] = chance - base[cell]
+        field[rows.index(change), columns.index(cell)] = chance
     with look():
-        figure = picture(2.6 + 0.72 * len(columns), 1.1 + 0.23 * len(rows))
+        figure = picture(2.9 + 0.62 * len(columns), 1.1 + 0.24 * len(rows))
         axes = figure.subplots()
-        image = axes.imshow(field, cmap=COLORS, vmin=-1.0, vmax=1.0, aspect="auto")
+        axes.imshow(field, cmap=COLORS, vmin=-0.35, vmax=1.35, aspect="auto")
+        for i, j in zip(*np.nonzero(np.isfinite(field) & (np.abs(field - field[0]) > 0.4)), strict=True):
+            axes.plot(j, i, "o", mfc="none", mec=INK, ms=8, mew=1.2)
         axes.set_yticks(range(len(rows)), rows)
-        axes.set_xticks(range(len(columns)), columns, rotation=35, ha="left")
+        axes.set_xticks(range(len(columns)), columns, rotation=40, ha="left")
         axes.xaxis.tick_top()
         axes.grid(visible=False)
         axes.tick_params(length=0)
-        bar = figure.colorbar(image, ax=axes, fraction=0.04, pad=0.02)
-        bar.set_label("change of the chance of being carried")
         heading(figure, title)
     return figure

@@ -19,7 +19,10 @@ MACHINES, JUDGED, SENSITIVITY = (
 
 
 class Entry(NamedTuple):
-    """A statement on a machine: chance that a run says the same, its interval, and how it came about."""
+    """A statement on a machine: chance that a run says the same, and how it came about.
+
+    ``low``, ``high`` and ``runs`` are those of the count of balls that agrees least.
+    """
 
     machine: str
     statement: str
@@ -40,12 +43,14 @@ def judged(name: str, statements: Iterable[Statement], candidate: Candidate, hel
         if statement.value is None:
             cells = [(cell.balls, *agreeing(statement, cell, held)) for cell in statement.cells]
             cells = [cell for cell in cells if cell[2]]
-            hits, runs = sum(cell[1] for cell in cells), sum(cell[2] for cell in cells)
+            _, hits, runs = (max if statement.some else min)(cells, key=lambda cell: cell[1] / cell[2])
             text = " ".join(f"{balls}: {a}/{b}" for balls, a, b in cells)
             found.append(Entry(name, statement.key, math.exp(value), *interval(hits, runs), runs, text))
         else:
             own = number(statement, candidate, held)
-            text = f"{own * UNITS[statement.unit]:.3g} {statement.unit}" if math.isfinite(own) else "never"
+            text = (
+                f"{float(f'{own * UNITS[statement.unit]:.3g}'):g} {statement.unit}" if math.isfinite(own) else "never"
+            )
             found.append(Entry(name, statement.key, math.exp(value), math.nan, math.nan, 0, text.removesuffix(" 1")))
     return found
 
@@ -83,3 +88,11 @@ def candidates() -> dict[str, Candidate]:
         )
         for row in read_rows(MACHINES)
     }
+
+
+def sensitivity() -> tuple[dict[str, float], list[tuple[str, str, float]]]:
+    """Chance of being carried of each cell of the fitted machine, and (change, cell, chance) of each change."""
+    rows = [row for row in read_rows(SENSITIVITY) if int(row["runs"])]
+    found = [(row["change"], row["what"], float(row["value"]) / int(row["runs"])) for row in rows]
+    base = {what: chance for change, what, chance in found if change == "as it is"}
+    return base, [one for one in found if one[0] != "as it is"]
