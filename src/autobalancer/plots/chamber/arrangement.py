@@ -91,9 +91,11 @@ def _front(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     axes.add_patch(Circle((0.0, 0.0), size, fc=RACE, ec=RIM, lw=1.2))
     places = poses.balls[k]
     order = np.argsort(places[:, 0])
-    _draw(axes, 1e3 * places[order, 1:], 2e3 * poses.radius[order], poses.speed[k][order], poses)
-    if poses.length.any():
-        _chamfers(axes, 1e3 * places[order, 1:], 2e3 * poses.radius[order])
+    at, width, speed = 1e3 * places[order, 1:], 2e3 * poses.radius[order], poses.speed[k][order]
+    if poses.length.any():  # a second circle makes the end of a cylinder, and the next one hides both
+        at, speed = np.repeat(at, 2, axis=0), np.repeat(speed, 2)
+        width = np.outer(width, [1.0, CHAMFER]).ravel()
+    _draw(axes, at, width, speed, poses)
     tip = 0.97 * size * np.array([np.cos(poses.heavy[k]), np.sin(poses.heavy[k])])
     axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1], zorder=3.5)
     axes.set_aspect("equal")
@@ -138,12 +140,3 @@ def _colored(axes: Axes, bodies: Collection, speed: Floats, poses: Poses) -> Non
     """Add balls or cylinders, each in the color of its speed."""
     bodies.set(edgecolors="#222222", linewidths=0.6, cmap=COLORS, norm=speed_colors(poses.speed), zorder=3, array=speed)
     axes.add_collection(bodies)
-
-
-def _chamfers(axes: Axes, at: Floats, width: Floats) -> None:
-    """What makes a circle the end of a cylinder."""
-    inner = EllipseCollection(
-        CHAMFER * width, CHAMFER * width, np.zeros_like(width), units="xy", offsets=at, offset_transform=axes.transData,
-        facecolors="none", edgecolors="#222222", linewidths=0.6, zorder=3.01,
-    )  # fmt: skip
-    axes.add_collection(inner)
