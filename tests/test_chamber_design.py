@@ -178,6 +178,7 @@ def test_on_the_first_front_no_design_is_beaten_in_both() -> None:
         ({}, {"limits": {"noise": 1.0}}, "given 'noise'; must be one of vibration"),
         ({}, {"limits": {"pick_up": 2.0}}, "at most 1"),
         ({}, {"limits": {"vibration": -1.0}}, "must be above zero"),
+        ({}, {"limits": {"contact_pressure": "1 GPa"}}, "give contact.youngs_modulus"),
         ({}, {"fillings": 0}, "fillings: given 0"),
         ({}, {"short": 2.0}, "lasts 1 s only"),
         ({}, {"unbalances": [0.0]}, "must be above zero"),

@@ -56,13 +56,17 @@ def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
         quick.set_xlabel(f"settling time of the last ball, worst filling (s){unsettled}")
         if "settling_time" in limits:
             quick.axvline(limits["settling_time"], color=CRITICAL, lw=0.9, ls="--")
+        shown = [unit.factor * limits["vibration"]] if "vibration" in limits else []
         for panel in (light, quick):
             panel.set_ylabel(f"vibration, mean to worst ({unit.sign})")
             panel.set_yscale("log")
+            panel.set_ylim(
+                *_range([*shown, *(full[name].values * unit.factor for name in ("vibration_mean", "worst_vibration"))])
+            )
             plain_log_ticks(panel, "y")
-            if "vibration" in limits:
-                panel.axhline(limits["vibration"] * unit.factor, color=CRITICAL, lw=0.9, ls="--")
-        _legend(figure, colors)
+            for level in shown:
+                panel.axhline(level, color=CRITICAL, lw=0.9, ls="--")
+        _legend(figure, colors, bool({"vibration", "settling_time"} & set(limits)))
         light.set_title("Balls needed")
         quick.set_title("Time to balance")
         heading(figure, title if title is not None else str(found.attrs.get("title", "")))
@@ -72,7 +76,7 @@ def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
 def _stages(panel: Axes, found: xr.Dataset, colors: dict[float, Any]) -> None:
     """All designs over number and mass of their balls: a cross, an open or a filled mark by where they stopped."""
     mass = found["total_mass"].values
-    width = float(np.ptp(mass)) or 0.2 * float(mass.max())
+    width = max(float(np.ptp(mass)), 0.1 * float(mass.max()))
     for i, (friction, color) in enumerate(colors.items()):
         own = found["friction"].values == friction
         at = mass + (i - 0.5 * (len(colors) - 1)) * BESIDE * width
@@ -81,6 +85,7 @@ def _stages(panel: Axes, found: xr.Dataset, colors: dict[float, Any]) -> None:
         for chosen, mark, fill in ((ruled, "x", color), (~ruled & ~ran, "o", "none"), (ran, "o", color)):
             there = own & chosen
             panel.plot(at[there], found["balls"].values[there], mark, ms=5, color=color, mfc=fill, mew=1.0)
+    panel.set_xlim(float(mass.min()) - 0.15 * width, float(mass.max()) + 0.15 * width)
     panel.set_yscale("log")
     counts = sorted(set(found["balls"].values.tolist()))
     panel.set_yticks(counts, [str(count) for count in counts])
@@ -90,7 +95,14 @@ def _stages(panel: Axes, found: xr.Dataset, colors: dict[float, Any]) -> None:
     panel.set_title("Where designs stopped")
 
 
-def _legend(figure: Figure, colors: dict[float, Any]) -> None:
+def _range(values: list[Any]) -> tuple[float, float]:
+    """Ends of a logarithmic axis with room around all that is known."""
+    known = np.concatenate([np.atleast_1d(one) for one in values])
+    known = known[np.isfinite(known) & (known > 0.0)]
+    return (0.6 * float(known.min()), 1.6 * float(known.max())) if known.size else (0.1, 1.0)
+
+
+def _legend(figure: Figure, colors: dict[float, Any], limited: bool) -> None:
     """What marks and colors mean, below all panels."""
     marks = [
         Line2D([], [], ls="", marker="x", color=INK, ms=5, label="ruled out by closed forms"),
@@ -101,7 +113,7 @@ def _legend(figure: Figure, colors: dict[float, Any]) -> None:
             for friction, color in colors.items()
         ),
         Line2D([], [], color=CRITICAL, lw=0.9, label="none is better in both"),
-        Line2D([], [], color=CRITICAL, lw=0.9, ls="--", label="limit"),
+        *([Line2D([], [], color=CRITICAL, lw=0.9, ls="--", label="limit")] if limited else []),
     ]
     figure.legend(handles=marks, ncols=len(marks), loc="outside lower left", frameon=False)
 
@@ -110,12 +122,15 @@ def _against(panel: Axes, full: xr.Dataset, at: Any, unit: AxisUnit, colors: dic
     """Vibration of the designs that ran in full; equal ones stand beside each other."""
     mean, worst = (full[name].values * unit.factor for name in ("vibration_mean", "worst_vibration"))
     known = np.isfinite(at) & np.isfinite(worst)
-    width = float(np.ptp(at[known]) if known.any() else 0.0) or 1.0
+    near = 1e-6 * float(np.abs(at[known]).max(initial=1.0))
+    width = max(float(np.ptp(at[known])) if known.any() else 0.0, 1e5 * near)
+    if known.any():
+        panel.set_xlim(float(at[known].min()) - 0.2 * width, float(at[known].max()) + 0.2 * width)
     on = known & (full[front].values == 1)
     order = np.argsort(at[on])
     panel.plot(at[on][order], worst[on][order], "-", lw=0.9, color=CRITICAL, zorder=1.5)
     for i in np.flatnonzero(known):
-        equal = np.flatnonzero(known & (np.abs(at - at[i]) < 1e-6 * width))
+        equal = np.flatnonzero(known & (np.abs(at - at[i]) < near))
         x = at[i] + (float(np.searchsorted(equal, i)) - 0.5 * (equal.size - 1)) * 3.0 * BESIDE * width
         color = colors[float(full["friction"].values[i])]
         panel.plot([x, x], [mean[i], worst[i]], "-", lw=1.2, color=color)

@@ -61,9 +61,9 @@ class ChamberDesigns(Answer):
         return [
             Column("design", [str(text) for text in found["label"].values], wraps=True),
             Column("ball mass", found["total_mass"].values, "kg", ".3g"),
-            Column("mean", found["vibration_mean"].values * length.factor, length.sign, ".3g"),
-            Column("worst", found["worst_vibration"].values * length.factor, length.sign, ".3g"),
-            Column("turning", found["worst_synchronous"].values * length.factor, length.sign, ".3g"),
+            Column("mean", found["vibration_mean"].values * length.factor, length.sign, ".4g"),
+            Column("worst", found["worst_vibration"].values * length.factor, length.sign, ".4g"),
+            Column("turning", found["worst_synchronous"].values * length.factor, length.sign, ".4g"),
             Column("carried", pick_up),
             Column("settled", found["worst_settling_time"].values, "s", ".3g"),
             Column("peak", 1e3 * found["worst_run_up_peak"].values, "mm", ".3g"),

@@ -15,7 +15,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.answers.chamber_designs import ChamberDesigns
 from autobalancer.results.provenance import provenance
 from autobalancer.studies.chamber_design.limits import JUDGED
-from autobalancer.studies.chamber_design.screening import FULL, Design, Question
+from autobalancer.studies.chamber_design.screening import FULL, Design, Question, left_in_short_runs
 from autobalancer.studies.chamber_design.statistics import SURE, fronts, mean_interval, share_interval, worse_than_worst
 
 CHOSEN = {  # of a candidate
@@ -65,6 +65,10 @@ def designs_dataset(
     for name, (unit, worst) in BOUNDED.items():
         held = [[getattr(own, name) for own in one.bounds.values()] for one in designs]
         found[name] = _along([worst(values) if values else math.nan for values in held], unit, name)
+    found["short_left"] = _along([left_in_short_runs(one) for one in designs], "1", "short_left")
+    found["short_left"].attrs["long_name"] = (
+        "vibration that turns with the rotor in the short runs, over that without balls"
+    )
     for name, entry in JUDGED.items():
         values = [
             [

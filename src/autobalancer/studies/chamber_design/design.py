@@ -99,6 +99,8 @@ def design(
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     asked = Question(sizes, duration, short, last, fillings, finalists, kept, workers, progress)
     told = read_limits(limits)
+    if "contact_pressure" in told and machine.contact.youngs_modulus is None:
+        raise QuestionError("limits: contact_pressure: needs the material of the balls; give contact.youngs_modulus")
     designs = bounded(machine, all_candidates(machine, candidates), told, asked)
     if all(one.reason for one in designs):
         raise QuestionError(_none_left(designs))

@@ -157,12 +157,16 @@ def _run(
 
 
 def _halved(alive: Sequence[Design], name: str, keep: int) -> list[Design]:
-    """The ``keep`` best by what turns with the rotor, and by the mass of the balls where that is equal; the others stop here."""
-    left = np.array([_left(design) for design in alive])
+    """The ``keep`` best by what turns with the rotor and the mass of the balls; the others stop here.
+
+    Of those that balance nothing yet, the ones whose balls go around come first.
+    """
+    left = np.array([left_in_short_runs(design) for design in alive])
     mass = np.array([design.candidate.total_mass for design in alive])
     hopeless = left > HARDLY
     front = fronts(np.where(hopeless, np.nan, left), mass)
-    order = sorted(range(len(alive)), key=lambda i: (hopeless[i], front[i], left[i], mass[i]))
+    around = [_carried(design) if bad else 0.0 for design, bad in zip(alive, hopeless, strict=True)]
+    order = sorted(range(len(alive)), key=lambda i: (hopeless[i], -around[i], front[i], left[i], mass[i]))
     for i in order[keep:]:
         alive[i].stage = name
         alive[i].reason = f"{name} left {100.0 * left[i]:.3g} % of the vibration without balls; others were better"
@@ -170,8 +174,18 @@ def _halved(alive: Sequence[Design], name: str, keep: int) -> list[Design]:
     return [alive[i] for i in chosen]
 
 
-def _left(design: Design) -> float:
-    """Mean over the fillings of the vibration that turns with the rotor, over that without balls, at the worst unbalance."""
+def _carried(design: Design) -> float:
+    """Mean share of the balls that go around in the short runs."""
+    return float(np.mean([row.get("share_carried", 0.0) for row in design.short.values()]))
+
+
+def left_in_short_runs(design: Design) -> float:
+    """Mean over the fillings of the vibration that turns with the rotor, over that without balls, at the worst unbalance.
+
+    nan without short runs.
+    """
+    if not design.short:
+        return math.nan
     found = []
     for size, own in design.bounds.items():
         rows = [row.get("synchronous", math.inf) for (case, _), row in design.short.items() if case == size]
