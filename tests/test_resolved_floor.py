@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from tests.references.resolved import chamber, run
 
 import autobalancer as ab
@@ -148,3 +149,55 @@ def test_a_ball_rests_on_its_wall_where_stiff_bearings_have_critical_speeds_that
     assert max(found.attrs["critical_speeds"]) > 1e4
     needed = found["ball_moment"].values * found["ball_speed_in_space"].values[600:] ** 2
     np.testing.assert_allclose(force, needed, rtol=0.02)
+
+
+def test_a_tumbling_ball_on_floor_and_wall_moves_as_in_space_with_all_three_spins() -> None:
+    """Independent: position and spin as vectors at rest, slips by cross products with turning floor and wall, SciPy's solver."""
+    speed, k, mu, mu_floor, v1 = 6.0, 2e3, 0.2, 0.4, 0.02
+    machine = chamber(
+        speed=speed,
+        stiffness=k,
+        restitution=1.0,
+        sliding_friction=mu,
+        floor_friction=mu_floor,
+        slip_speed=v1,
+        start_gap=0.01,
+    )
+    start = {
+        (0, at.BALL_VX): 0.3,
+        (0, at.BALL_VY): -0.2,
+        (0, at.BALL_SPIN): 20.0,
+        (0, at.TUMBLE_X): 40.0,
+        (0, at.TUMBLE_Y): -70.0,
+    }
+    times = np.linspace(0.0, 0.5, 251)
+    _, own, _ = run(machine, times, start, tolerance=1e-10)
+    turning, up = np.array([0.0, 0.0, speed]), np.array([0.0, 0.0, 1.0])
+
+    def rub(pressed: float, coefficient: float, velocity: Any, spin: Any, arm: Any, place: Any) -> tuple[Any, Any]:
+        slip = velocity + np.cross(spin, arm) - np.cross(turning, place + arm)
+        slip = slip - (slip @ arm) * arm / RADIUS**2
+        fast = math.sqrt(slip @ slip) + 1e-15
+        force = -pressed * coefficient * math.tanh(fast / v1) / fast * slip
+        return force, np.cross(arm, force)
+
+    def rate(_: float, y: Any) -> Any:
+        place, velocity, spin = y[:3], y[3:6], y[6:]
+        away = math.sqrt(place @ place)
+        pressed, normal = k * max(away - ORBIT, 0.0), place / away
+        carried = max(MASS * GRAVITY - mu * pressed, 0.0)
+        floor, turn = rub(carried, mu_floor, velocity, spin, -RADIUS * up, place)
+        wall, twist = rub(pressed, mu, velocity, spin, RADIUS * normal, place)
+        force = floor + wall - pressed * normal
+        force[2] = 0.0  # what carries it is balanced
+        return np.concatenate([velocity, force / MASS, (turn + twist) / (0.4 * MASS * RADIUS**2)])
+
+    begin = np.array([ORBIT - 0.01, 0.0, 0.0])
+    y0 = np.concatenate([begin, np.array([0.3, -0.2, 0.0]) + np.cross(turning, begin), [40.0, -70.0, 20.0 + speed]])
+    found = solve_ivp(rate, (0.0, 0.5), y0, t_eval=times, rtol=1e-10, atol=1e-12, method="LSODA", max_step=5e-4).y
+    in_space = place(own) * np.exp(1j * speed * times)
+    assert (np.abs(in_space) > ORBIT).any()
+    np.testing.assert_allclose(in_space, found[0] + 1j * found[1], atol=1e-6)
+    tumble = (own[:, 0, at.TUMBLE_X] + 1j * own[:, 0, at.TUMBLE_Y]) * np.exp(1j * speed * times)
+    np.testing.assert_allclose(tumble, found[6] + 1j * found[7], atol=1e-3)
+    np.testing.assert_allclose(own[:, 0, at.BALL_SPIN] + speed, found[8], atol=1e-3)
