@@ -15,7 +15,8 @@ machine = ab.example("resolved_balls")
 run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastRevolutions(10)])
 
 # %%
-# Distance from the wall, and the force with which the wall presses back: m eps w^2 once the ball is there.
+# Distance from the wall, and the force with which the wall presses back, m eps w^2 once the ball is there. The floor carries
+# what the friction of the wall leaves of the weight.
 
 measures = ab.measures(run)
 print("on the floor until", measures.lift_off_time.values.round(1), "s")
@@ -41,6 +42,7 @@ with ab.plot.style.look():
         label="m ε Ω²",
     )
     above.set_ylabel("distance from the wall (mm)")
+    below.plot(early.time, early.ball_floor_force[:, 0], color=ab.plot.style.CRITICAL, label="floor")
     below.set(xlabel="time (s)", ylabel="normal force (N)")
     ab.plot.style.heading(figure, "Two balls find their race")
     ab.plot.style.legend(above)
