@@ -156,5 +156,5 @@ def draw(runs: dict[str, xr.Dataset], out: Path) -> None:
         above.legend(loc="upper center")
         below.hlines(180.0, SEEN, UNSEEN, color="black", lw=2.5, label="measured: 180°, identified from 57 s to 170 s")
         below.set(xlabel="time (s)", ylabel="angle of lag (deg)", ylim=(0.0, 210.0), yticks=[0, 45, 90, 135, 180])
-        below.legend(loc="center")
+        below.legend(loc="center", bbox_to_anchor=(0.6, 0.45))
         save_picture(figure, out / "figure_6_12.png")
