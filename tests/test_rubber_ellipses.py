@@ -178,3 +178,48 @@ def test_large_motions_stand_on_the_elastic_part_and_small_ones_on_all_of_it() -
 def test_endochronic_rubber_in_ellipses_is_refused() -> None:
     with pytest.raises(QuestionError, match="circles and lines only"):
         ab.rotor.response(machine((1e4, 2e4), law="endochronic"), [50.0], "middle")
+
+
+def uneven_frequencies(motion: str, springs: tuple[float, float] | None = (5e3, 4e4), **more: Any) -> np.ndarray:
+    """Complex frequencies of the two lowest modes at 0.3 mm."""
+    found = ab.rotor.modes(machine(springs), modes=2, rubber_amplitude="0.3 mm", motion=motion, **more)
+    return found["frequency"].values + 1j * found["decay_rate"].values
+
+
+def test_modes_that_move_along_lines_or_circles_have_the_stiffness_of_lines_and_circles() -> None:
+    # at standstill the modes along x and y are lines; across a line rubber acts on nothing
+    assert uneven_frequencies("ellipse") == pytest.approx(uneven_frequencies("line"), rel=1e-5)
+    assert uneven_frequencies("ellipse", None) == pytest.approx(uneven_frequencies("circle", None), rel=1e-8)
+
+
+def test_modes_in_ellipses_balance_the_force_of_the_rubber_on_their_own_ellipse() -> None:
+    one, speed = machine((2.0e4, 2.02e4)), 400.0
+    found = ab.rotor.modes(one, speed, modes=3, rubber_amplitude=2.5e-4, motion="ellipse")
+    bare = lateral_model(one)
+    soft = softened(one, bare)
+    assert soft is not None
+    for mode in range(3):
+        x, y = (found[f"{c}_real"].values[mode] + 1j * found[f"{c}_imag"].values[mode] for c in "xy")
+        place = found["place"].values
+        ends = [np.array([np.interp(z, place, part) for part in (x, y)]) for z in (-0.1, 0.1)]  # a rigid axis
+        size = max(abs(0.5 * (a + 1j * b)) + abs(0.5 * np.conj(a - 1j * b)) for a, b in ends)
+        v = float(found["frequency"][mode])
+        root = complex(-float(found["decay_rate"][mode]), v)
+        n = bare.pairs
+        rows = np.array([bare.axis.rows(z, None).deflection for z in (-0.1, 0.1)])
+        q = np.concatenate([np.linalg.solve(rows, [end[c] for end in ends]) for c in range(2)]) * 2.5e-4 / size
+        push = (root**2 * bare.mass + root * speed * bare.gyroscopic) @ q
+        push = push + (soft.sliding.stiffness_at(0.0) + root * soft.sliding.damping_at(0.0)) @ q
+        assert n == 2
+        for mount, law in zip(soft.mounts, soft.laws, strict=True):
+            stretch = mount.rows @ q
+            u = [0.5 * (stretch[0] + 1j * stretch[1]), 0.5 * (stretch[0] - 1j * stretch[1])]
+            forward, backward = on(RubberLaw(0.0, 0.0, law.friction), u, v).force[0]
+            lean = 0.5 * np.angle(u[0] * np.conj(u[1]))
+            turn = np.array([[math.cos(lean), math.sin(lean)], [-math.sin(lean), math.cos(lean)]])
+            along = turn @ stretch
+            springs = turn @ np.array([forward + backward, -1j * (forward - backward)]) / along
+            decaying = springs.real + springs.imag * root / v  # the loss counts as damping K''/v
+            push = push + mount.rows.T @ turn.T @ (decaying * along)
+        scale = np.abs(soft.sliding.stiffness_at(0.0) @ q).max()
+        assert np.abs(push).max() < 1e-4 * scale

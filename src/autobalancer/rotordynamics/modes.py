@@ -15,12 +15,11 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.assembly.rotors.softened import Softened
 from autobalancer.errors import QuestionError
-from autobalancer.laws.rubber import Motion
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Modes
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
-from autobalancer.rotordynamics.rubber import at_amplitude, rubber_of
+from autobalancer.rotordynamics.rubber import ModeMotion, at_amplitude, rubber_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
 from autobalancer.rotordynamics.whirl import Whirl, whole_direction
 from autobalancer.units import argument
@@ -34,7 +33,7 @@ def modes(
     modes: int = 10,
     stations: Sequence[str | float] | None = None,
     rubber_amplitude: float | str | None = None,
-    motion: Motion = "line",
+    motion: ModeMotion = "line",
 ) -> Modes:
     """Damped and undamped natural frequencies of the rotor with mode shapes and whirl directions.
 
@@ -54,7 +53,8 @@ def modes(
         Greatest deflection (m) of the rubber that softens with the amplitude, in each mode; by default small motions, in which
         it is stiffest.
     motion
-        Of this rubber: ``line`` after a blow, ``circle`` in whirl.
+        Of this rubber: ``line`` after a blow, ``circle`` in whirl, ``ellipse`` that of each mode itself, which is a circle where
+        the machine is alike along x and y.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def modes(
     Raises
     ------
     QuestionError
-        For a negative speed, no modes, or an unknown station.
+        For a negative speed, no modes, an unknown station, a motion that is none, or rubber that is not known in it.
     MachineError
         If the rotor is not possible as described.
     """
@@ -128,12 +128,12 @@ def modes(
     return Modes.of(result)
 
 
-def _soft(machine: Machine, model: LateralModel, size: float, motion: Motion) -> Softened:
+def _soft(machine: Machine, model: LateralModel, size: float, motion: ModeMotion) -> Softened:
     """The rubber of a machine that is asked for modes at an amplitude."""
     if not (math.isfinite(size) and size >= 0.0):
         raise QuestionError(f"modes: rubber_amplitude: given {size:g} m; must be finite and not negative")
-    if motion not in get_args(Motion):
-        raise QuestionError(f"modes: motion: given {motion!r}; must be line or circle")
+    if motion not in get_args(ModeMotion):
+        raise QuestionError(f"modes: motion: given {motion!r}; must be line, circle or ellipse")
     soft = rubber_of(machine, model)
     if soft is None:
         raise QuestionError(

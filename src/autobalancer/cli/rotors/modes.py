@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -17,6 +18,14 @@ if TYPE_CHECKING:
     from autobalancer.cli.terminal.sheet import Column
 
 
+class RubberMotion(StrEnum):
+    """How softening rubber moves in a mode."""
+
+    LINE = "line"
+    CIRCLE = "circle"
+    ELLIPSE = "ellipse"
+
+
 def modes(
     machine: MachineFile,
     speed: Annotated[str, typer.Option(help='Rotor speed, such as "1200 rpm"; by default standstill.')] = "",
@@ -28,6 +37,10 @@ def modes(
     rubber_amplitude: Annotated[
         str, typer.Option(help='Deflection of softening rubber in each mode, such as "0.3 mm"; by default small.')
     ] = "",
+    rubber_motion: Annotated[
+        RubberMotion,
+        typer.Option(help="Of this rubber: along a line as after a blow, a circle, or each mode's own ellipse."),
+    ] = RubberMotion.LINE,
     out: Outs = None,
     plot: Annotated[
         Path | None, typer.Option(help="Picture of the shapes, or of the Campbell diagram: .png, .svg or .pdf.")
@@ -75,7 +88,9 @@ def modes(
         answer |= {name: found[name].values for name in ("speed", "frequency", "damping_ratio", "whirl")}
     else:
         amplitude = optional("--rubber-amplitude", rubber_amplitude, "m")
-        found = modes(described, omega, balls=balls, modes=count, rubber_amplitude=amplitude)
+        found = modes(
+            described, omega, balls=balls, modes=count, rubber_amplitude=amplitude, motion=_MOTIONS[rubber_motion]
+        )
         answer = {"speed": float(omega), "modes": _records(found, "mode", _MODE)}
     critical = _critical(described, balls)
     answer["critical_speeds"] = None if critical is None else _records(critical, "critical", _CRITICAL)[:count]
@@ -90,6 +105,7 @@ def modes(
     files.say()
 
 
+_MOTIONS: dict[str, Literal["line", "circle", "ellipse"]] = {"line": "line", "circle": "circle", "ellipse": "ellipse"}
 _MODE = ("name", "frequency", "undamped_frequency", "damping_ratio", "decay_rate", "whirl")
 _CRITICAL = ("critical_speed", "harmonic", "whirl", "name")
 _CROSSED = ("intersection_speed", "intersection_branch", "intersection_whirl")

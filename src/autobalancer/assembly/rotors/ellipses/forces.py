@@ -20,6 +20,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import RubberLaw
 
 ROUND = 1e-7  # of an ellipse: a circle so small against the other counts as none
+THIN = 1e-3  # ratio of the axes of an ellipse that stands for a line
 ENDOCHRONIC = (
     "rubber with endochronic elements is known in circles and lines only, and this machine moves in ellipses; simulate it, or "
     "fit elastoplastic elements"
@@ -92,6 +93,27 @@ class Elements:
             slope = _slopes(turned, size, radial, slopes, relaxing)
         third = _pairs(out, THIRD) * _third_turn(turned)
         return Forces(force, slope, third, out[:, MISS])
+
+
+def alike_springs(law: RubberLaw, stretch: Complexes, amplitude: float, speed: float) -> Complexes:
+    """The stiffness, (2, 2) complex and symmetric, of springs that act on an ellipse as the elements of a law do.
+
+    ``stretch`` (2,) along x and y has the shape of the ellipse, ``amplitude`` (m) is its major semi-axis, ``speed`` rad/s. The
+    springs act along the axes of the ellipse; across a line they have the stiffness of a thin ellipse.
+    """
+    x, y = stretch
+    f, b = 0.5 * (x + 1j * y), 0.5 * np.conj(x - 1j * y)
+    if min(abs(f), abs(b)) <= ROUND * (abs(f) + abs(b)):
+        return np.eye(2) * replace(law, elastic=0.0, viscous=0.0).stiffness(amplitude, speed)
+    size = amplitude / (abs(f) + abs(b))
+    minor = size * (abs(f) - abs(b))
+    minor = minor if abs(minor) > THIN * amplitude else np.copysign(THIN * amplitude, minor)
+    motion = np.array([[0.5 * (amplitude + minor), 0.5 * (amplitude - minor)]], np.complex128)
+    forward, backward = Elements.of(law, 1).on(np.zeros(1, np.int64), motion, np.array([speed]), False).force[0]
+    lean = 0.5 * np.angle(f * b)
+    axes = np.array([[np.cos(lean), -np.sin(lean)], [np.sin(lean), np.cos(lean)]])
+    along = np.diag([(forward + backward) / amplitude, (forward - backward) / minor])
+    return np.asarray(axes @ along @ axes.T, np.complex128)
 
 
 def _pairs(out: Floats, column: int) -> Complexes:
