@@ -169,6 +169,26 @@ def gauss() -> tuple[Floats, Floats, Matrix]:
     return nodes, weights, np.asarray((nodes[:, None] ** order / order) @ np.linalg.inv(powers))
 
 
+def step_maps(held: Matrix, slowed: Matrix, h: float) -> Matrix:
+    """Maps of (x, x') over steps of a width h where x'' = held x + slowed x' at the nodes, (4 s, d, d) each; (s, 2 d, 2 d).
+
+    Gauss' method of four stages, solved for accelerations only, which positions and speeds follow from.
+    """
+    nodes, weights, inner = gauss()
+    size, steps = held.shape[-1], len(held) // 4
+    held, slowed = held.reshape(steps, 4, 1, size, size), slowed.reshape(steps, 4, 1, size, size)
+    left = -(h * h) * (inner @ inner)[:, :, None, None] * held - h * inner[:, :, None, None] * slowed  # (s, 4, 4, d, d)
+    left = left.swapaxes(2, 3).reshape(steps, 4 * size, 4 * size)
+    left[:, range(4 * size), range(4 * size)] += 1.0
+    right = np.concatenate([held, slowed + h * nodes[:, None, None, None] * held], axis=-1)
+    found = np.linalg.solve(left, right.reshape(steps, 4 * size, 2 * size)).reshape(steps, 4, -1)
+    maps = np.zeros((steps, 2 * size, 2 * size)) + np.eye(2 * size)
+    maps[:, range(size), range(size, 2 * size)] += h
+    maps[:, :size] += h * h * (weights @ inner @ found).reshape(steps, size, 2 * size)
+    maps[:, size:] += h * (weights @ found).reshape(steps, size, 2 * size)
+    return maps
+
+
 def _waves(count: int, theta: Floats | None = None) -> Matrix:
     """Harmonics, the columns, at the angles of half a turn or at others."""
     return _at_own(count) if theta is None else _harmonics(count, theta)

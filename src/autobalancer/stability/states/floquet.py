@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.cycle import gauss, steps_of
+from autobalancer.stability.host.cycle import gauss, step_maps, steps_of
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.harmonic_balance import Swing, swing_of
@@ -69,23 +69,20 @@ def half_turn(st: Stations, swing: Swing) -> Matrix:
         float(np.abs(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness_at(swing.speed)))).max())
     )
     steps = steps_of(fastest, swing.speed)
-    nodes, weights, inner = gauss()
+    nodes, _, _ = gauss()
     width = math.pi / steps
     turn = width * (np.arange(steps)[:, None] + nodes)
-    rates = _rates(st, swing, turn.ravel()).reshape(steps, 4, 2 * (model.size + n), -1)
-    size, h = rates.shape[-1], width / swing.speed
-    left = np.eye(4 * size) - h * np.einsum("ij,sikl->sikjl", inner, rates).reshape(steps, 4 * size, 4 * size)
-    stages = np.linalg.solve(left, rates.reshape(steps, 4 * size, size)).reshape(steps, 4, size, size)
-    maps = np.eye(size) + h * np.einsum("i,sikl->skl", weights, stages)
-    whole = np.eye(size)
-    for one in maps:
+    held, slowed = _accelerations(st, swing, turn.ravel())
+    maps = step_maps(held, slowed, width / swing.speed)
+    whole = maps[0]
+    for one in maps[1:]:
         whole = one @ whole
     mirror = np.tile(np.concatenate([np.full(model.size, -1.0), np.ones(n)]), 2)
     return np.asarray(mirror[:, None] * whole)
 
 
-def _rates(st: Stations, swing: Swing, turn: Floats) -> Matrix:
-    """y' = rates y at rotor angles, y = (q, phi, q', phi'); (k, 2 (N + n), 2 (N + n))."""
+def _accelerations(st: Stations, swing: Swing, turn: Floats) -> tuple[Matrix, Matrix]:
+    """x'' = held x + slowed x' at rotor angles, x = (q, phi); each (k, N + n, N + n)."""
     model, n, w = st.model, st.moment.size, swing.speed
     size, both = model.size, model.both(st.rows)
     places, count = len(st.names), turn.size
@@ -112,7 +109,5 @@ def _rates(st: Stations, swing: Swing, turn: Floats) -> Matrix:
     center = st.moment[:, None] * w * w * (np.exp(-1j * angle) * st.offset[:, None]).real
     right[:, size + ball, size + ball] = (seen - center).T
     right[:, size + ball, 2 * size + n + ball] = -st.drag
-    whole = np.zeros((count, 2 * (size + n), 2 * (size + n)))
-    whole[:, : size + n, size + n :] = np.eye(size + n)
-    whole[:, size + n :] = np.linalg.solve(mass, right)
-    return whole
+    found = np.linalg.solve(mass, right)
+    return np.asarray(found[:, :, : size + n]), np.asarray(found[:, :, size + n :])

@@ -16,6 +16,8 @@ of I phi'' if phi'' is taken of the angle as a whole.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,52 +86,40 @@ class _Balance:
 
     def __init__(self, st: Stations, speed: float, m: int) -> None:
         self.st, self.speed, self.m = st, speed, m
-        self.turn = np.pi * np.arange(m) / m
-        k = np.fft.fftfreq(m, 1.0 / m)
-        wave = np.exp(2j * np.outer(self.turn, k))
-        self.second = ((wave * (2j * k * speed) ** 2) @ wave.conj().T).real / m
-        k[m // 2] = 0.0  # the first derivative of the highest harmonic is not seen at these angles
-        self.first = ((wave * (2j * k * speed)) @ wave.conj().T).real / m
-        self.squares, self.waves = np.linalg.eigh(-self.second)  # (2 k W)^2 and the waves as columns
-        places = len(st.names)
-        odd = np.arange(1, m, 2)
-        pushed = st.model.both(st.rows)
-        model = st.model
+        grid = _grid(m)
+        self.turn, self.waves = grid.turn, grid.waves
+        self.first, self.second, self.squares = speed * grid.first, speed**2 * grid.second, speed**2 * grid.squares
+        model, places = st.model, len(st.names)
+        pushed, n = model.both(st.rows), model.pairs
+        force = np.zeros(model.size, np.complex128)
+        force[:n], force[n : 2 * n] = st.fixed_load, -1j * st.fixed_load
+        sigma = 1j * speed * grid.odd[:, None, None]
         held, damping = model.stiffness_at(speed), model.damping_at(speed) + speed * model.gyroscopic
-        inward = np.exp(-1j * np.outer(odd, self.turn)) * 2.0 / m
-        outward = np.exp(1j * np.outer(self.turn, odd))
-        answer = np.zeros((2 * places, m, 2 * places, m))
-        for number, h in enumerate(odd):
-            sigma = 1j * h * speed
-            dynamic = held + sigma * damping + sigma**2 * model.mass
-            both = pushed @ np.linalg.solve(dynamic, pushed.T) * sigma**2
-            time = np.outer(outward[:, number], inward[number])
-            answer += np.real(both[:, None, :, None] * time[None, :, None, :])
-            if h == 1:
-                n = model.pairs
-                force = np.zeros(model.size, np.complex128)
-                force[:n], force[n : 2 * n] = st.fixed_load, -1j * st.fixed_load
-                unbalanced = pushed @ np.linalg.solve(dynamic, force) * sigma**2 * speed**2
-        self.answer = answer.reshape(2 * places * m, 2 * places * m)
-        self.alone = np.real(unbalanced[:, None] * np.exp(1j * self.turn))  # (2 P, m)
+        loads = np.column_stack([pushed.T, force])
+        found = pushed @ np.linalg.solve(held + sigma * damping + sigma**2 * model.mass, loads) * sigma**2
+        size = 2 * places * m
+        answer = (found[:, :, :-1].reshape(grid.odd.size, -1).T @ grid.times).real.reshape(2 * places, 2 * places, m, m)
+        self.answer = answer.swapaxes(1, 2).reshape(size, size)
+        self.alone = np.real(speed**2 * found[0, :, -1:] * np.exp(1j * self.turn))  # (2 P, m)
 
     def solved(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
         """Mean angles (n, 1) and swings (n, m) of the balls at which all torques vanish."""
         st, size = self.st, self.m * self.st.moment.size
         unit = self._unit()
+        miss = self._torques(mean, swing)
         for _ in range(NEWTON_STEPS):
-            miss, slope = self._torques(mean, swing)
-            if np.abs(miss / unit).max() < 1e-15:
+            if np.abs(miss / unit).max(initial=0.0) < 1e-15:
                 break
+            slope = self._slopes(mean, swing)
             step = self._step(miss / unit, slope / np.repeat(unit, self.m)[:, None], unit)
             largest = float(np.abs(step).max())
             step *= min(1.0, 0.4 / max(largest, 1e-300))
             shift = step.mean(axis=1, keepdims=True)
             mean, swing = mean + shift, swing + (step - shift)
+            miss = self._torques(mean, swing)
             if largest < 1e-13 * max(float(np.abs(swing).max()), 1e-3):
                 break
-        miss, _ = self._torques(mean, swing)
-        error = float(np.abs(miss / unit).max())
+        error = float(np.abs(miss / unit).max(initial=0.0))
         if not error < 1e-9 or size == 0:
             raise QuestionError(
                 f"steady state: no periodic state is found near the averaged one at {self.speed:.6g} rad/s "
@@ -171,16 +161,26 @@ class _Balance:
         pull = (w + rate) ** 2 - 1j * change
         return pull * ahead, (1j * pull * ahead, 2.0 * (w + rate) * ahead, -1j * ahead)
 
-    def _torques(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
-        st, m, w = self.st, self.m, self.speed
-        n, places = st.moment.size, len(st.names)
-        s = st.moment[:, None]
-        a, angles = self.acceleration(mean, swing)[st.station], mean + swing
+    def _torques(self, mean: Matrix, swing: Matrix) -> Matrix:
+        """On each ball, (n, m) N m."""
+        st, w = self.st, self.speed
+        s, angles = st.moment[:, None], mean + swing
         back = np.exp(-1j * (self.turn + angles))
         center = np.exp(-1j * angles) * st.offset[:, None]
         rate, change = swing @ self.first.T, swing @ self.second.T
         inertia, drag = st.inertia[:, None], st.drag[:, None]
-        miss = inertia * change + drag * rate + s * (back * a).imag - s * w * w * center.imag
+        a = self.acceleration(mean, swing)[st.station]
+        return np.asarray(inertia * change + drag * rate + s * (back * a).imag - s * w * w * center.imag)
+
+    def _slopes(self, mean: Matrix, swing: Matrix) -> Matrix:
+        """Of the torques over the swings, (n m, n m)."""
+        st, m, w = self.st, self.m, self.speed
+        n, places = st.moment.size, len(st.names)
+        s, angles = st.moment[:, None], mean + swing
+        back = np.exp(-1j * (self.turn + angles))
+        center = np.exp(-1j * angles) * st.offset[:, None]
+        a = self.acceleration(mean, swing)[st.station]
+        own = s * (w * w * center.real - (back * a).real)
         _, (by_angle, by_rate, by_change) = self._forces(mean, swing)
         slope = np.zeros((n, m, n, m))
         for i in range(n):
@@ -190,6 +190,31 @@ class _Balance:
             moved = (self.answer @ parts.reshape(-1, m)).reshape(2 * places, m, m)
             seen = moved[:places] + 1j * moved[places:]
             slope[:, :, i] += (st.moment[:, None, None] * back[:, :, None] * seen[st.station]).imag
-            own = -(s * (back * a).real)[i] + (s * w * w * center.real)[i]
-            slope[i, :, i] += st.inertia[i] * self.second + st.drag[i] * self.first + np.diag(own)
-        return miss, slope.reshape(n * m, n * m)
+            slope[i, :, i] += st.inertia[i] * self.second + st.drag[i] * self.first + np.diag(own[i])
+        return slope.reshape(n * m, n * m)
+
+
+class _Grid(NamedTuple):
+    """m equidistant angles of half a turn, and what belongs to them at any speed."""
+
+    turn: Floats  # (m,)
+    odd: Floats  # harmonics of the rotor, (m/2,)
+    times: Complexes  # (m/2, m m): of each harmonic, from a force at one angle to the motion at another
+    first: Matrix  # derivatives at speed 1, (m, m)
+    second: Matrix
+    squares: Floats  # of the harmonics of the balls, (m,), and their waves as columns
+    waves: Matrix
+
+
+@cache
+def _grid(m: int) -> _Grid:
+    turn, odd = np.pi * np.arange(m) / m, np.arange(1.0, m, 2.0)
+    k = np.fft.fftfreq(m, 1.0 / m)
+    wave = np.exp(2j * np.outer(turn, k))
+    second = ((wave * (2j * k) ** 2) @ wave.conj().T).real / m
+    k[m // 2] = 0.0  # the first derivative of the highest harmonic is not seen at these angles
+    first = ((wave * (2j * k)) @ wave.conj().T).real / m
+    out = np.exp(1j * np.outer(odd, turn))
+    times = np.asarray(out[:, :, None] * out.conj()[:, None, :] * (2.0 / m), np.complex128).reshape(odd.size, m * m)
+    squares, waves = np.linalg.eigh(-second)
+    return _Grid(turn, odd, times, first, second, squares, waves)
