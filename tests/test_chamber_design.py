@@ -80,6 +80,20 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine() ->
     assert float(again["residual_unbalance"]) == pytest.approx(float(run["residual_unbalance"]), rel=1e-6)
 
 
+def test_a_design_is_the_same_machine_however_its_numbers_are_written() -> None:
+    machine = small_machine()
+    texts = {
+        "friction": "0.5",
+        "diameter": "30 mm",
+        "viscosity": "0.1 Pa*s",
+        "fluid_density": "900 kg/m^3",
+        "fill": "0.6",
+    }
+    numbers = {"friction": [0.5], "diameter": [0.03], "viscosity": [0.1], "fluid_density": [900.0], "fill": [0.6]}
+    written, plain = (ab.machine_text(machine_of(machine, candidates(machine, shelf)[0])) for shelf in (texts, numbers))
+    assert written == plain
+
+
 def test_short_runs_halve_the_designs_and_double_the_fillings() -> None:
     assert rounds(24, 4, 5) == [(24, 1), (12, 2), (6, 4)]
     assert rounds(9, 2, 2) == [(9, 1), (5, 2), (3, 2)]

@@ -29,7 +29,7 @@ DATA = Path(__file__).parent / "data"
 TABLE, AROUND = DATA / "designs_of_the_reference_machine.csv", DATA / "sensitivity_of_the_best_design.csv"
 SHELF = {"balls": [5, 8, 12, 20, 30, 50], "total_mass": [0.8, 1.0, 1.5, 2.0], "friction": [0.5, 0.7]}
 LIMITS = {"vibration": 25e-6, "settling_time": 12.0, "pick_up": 1.0}
-HOW: dict[str, Any] = {"duration": 16.0, "short": 5.0, "last": 1.0, "fillings": 5, "finalists": 4}
+HOW: dict[str, Any] = {"duration": 16.0, "short": 5.0, "last": 1.0, "fillings": 3, "finalists": 3}
 CHANGES = {"unbalance": 0.2, "friction": 0.1}
 BEST, WITHIN = 6.0, 3.0  # um
 BALANCED = 0.1  # of the vibration without balls, that turns with the rotor
@@ -47,7 +47,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     rows = [
         said("the best design has 8 to 50 balls and a friction of 0.5 or more",
              8 <= int(best["balls"]) <= 50 and float(best["friction"]) >= 0.5),
-        said("5 balls with a friction of 0.7 are among the four best designs",
+        said("5 balls with a friction of 0.7 are among the three best designs",
              bool(np.isfinite(designs["place"].values[five]).any()), LOST),
         said("with 0.7 every number from 8 to 50 balances in short runs with some mass of balls",
              {8, 12, 20, 30, 50} <= set(balls[good & (friction == 0.7)].tolist()), LOST),
@@ -55,7 +55,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
              int((good & (friction == 0.7)).sum()) > int((good & (friction == 0.5)).sum())),
         Found("printed", "vertical amplitude of the best design, one filling run again", "um", BEST,
               1e6 * again["vertical_amplitude"], WITHIN, LOST),
-        Found("printed", "vibration of the best design, worst of five fillings and both directions", "um", BEST,
+        Found("printed", "vibration of the best design, worst of three fillings and both directions", "um", BEST,
               1e6 * best["worst_vibration"], WITHIN, LOST),
     ]  # fmt: skip
     return compared_all("Pakuła 2021", "section 5", rows)

@@ -151,7 +151,7 @@ def _read(shelf: Mapping[str, Any]) -> dict[str, list[float]]:
             raise QuestionError(
                 f"{name}: given {min(read):g}; must be {'above' if low else 'at least'} zero, and finite"
             )
-        values[name] = read
+        values[name] = [float(value) for value in read]  # however it was written, the machine is the same
     if "diameter" in values and "total_mass" in values:
         raise QuestionError("candidates: given diameter and total_mass; give one of them, the other one follows")
     if any(value > 1.0 for value in values.get("fill", ())):
