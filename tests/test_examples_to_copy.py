@@ -19,7 +19,7 @@ from autobalancer.files.samples import KINDS, sample_files, sample_names
 ROOT = Path(__file__).resolve().parent.parent
 CLI: Any = typer.main.get_command(app)
 SAMPLES = {path.name for kind in KINDS for name in sample_names(kind) for path in sample_files(name)}
-WRITES = ("--out", "--plot", "--archive", "--worst")
+WRITES = ("--out", "--plot", "--archive", "--worst", "--best")
 READ = (".toml", ".csv", ".nc", ".unv")
 INCLUDED = r"^```\{literalinclude\} (?:machines/(\S+)|reference/generated/tables/(\S+\.txt))"
 BLOCKS = re.compile(INCLUDED + r"|^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
