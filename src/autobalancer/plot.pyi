@@ -25,6 +25,7 @@ from autobalancer.plots.measured.identification import identification as identif
 from autobalancer.plots.measured.receptance import nyquist as nyquist
 from autobalancer.plots.measured.receptance import receptance as receptance
 from autobalancer.plots.measured.rubber import rubber as rubber
+from autobalancer.plots.measured.sheared_drag import sheared_drag as sheared_drag
 from autobalancer.plots.rotor.campbell import campbell as campbell
 from autobalancer.plots.rotor.equivalent_planar import equivalent_planar as equivalent_planar
 from autobalancer.plots.rotor.liquid_response import liquid_response as liquid_response
@@ -89,6 +90,7 @@ __all__ = [
     "rubber",
     "run_up",
     "secondary_flow",
+    "sheared_drag",
     "spin_up",
     "stepped_response",
     "style",

@@ -60,6 +60,7 @@ from autobalancer.cli.rotors import (  # noqa: E402
     receptance,
     response,
     rubber,
+    sheared_drag,
     torsion,
 )
 from autobalancer.cli.runs import animate, archive, basin, compare, design, measures, plot, run, stepped, study  # noqa: E402
@@ -87,6 +88,7 @@ app.command("torsional-response")(torsion.torsional_response)
 app.command("liquid-response")(liquid.liquid_response)
 app.command("annulus-flow")(flow.flow)
 app.command("ball-drag")(ball_drag.ball_drag)
+app.command("sheared-drag")(sheared_drag.sheared_drag)
 app.command("equilibrium-angle")(angle.angle)
 app.command()(identify.identify)
 app.command()(rubber.rubber)

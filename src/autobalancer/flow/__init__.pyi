@@ -5,6 +5,7 @@ from autobalancer.flow.annulus import Walls as Walls
 from autobalancer.flow.annulus import annulus_of as annulus_of
 from autobalancer.flow.ball.channel import Channel as Channel
 from autobalancer.flow.ball.question import ball_drag as ball_drag
+from autobalancer.flow.ball.sheared_question import sheared_drag as sheared_drag
 from autobalancer.flow.question import annulus_flow as annulus_flow
 from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
 from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
@@ -23,5 +24,6 @@ __all__ = [
     "ball_drag",
     "recorded_speed",
     "relaxation_modes",
+    "sheared_drag",
     "spin_up",
 ]

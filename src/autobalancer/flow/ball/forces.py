@@ -34,7 +34,8 @@ def ball_forces(flow: Flow, ball: int = 0) -> BallForces:
     force = -2.0 * flow.residual[:, on]
     arm = spaces.nodes[:2, on] - np.array([[x], [y]])
     turning = flow.spin - spaces.shape.turning
-    torque = float(np.sum(arm[0] * force[1] - arm[1] * force[0])) - 8.0 * math.pi / 3.0 * turning
+    added = 0.0 if flow.whole_stress else -8.0 * math.pi / 3.0 * turning
+    torque = float(np.sum(arm[0] * force[1] - arm[1] * force[0])) + added
     # the second ball stands at another angle of the race
     tangent = np.array([1.0, 0.0]) if math.isinf(spaces.shape.orbit) else _tangent(x, y, spaces.shape.orbit)
     along, inward = tangent @ force[:2].sum(axis=1), np.array([-tangent[1], tangent[0]]) @ force[:2].sum(axis=1)

@@ -90,11 +90,11 @@ def ball_drag(
     from autobalancer.flow.ball.spaces import spaces
 
     channel, name = _channel(chamber, balancer, race)
-    numbers, share = _reynolds(reynolds), _share(motion)
+    numbers, share = _reynolds(reynolds), share_of_rolling(motion)
     narrow = argument("gap", gap, "m") / channel.ball_radius
     second = _second(optional_argument("ball_ahead", ball_ahead, "m"), channel)
-    shape = shape_of(channel, _mesh_gap(narrow, mesh_gap, channel), numbers[-1], second)
-    sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(_fineness(fineness))
+    shape = shape_of(channel, mesh_gap_of(narrow, mesh_gap, channel), numbers[-1], second)
+    sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(fineness_of(fineness))
     expect(shape, sizes)
     report = progress or (lambda done, total: None)
     total = len(numbers) + 1.0
@@ -162,7 +162,8 @@ def _reynolds(given: Sequence[float | str] | str) -> list[float]:
     return numbers
 
 
-def _share(motion: str | float) -> float:
+def share_of_rolling(motion: str | float) -> float:
+    """Share of rolling that a word or a number means."""
     known = {"rolling": 1.0, "sliding": 0.0}
     if isinstance(motion, str) and motion not in known:
         raise QuestionError(
@@ -174,13 +175,15 @@ def _share(motion: str | float) -> float:
     return share
 
 
-def _fineness(given: float) -> float:
+def fineness_of(given: float) -> float:
+    """Refuse a fineness that no mesh has."""
     if not 0.5 <= given <= 4.0:
         raise QuestionError(f"fineness: given {given:g}; must be between 0.5 and 4")
     return float(given)
 
 
-def _mesh_gap(narrow: float, mesh_gap: float | None, channel: Channel) -> float:
+def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> float:
+    """The gap of the mesh, ball radii, for a ``narrow`` gap between ball and wall."""
     room = channel.width / channel.ball_radius - 2.0
     if not 0.0 < narrow < room:
         raise QuestionError(

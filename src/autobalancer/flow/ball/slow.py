@@ -32,6 +32,7 @@ class Flow:
     pressure: Floats
     residual: Floats
     through: float = 0.0
+    whole_stress: bool = False  # whether the residual has the transpose of grad u, too
 
 
 def slow_flow(spaces: Spaces, spin: float) -> Flow:

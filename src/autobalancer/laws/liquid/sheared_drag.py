@@ -4,7 +4,7 @@ With a power of the rate of shear a ball far from walls feels F = 3 pi d K U (U/
 viscosity at the rate k U/d, k = X^(1/(n-1)). In a slow flow the drag of any geometry is that of a fluid of constant viscosity
 times an effective share of it; for weak thinning the share is the mean of s over the rates of shear of the flow of constant
 viscosity, each counted with its dissipation, because to first order a change of the flow does not change the dissipation. One
-rate k U/d stands for this mean here; k depends on geometry and law, and finite elements find it (`ball_drag`). With inertia of
+rate k U/d stands for this mean here; k depends on geometry and law, and finite elements find it (`sheared_drag`). With inertia of
 the fluid the Reynolds number is formed with the viscosity at this rate, which is an assumption.
 """
 

@@ -117,7 +117,7 @@ class Race(Part):
         if shear.at_ball is None:
             raise ValueError(
                 "fluid.shear.at_ball: missing; the drag needs the effective rate of shear at a ball over its velocity divided "
-                "by its diameter, which the command ball-drag finds"
+                "by its diameter; give a guess, such as 0.5, and the command sheared-drag finds a better value"
             )
         if self.slipstream:
             raise ValueError("slipstream: known for fluids of constant viscosity only; leave it or 'fluid.shear' out")

@@ -25,7 +25,7 @@ class ShearLaw(Leaf):
     tag: ClassVar[str] = "law"
     current: ClassVar[int] = 1
     at_ball: Positive | None = key(
-        "effective rate of shear at a ball, over its velocity divided by its diameter; `ball-drag` finds it. "
+        "effective rate of shear at a ball, over its velocity divided by its diameter; `sheared-drag` finds it. "
         "Needed where the drag follows from the fluid",
         None,
     )
