@@ -50,9 +50,9 @@ def design(
         ``friction``, ``ball_friction`` (of balls on balls), ``viscosity`` (dynamic, 0 for a dry chamber) with
         ``fluid_density`` and ``fill`` (share of the chamber). What is missing stays as in the machine.
     limits
-        Most values of ``vibration``, ``residual_unbalance``, ``settling_time``, ``run_up_peak``, ``bearing_force``,
-        ``contact_force``, ``contact_pressure`` that any filling may reach, and the least share ``pick_up`` of the runs in
-        which all balls go around.
+        Most values that any filling may reach, of ``vibration``, ``synchronous`` (what of it turns with the rotor),
+        ``residual_unbalance``, ``settling_time``, ``run_up_peak``, ``bearing_force``, ``contact_force`` and
+        ``contact_pressure``; and ``pick_up``, the least share of the runs in which all balls go around.
     duration, short
         Of the full and of the short runs, s; short ones by default half as long. Balls may be carried up late.
     last

@@ -55,9 +55,7 @@ JUDGED = {
     ),
     "share_carried": Judged("1", "share of the balls that go around with the rotor", _greater("share_carried")),
 }
-LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name not in ("synchronous", "share_carried")} | {
-    "pick_up": "1"
-}
+LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name != "share_carried"} | {"pick_up": "1"}
 
 
 def read_limits(given: Mapping[str, Any] | None) -> dict[str, float]:
@@ -96,6 +94,7 @@ def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
         reasons += _not_lifted(found)
     for name, least, unit in (
         ("vibration", found.least_vibration, "m"),
+        ("synchronous", found.least_vibration, "m"),
         ("residual_unbalance", found.least_residual, "kg m"),
         ("settling_time", found.least_settling_time, "s"),
         ("bearing_force", found.least_bearing_force, "N"),
