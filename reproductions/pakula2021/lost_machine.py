@@ -45,7 +45,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     statements, found = read(), entries()
     title = "What each machine does of what Pakuła (2021) says"
     save_picture(statements_by_machines(statements, found, title), out / "statements.png")
-    title = "Carried (green) or not after one change; rings: other than before"
+    title = "Carried (green), not, or one of two (white) after one change; rings: other than before"
     save_picture(changes(*sensitivity(), title), out / "sensitivity.png")
     own = {entry.statement: entry for entry in found if entry.machine == NAME}
     rows = [*_fitted(own), *_pick_up(machine), *_reactions(machine, out), *_arrangement(machine, out), *_mechanism()]
