@@ -223,3 +223,30 @@ def test_modes_in_ellipses_balance_the_force_of_the_rubber_on_their_own_ellipse(
             push = push + mount.rows.T @ turn.T @ (decaying * along)
         scale = np.abs(soft.sliding.stiffness_at(0.0) @ q).max()
         assert np.abs(push).max() < 1e-4 * scale
+
+
+@pytest.mark.slow
+def test_release_in_ellipses_on_rubber_that_hardly_softens_is_that_of_plain_springs() -> None:
+    race = {
+        "orbit_radius": 0.07695,
+        "drag": {"law": "beta", "beta": 4e-6},
+        "friction": {"rolling_resistance": 0.002},
+        "balls": [{"count": 2, "mass": 7e-3, "diameter": 0.0123}],
+    }
+    balls = {"balancers": [{"station": "middle", "races": [race]}], "unbalances": []}
+    rubber = {"stiffness": 16000.0, "damping": 40.0, "friction": {"breakaway_amplitude": [1e-3], "stiffness": [1e-3]}}
+    springs = {"stiffness": 16000.0, "damping": 40.0}
+    found = []
+    for carried in ({"rubber": rubber}, springs):
+        supports = [
+            {"position": -0.1, **carried},
+            {"position": 0.1, **carried},
+            {"position": 0.0, "stiffness": [5e3, 9e3]},
+        ]
+        rotor = {"kind": "rigid", "mass": MASS, "transverse_inertia": 0.3, "polar_inertia": 0.05, "supports": supports}
+        one = machine(None, rotor=rotor, **balls)
+        found.append(ab.stability.borders(one, only=("release speed", "capture speed")))
+    (soft, caught), (plain, _) = found
+    assert "mean torque of a turn" in soft.note
+    assert soft.speed == pytest.approx(plain.speed, rel=1e-4)
+    assert not caught.known

@@ -7,17 +7,22 @@ suits the stiffness is a function of v alone, and the torque balance of :mod:`au
 
 The unbalance of the rotor whirls at another speed and is left out, as it is on linear supports. On rubber it changes what the
 balls feel, too, which only a run knows. Gyroscopic terms are taken with the speed of the rotor at release.
+
+Where x and y differ the rotor moves in an ellipse, of which the forward circle makes the mean torque of a turn, as on linear
+supports. It is found at some hundred speeds and interpolated.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.ellipses.steady import Ellipses, ellipses
 from autobalancer.assembly.rotors.softened import Softened, softened
 from autobalancer.errors import QuestionError
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, stall_ranges
@@ -31,10 +36,21 @@ from autobalancer.stability.stall.one_plane import parted
 
 ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
-SEVERAL = "not computed on softening rubber for balls of several planes or kinds; simulate a slow run-up"
+SEVERAL = (
+    "not computed on softening rubber for balls of several planes or kinds: their angles to each other and the stiffness "
+    "depend on each other; simulate a slow run-up"
+)
+UNCAUGHT = "not computed on softening rubber where x and y differ; simulate a slow run-down"
+TURN = ", mean torque of a turn"
 NONE_MET = "no resonance is met"
 MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
 FARTHEST = 3.0  # whirl over the highest of these resonances
+NEAR, FINE, COARSE = (
+    0.5,
+    0.005,
+    0.03,
+)  # in the logarithm of the whirl speed: range around the resonances, steps in it and beyond
+BELOW, ABOVE = -0.75, 2.35  # the whole range
 PASSES = 2  # the second with the rotor as fast as the first says
 
 
@@ -48,11 +64,8 @@ def on_rubber(
     machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], left_out: bool, capture: bool, limit: float
 ) -> tuple[Border, ...]:
     """*release speed* and *capture speed* of equal balls of one plane, at resonances up to ``limit``, rad/s."""
-    if len(groups) > 1 or left_out or not soft.sliding.isotropic:
-        text = (
-            SEVERAL if soft.sliding.isotropic else "not computed on softening rubber where x and y differ; simulate it"
-        )
-        found = (Border(RELEASE, math.nan, text, False), Border(CAPTURE, math.nan, text, False))
+    if len(groups) > 1 or left_out:
+        found = (Border(RELEASE, math.nan, SEVERAL, False), Border(CAPTURE, math.nan, SEVERAL, False))
         return found if capture else found[:1]
     group = groups[0]
     if not group.carries:
@@ -68,8 +81,8 @@ def on_rubber(
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
-        receptance = whirl_receptance(soft, row, total, over)
         try:
+            receptance = whirl_receptance(soft, row, total, over, resonances)
             folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)
         except QuestionError as refused:
             found = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
@@ -79,26 +92,62 @@ def on_rubber(
         over = folds[-1].release / folds[-1].release_whirl
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
-    released = parted(
-        ball, receptance, resonances, folds, group.count, ON_RUBBER + _beyond(soft, row, total, folds, over)
-    )
+    how = ON_RUBBER + ("" if soft.sliding.isotropic else TURN) + _beyond(soft, row, total, folds, over)
+    released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
         return (released,)
+    if not soft.sliding.isotropic:
+        return released, Border(CAPTURE, math.nan, UNCAUGHT, False)
     caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
     reason = PASS if math.isnan(released.speed) else STEADY
     return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
 
 
-def whirl_receptance(soft: Softened, row: Floats, total: float, over: float = 1.0) -> Receptance:
-    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s."""
+def whirl_receptance(
+    soft: Softened, row: Floats, total: float, over: float = 1.0, resonances: Sequence[float] = (1.0,)
+) -> Receptance:
+    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s.
+
+    Where x and y differ that of the forward circle, between half the lowest and ten times the highest of the ``resonances``.
+    """
+    if _motion(soft, row, total, np.array([resonances[0]]), over)[0] is None:
+        return _in_ellipses(soft, row, total, over, resonances)
 
     def receptance(whirl: Floats) -> Complexes:
         v = np.atleast_1d(np.asarray(whirl, dtype=float))
-        size = total * v**2
-        found = soft.steady(v, np.outer(size, row).astype(np.complex128), "release speed", over=over)
-        return np.asarray(found.motion @ row / size)
+        found = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
+        return np.asarray(found.motion @ row / (total * v**2))
 
     return receptance
+
+
+def _in_ellipses(soft: Softened, row: Floats, total: float, over: float, resonances: Sequence[float]) -> Receptance:
+    from scipy.interpolate import CubicSpline
+
+    low, high = math.log(min(resonances)), math.log(max(resonances))
+    near, far = np.arange(low - NEAR, high + NEAR, FINE), np.arange(low + BELOW, high + ABOVE, COARSE)
+    log = np.concatenate([far[far < near[0] - 0.5 * COARSE], near, far[far > near[-1] + 0.5 * COARSE]])
+    v = np.exp(log)
+    motion, n = _ellipses(soft, row, total, v, over).motion, soft.sliding.pairs
+    spline = CubicSpline(log, 0.5 * (motion[:, :n] @ row + 1j * motion[:, n : 2 * n] @ row) / (total * v**2))
+
+    def receptance(whirl: Floats) -> Complexes:
+        return np.asarray(spline(np.log(np.atleast_1d(np.asarray(whirl, dtype=float)))), np.complex128)
+
+    return receptance
+
+
+def _ellipses(soft: Softened, row: Floats, total: float, v: Floats, over: float) -> Ellipses:
+    load = np.concatenate([row, -1j * row, np.zeros(soft.sliding.size - 2 * row.size)])
+    return ellipses(soft, v, np.outer(total * v**2, load), "release speed", over=over)
+
+
+def _motion(
+    soft: Softened, row: Floats, total: float, v: Floats, over: float
+) -> tuple[Complexes | None, Floats | None]:
+    """Motion in circles and amplitudes of the rubber; none in ellipses."""
+    found = soft.circles(v, np.outer(total * v**2, row).astype(np.complex128), over=over)
+    return (None, None) if found is None else (found.motion, found.amplitude)
 
 
 def _resonances(soft: Softened) -> list[float]:
@@ -119,8 +168,7 @@ def _beyond(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, 
     if not folds:
         return ""
     v = np.array([folds[-1].release_whirl])
-    steady = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
-    sizes = [
-        float(size) for size, law in zip(steady.amplitude[0], soft.laws, strict=True) if size > law.largest_amplitude
-    ]
+    size = _motion(soft, row, total, v, over)[1]
+    size = _ellipses(soft, row, total, v, over).amplitude if size is None else size
+    sizes = [float(one) for one, law in zip(size[0], soft.laws, strict=True) if one > law.largest_amplitude]
     return f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
