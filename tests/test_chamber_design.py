@@ -53,6 +53,10 @@ def test_an_interrupted_search_goes_on_with_what_is_in_the_archive(tmp_path: Pat
     assert told[-1][0] == told[-1][1] == len(told) == len(list(tmp_path.glob("*/run.json")))
     for name in whole.variables:
         assert whole[name].identical(resumed[name]), name
+    other = searched(archive=tmp_path, last=0.04, finalists=1)
+    assert not np.array_equal(other["short_left"], whole["short_left"], equal_nan=True), (
+        "other steady states are other runs"
+    )
 
 
 def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine() -> None:

@@ -76,7 +76,7 @@ def design_sensitivity(
 
     def one(job: tuple[Candidate, float, int]) -> dict[str, float]:
         changed, unbalance, seed = job
-        name = f"{changed.name}-u{unbalance:g}-t{duration:g}-s{seed}"
+        name = changed.run_name(unbalance, duration, last, seed)
         how = {"duration": duration, "sample": 1e-3, "step": None, "seed": seed, "last": last}
         try:
             made = machine_of(machine, changed, unbalance)

@@ -59,9 +59,13 @@ class Candidate:
         between = "" if math.isnan(self.ball_friction) else f" ({self.ball_friction:g} between balls)"
         return f"{self.balls} × {1e3 * self.diameter:.3g} mm, friction {self.friction:g}{between}{fluid}"
 
+    def run_name(self, unbalance: float, duration: float, last: float, seed: int) -> str:
+        """Of a run in an archive: all on which its measures depend."""
+        return f"{self.name}-u{unbalance:g}-t{duration:g}-l{last:g}-s{seed}"
+
     @property
     def name(self) -> str:
-        """Of its runs in an archive."""
+        """The first part of the names of its runs in an archive."""
         fluid = f"-v{self.viscosity:g}-d{self.fluid_density:g}-f{self.fill:g}" if self.viscosity >= 0.0 else ""
         between = "" if math.isnan(self.ball_friction) else f"-b{self.ball_friction:g}"
         return f"n{self.balls}-{1e3 * self.diameter:.6g}mm-{self.density:g}-mu{self.friction:g}{between}{fluid}"

@@ -104,7 +104,7 @@ def design(
     designs = bounded(machine, all_candidates(machine, candidates), told, asked)
     if all(one.reason for one in designs):
         raise QuestionError(_none_left(designs))
-    screened(designs, told, asked)
+    screened(designs, asked)
     return designs_dataset(machine, designs, told, asked)
 
 

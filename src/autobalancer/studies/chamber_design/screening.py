@@ -110,7 +110,7 @@ def rounds(alive: int, finalists: int, fillings: int) -> list[tuple[int, int]]:
     return found
 
 
-def screened(designs: Sequence[Design], limits: dict[str, float], asked: Question) -> None:
+def screened(designs: Sequence[Design], asked: Question) -> None:
     """Short runs of what the closed forms left, then full runs of the few best; the designs keep what was found."""
     alive = [design for design in designs if not design.reason]
     plan = rounds(len(alive), asked.finalists, asked.fillings)
@@ -145,7 +145,7 @@ def _run(
     def one(job: tuple[Design, float, int]) -> dict[str, Any]:
         design, size, seed = job
         machine, last = design.machines[size], min(asked.last, 0.5 * duration)
-        name = f"{design.candidate.name}-u{size:g}-t{duration:g}-s{seed}"
+        name = design.candidate.run_name(size, duration, last, seed)
         how = {"duration": duration, "sample": 1e-3, "step": None, "seed": seed, "last": last}
         try:
             row = measured_run(asked.archive, name, machine, {"unbalance": size}, **how)
