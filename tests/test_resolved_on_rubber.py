@@ -42,12 +42,14 @@ def loose(speed: float) -> Machine:
     return machine
 
 
-@pytest.mark.parametrize("speed", [0.0, 60.0])
-def test_energy_is_kept_to_1e_9_if_all_that_rubber_and_balls_lose_is_counted(speed: float) -> None:
+@pytest.mark.parametrize(
+    ("speed", "tolerance"), [(0.0, 1e-13), (60.0, 1e-11)]
+)  # the spin has 2000 times the energy of the rest
+def test_energy_is_kept_to_1e_9_if_all_that_rubber_and_balls_lose_is_counted(speed: float, tolerance: float) -> None:
     motion = RigEnergy(loose(speed))
-    stored, lost = motion.run(np.linspace(0.0, 0.1, 6), 1e-12)
+    stored, lost = motion.run(np.linspace(0.0, 0.06, 4), tolerance)
     np.testing.assert_allclose(stored + lost, stored[0], rtol=1e-9)
-    assert lost[-1] > 0.015  # J; without the spin there are 0.03 at the start
+    assert lost[-1] > 0.01  # J; without the spin there are 0.03 at the start
     assert np.diff(lost).min() > 0.0
 
 

@@ -70,7 +70,8 @@ class RigEnergy:
             place, u = complex(own[at.BALL_X], own[at.BALL_Y]), complex(own[at.BALL_VX], own[at.BALL_VY])
             velocity = station + turn * (u + 1j * w * place)
             total += 0.5 * row.mass * abs(velocity) ** 2 + 0.5 * row.extra * abs(u) ** 2
-            total += 0.5 * ball.own_inertia * (own[at.BALL_SPIN] + w) ** 2
+            spins = (own[at.BALL_SPIN] + w) ** 2 + own[at.TUMBLE_X] ** 2 + own[at.TUMBLE_Y] ** 2
+            total += 0.5 * ball.own_inertia * spins
             outer, inner = abs(place) - row.orbit, row.orbit - row.gap - abs(place)
             total += 0.4 * (row.wall_stiffness * max(outer, 0.0) ** 2.5 + row.inner_stiffness * max(inner, 0.0) ** 2.5)
             total += 0.5 * row.hold_stiffness * own[at.HOLD] ** 2
@@ -95,7 +96,8 @@ class RigEnergy:
         out, along = (vx * x + vz * z) / away, (vz * x - vx * z) / away
         total = row.viscous * (vx * vx + vz * vz)
         outer, inner = away - row.orbit, row.orbit - row.gap - away
-        pressed = 0.0
+        tx, ty = float(own[at.TUMBLE_X]), float(own[at.TUMBLE_Y])
+        pressed, climb = 0.0, row.floor_arm * (tx * z - ty * x) / away
         for deep, rate, turned in ((outer, out, 1.0), (inner, -out, -1.0)):
             if deep <= 0.0:
                 continue
@@ -104,14 +106,16 @@ class RigEnergy:
                 stiffness, damping = row.inner_stiffness, row.inner_damping
             spring = stiffness * deep**1.5
             push = max(spring + damping * deep**0.25 * rate, 0.0)
-            slip = along + turned * row.radius * spin
+            slip = float(np.hypot(along + turned * row.radius * spin, climb))
             total += (push - spring) * rate + push * row.sliding * np.tanh(slip / row.slip_speed) * slip
             pressed += push
         total += row.rolling_arm * pressed * np.tanh(row.radius * spin / row.rest_speed) * spin
         left = row.weight - row.sliding * pressed
         if row.floor > 0.0 and left > 0.0:
-            fast = float(np.hypot(vx, vz))
+            fast = float(np.hypot(vx - row.floor_arm * ty, vz + row.floor_arm * tx))
             total += left * row.floor * np.tanh(fast / row.slip_speed) * fast
+            turning = float(np.hypot(tx, ty))
+            total += row.rolling_arm * left * np.tanh(row.radius * turning / row.rest_speed) * turning
         return float(total)
 
     def run(self, times: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
