@@ -68,3 +68,42 @@ figure = ab.plot.response(ab.rotor.response(machine, "8 Hz:12 Hz:200", unbalance
 for amplitude in ("1 um", "0.1 mm", "0.5 mm"):
     mode = ab.rotor.modes(machine, rubber_amplitude=amplitude).isel(mode=0)
     print(f"{amplitude}: {float(mode['frequency']) / HERTZ:.2f} Hz, decay {float(mode['decay_rate']):.2f} 1/s")
+
+# %%
+# On supports that differ along x and y the rubber moves in ellipses. Each element is then integrated over a period, and its first
+# harmonic counts; the third, which is left out, is estimated. Here springs stand beside the same rubber, much stiffer along y:
+# two resonances, and backward whirl between them.
+
+half = {
+    "stiffness": 0.5 * given.stiffness,
+    "damping": 0.5 * given.damping,
+    "friction": {
+        "breakaway_amplitude": list(given.friction.breakaway_amplitude),
+        "stiffness": [0.5 * one for one in given.friction.stiffness],
+    },
+}
+uneven = ab.machine.Machine(
+    name="springs beside the rubber",
+    axis="vertical",
+    rotor={
+        "kind": "rigid",
+        "mass": MASS,
+        "transverse_inertia": 0.3,
+        "polar_inertia": 0.05,
+        "supports": [
+            {"position": -0.1, "rubber": half},
+            {"position": 0.1, "rubber": half},
+            {"position": 0.0, "stiffness": [2e3, 20e3]},
+        ],
+    },
+    stations=[{"name": "middle", "position": 0.0}],
+    unbalances=[{"moment": 594e-6, "station": "middle"}],
+    drive={"kind": "speed", "profile": {"kind": "constant", "speed": 60.0}},
+)
+found = ab.rotor.response(uneven, "7 Hz:15 Hz:81", smooth=True)
+figure = ab.plot.response(found, speed_unit="Hz")
+left_out = float((found["rubber_third_harmonic"] / found["rubber_amplitude"]).max())
+print(f"third harmonic of the deflection: at most {100.0 * left_out:.2f} %")
+for motion in ("line", "circle", "ellipse"):
+    mode = ab.rotor.modes(uneven, "100 rad/s", rubber_amplitude="0.2 mm", motion=motion)
+    print(motion, [f"{value / HERTZ:.2f} Hz" for value in mode["frequency"].values])

@@ -117,14 +117,20 @@ def left_out(attrs: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def rubber_remarks(attrs: Mapping[str, Any]) -> tuple[str, ...]:
-    """Where rubber moves farther than its elements."""
-    beyond = attrs.get("rubber_beyond_its_elements", ())
-    if not len(beyond):
-        return ()
-    return (
-        f"rubber of {', '.join(beyond)}: moves farther than its largest breakaway amplitude; its loss force no longer grows "
-        "there, as that of real rubber probably does. Give it a further element",
-    )
+    """Where rubber moves farther than its elements, and what its first harmonic leaves out."""
+    beyond, third = attrs.get("rubber_beyond_its_elements", ()), attrs.get("rubber_third_harmonic", 0.0)
+    found = []
+    if third > 0.0:
+        found.append(
+            "rubber in ellipses: first harmonic of its force; the third, left out, would move it by "
+            f"{100.0 * third:.2g} % at most"
+        )
+    if len(beyond):
+        found.append(
+            f"rubber of {', '.join(beyond)}: moves farther than its largest breakaway amplitude; its loss force no longer grows "
+            "there, as that of real rubber probably does. Give it a further element"
+        )
+    return tuple(found)
 
 
 class ResponsePeaks(Answer):

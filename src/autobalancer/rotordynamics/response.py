@@ -120,7 +120,7 @@ def amplitudes(
 ) -> tuple[Complexes, Complexes]:
     """Complex amplitudes of the displacement along x and y, each (S, places)."""
     if soft is not None:
-        return seen_at(steadily(soft, speeds, load.load, "response"), model, places)
+        return seen_at(steadily(soft, speeds, load.load, "response", twice=False), model, places)
     n = model.pairs
     size = n if model.isotropic else model.size
     x, y = np.empty((2, speeds.size, places.deflection.shape[0]), np.complex128)

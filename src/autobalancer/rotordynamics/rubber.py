@@ -24,6 +24,7 @@ PASSES, SAME, NEAR = (
     1e-12,
     1e-6,
 )  # of a mode stiffened by its own amplitude, and relative changes: none, and accepted
+ROUND = 1e-6  # of an ellipse that counts as a circle
 UNMOVED = 1e-9  # of the largest coordinate
 
 
@@ -76,6 +77,9 @@ def add_rubber(found: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
         if size > law.largest_amplitude
     ]
     found.attrs["rubber_beyond_its_elements"] = beyond
+    apart = np.abs(steady.minor) < (1.0 - ROUND) * steady.amplitude
+    if apart.any() and not np.isnan(steady.third).any():
+        found.attrs["rubber_third_harmonic"] = float((steady.third / steady.amplitude).max())
 
 
 def at_amplitude(soft: Softened, speed: float, start: FreeMotions, amplitude: float, motion: ModeMotion) -> FreeMotions:

@@ -70,8 +70,10 @@ class Ellipses:
         return np.asarray(self.forces @ FROM_CIRCLES.T)
 
 
-def steadily(soft: Softened, speeds: Floats, load: Complexes, owner: str) -> Ellipses:
+def steadily(soft: Softened, speeds: Floats, load: Complexes, owner: str, *, twice: bool = True) -> Ellipses:
     """Motion under an unbalance ``load`` (pairs,), kg m: in circles where the machine is alike along x and y, else in ellipses.
+
+    ``twice``: see :func:`ellipses`.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def steadily(soft: Softened, speeds: Floats, load: Complexes, owner: str) -> Ell
     found = soft.circles(speeds, square * load)
     rest = np.zeros(soft.sliding.size - 2 * n)
     if found is None:
-        return ellipses(soft, speeds, square * np.concatenate([load, -1j * load, rest]), owner)
+        return ellipses(soft, speeds, square * np.concatenate([load, -1j * load, rest]), owner, twice=twice)
     motion: Complexes = np.hstack([found.motion, -1j * found.motion, np.zeros((speeds.size, rest.size))])
     circles = seen(soft, motion)
     plain = plain_stiffness(soft, speeds)
@@ -101,8 +103,12 @@ def plain_stiffness(soft: Softened, speeds: Floats) -> Complexes:
     return np.array([law.elastic for law in soft.laws]) + 1j * np.outer(speeds, [law.viscous for law in soft.laws])
 
 
-def ellipses(soft: Softened, speeds: Floats, force: Complexes, owner: str, *, over: float = 1.0) -> Ellipses:
+def ellipses(
+    soft: Softened, speeds: Floats, force: Complexes, owner: str, *, over: float = 1.0, twice: bool = True
+) -> Ellipses:
     """Steady motion under forces Re(P e^(i v t)), P (S, N), at the ``speeds`` v (S,); the rotor turns ``over`` times as fast.
+
+    It is sought ``twice``, or once only, from the stiffest rubber, where that comes to an end.
 
     Raises
     ------
@@ -111,6 +117,8 @@ def ellipses(soft: Softened, speeds: Floats, force: Complexes, owner: str, *, ov
     """
     problem = _Problem(soft, speeds, force, over)
     stiff, found = problem.solved(problem.linear(1.0))
+    if found.all() and not twice:
+        return problem.answer(stiff)
     loose, other = problem.solved(problem.linear(0.0))
     apart = np.abs(loose - stiff).max(axis=(1, 2)) > SAME * np.abs(stiff).max(axis=(1, 2))
     if (apart & found & other).any():
