@@ -32,6 +32,7 @@ LIMITS = {"vibration": 100e-6, "settling_time": 12.0, "pick_up": 1.0}
 HOW: dict[str, Any] = {"duration": 16.0, "short": 5.0, "last": 1.0, "fillings": 3, "finalists": 3}
 CHANGES = {"unbalance": 0.2, "friction": 0.1}
 BEST, WITHIN = 6.0, 3.0  # um
+DECAYING = f"after 16 s free vibrations of our body still decay; 1 um of it turns with the rotor. {LOST}"
 BALANCED = 0.1  # of the vibration without balls, that turns with the rotor
 
 
@@ -40,23 +41,24 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     designs = table()
     save_picture(ab.plot.chamber_designs(designs, title="Reference machine, 60 000 g mm"), out / "optimal_design.png")
     best = designs.isel(design=int(np.nanargmin(designs["place"].values)))
-    again = ab.measures(ab.simulate(designed_machine(designs), duration=HOW["duration"]), last=HOW["last"])
+    again = ab.measures(ab.simulate(designed_machine(designs), duration=HOW["short"]), last=HOW["last"])
+    turning = max(float(again[f"{direction}_synchronous"]) for direction in ("vertical", "horizontal"))
     good = designs["short_left"].values < BALANCED
     balls, friction = designs["balls"].values, designs["friction"].values
     five = (balls == 5) & (friction == 0.7)
+    rough, smooth = good & (friction == 0.7), good & (friction == 0.5)
     rows = [
         said("the best design has 8 to 50 balls and a friction of 0.5 or more",
              8 <= int(best["balls"]) <= 50 and float(best["friction"]) >= 0.5),
+        said("a short run of the best design, done again, balances it",
+             turning < BALANCED * float(best["vibration_without_balls"])),
         said("5 balls with a friction of 0.7 are among the three best designs",
              bool(np.isfinite(designs["place"].values[five]).any()), LOST),
         said("with 0.7 every number from 8 to 50 balances in short runs with some mass of balls",
-             {8, 12, 20, 30, 50} <= set(balls[good & (friction == 0.7)].tolist()), LOST),
-        said("with 0.7 more designs balance in short runs than with 0.5",
-             int((good & (friction == 0.7)).sum()) > int((good & (friction == 0.5)).sum())),
-        Found("printed", "vertical amplitude of the best design, one filling run again", "um", BEST,
-              1e6 * again["vertical_amplitude"], WITHIN, LOST),
+             {8, 12, 20, 30, 50} <= set(balls[rough].tolist())),
+        said("with 0.7 more designs balance in short runs than with 0.5", int(rough.sum()) > int(smooth.sum())),
         Found("printed", "vibration of the best design, worst of three fillings and both directions", "um", BEST,
-              1e6 * best["worst_vibration"], WITHIN, LOST),
+              1e6 * best["worst_vibration"], WITHIN, DECAYING),
     ]  # fmt: skip
     return compared_all("Pakuła 2021", "section 5", rows)
 
