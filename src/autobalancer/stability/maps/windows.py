@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from autobalancer.units import argument, optional_argument, unbalance_argument
 
 MARGIN = 1e-12  # a growth rate above -MARGIN times the critical speed is not stable, but marginal
 
+EXACT = 1e-12  # of its speed, to which an end of stability is found
 MANY = 4  # critical speeds; more share no finer grid
 
 Window = tuple[float, float]
@@ -105,6 +107,7 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
     if np.isnan(rates).all():
         return [], why_no_state(p)
 
+    @cache
     def rate(speed: float) -> float:
         return float(state.rates(np.array([speed]))[0]) + margin
 
@@ -173,9 +176,9 @@ def _edge(rate: Callable[[float], float], ends: Window, values: tuple[float, flo
         if rate(ends[0]) * rate(ends[1]) >= 0.0:
             return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
         with suppress(ValueError):  # it has no value somewhere between the ends
-            return float(brentq(rate, *ends, xtol=1e-12 * ends[1], rtol=1e-13))
+            return float(brentq(rate, *ends, xtol=EXACT * ends[1], rtol=1e-13))
     stable, other = ends if values[0] < 0.0 else ends[::-1]
-    for _ in range(50):
+    while abs(other - stable) > EXACT * ends[1]:
         middle = 0.5 * (stable + other)
         stable, other = (middle, other) if rate(middle) < 0.0 else (stable, middle)
     return float(stable)

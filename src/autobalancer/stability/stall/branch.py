@@ -13,13 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.stall.linear import growth, past, together
 from autobalancer.stability.stall.newton import SPEED_SCALE, Point, corrected, state_at
 from autobalancer.stability.stall.states import Balance, States
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a radian, or e of the slip
 STRAIGHT = 0.98  # cosine between neighboring tangents
-STEPS = 400
+STEPS, AT_ONCE = 400, 8  # at most; points that are tested together
 LOST = "lost"  # a branch that could not be followed to its end
 SHARP = 1e-5  # of a step, to which a fold is found, so that its speed has twice the digits
 NEAR = 0.02  # of a step
@@ -53,7 +54,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     if here is None:
         return Leaving(state, LOST)
     here = here if sign * here.along[-1] > 0.0 else Point(here.x, -here.along)
-    goal, step = SPEED_SCALE * math.log(until), FIRST
+    goal, step, path = SPEED_SCALE * math.log(until), FIRST, [here]
     for _ in range(STEPS):
         rest = (goal - here.x[-1]) / here.along[-1]
         last = 0.0 < rest <= step
@@ -61,32 +62,45 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
         if there is None or here.along @ there.along < STRAIGHT:
             step *= 0.4
             if step < SHORTEST:
-                return Leaving(state_at(here.x), LOST)
+                break
             continue
         if not last and sign * (there.x[-1] - goal) > 0.0:  # gone beyond it
             share = (goal - here.x[-1]) / (there.x[-1] - here.x[-1])
             last, at = True, corrected(balance, here.x + share * (there.x - here.x), here.along, same_speed=True)
             there = there if at is None else at
-        broken = [cause for cause in causes if not _test(balance, there, sign, cause) > 0.0]
-        if broken:
-            shares = {cause: _share(balance, here, there, sign, cause) for cause in broken}
-            # at a fold an eigenvalue is zero, too
-            first = min(broken, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0))
-            return Leaving(state_at(_between(balance, here, there, shares[first]).x), first)
-        if last:
-            return Leaving(state_at(there.x), "")
+        path.append(there)
+        folded = "fold" in causes and not sign * there.along[-1] > 0.0
+        if folded or last or len(path) > AT_ONCE:
+            leaving = _left(balance, path, sign, causes)
+            if leaving is not None or last:
+                return Leaving(state_at(there.x), "") if leaving is None else leaving
+            path = [there]
         here, step = there, min(1.6 * step, LONGEST)
-    return Leaving(state_at(here.x), LOST)
+    leaving = _left(balance, path, sign, causes) if len(path) > 1 else None
+    return Leaving(state_at(here.x), LOST) if leaving is None else leaving
 
 
-def _test(balance: Balance, point: Point, sign: float, cause: str) -> float:
-    """Above zero while balls stay."""
-    state = state_at(point.x)
+def _left(balance: Balance, path: list[Point], sign: float, causes: tuple[str, ...]) -> Leaving | None:
+    """Where balls leave first between neighboring points of a path, none if they stay; all points are tested at once."""
+    stays = np.array([_tests(balance, path[1:], sign, cause) > 0.0 for cause in causes])
+    if stays.all():
+        return None
+    k = int(np.flatnonzero(~stays.all(axis=0))[0])
+    here, there = path[k], path[k + 1]
+    shares = {cause: _share(balance, here, there, sign, cause) for i, cause in enumerate(causes) if not stays[i, k]}
+    # at a fold an eigenvalue is zero, too
+    first = min(shares, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0))
+    return Leaving(state_at(_between(balance, here, there, shares[first]).x), first)
+
+
+def _tests(balance: Balance, points: list[Point], sign: float, cause: str) -> Floats:
+    """Above zero at each point where balls stay."""
     if cause == "fold":
-        return sign * float(point.along[-1])
+        return sign * np.array([point.along[-1] for point in points])
+    states = state_at(np.array([point.x for point in points]))
     if cause == "swinging":
-        return -float(growth(balance, state)[0])
-    return float((together if cause == "parting" else past)(balance, state)[0])
+        return -growth(balance, states)
+    return (together if cause == "parting" else past)(balance, states)
 
 
 def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str) -> float:
@@ -94,7 +108,7 @@ def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str)
     from scipy.optimize import brentq
 
     def value(share: float) -> float:
-        return _test(balance, _between(balance, here, there, share), sign, cause)
+        return float(_tests(balance, [_between(balance, here, there, share)], sign, cause)[0])
 
     try:
         return float(brentq(value, 0.0, 1.0, xtol=SHARP if cause == "fold" else SHARP**2))

@@ -55,8 +55,9 @@ def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = Fals
 
 
 def state_at(x: Floats) -> States:
-    """The state of a point."""
-    return States(np.exp(x[-1:] / SPEED_SCALE), x[None, :-1])
+    """The state of a point (G + 1,), or those of several, (n, G + 1)."""
+    x = np.atleast_2d(x)
+    return States(np.exp(x[:, -1] / SPEED_SCALE), x[:, :-1])
 
 
 def _over_speed(balance: Balance, x: Floats) -> Floats:
