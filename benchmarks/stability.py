@@ -20,7 +20,7 @@ from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.balanced_stations import StationBalls
 from autobalancer.stability.states.planar import equilibria_of
-from benchmarks import compared, measured, seconds
+from benchmarks import compared, measured, processor_seconds, seconds
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
 SMALL, LARGE, UNEVEN = (250, 80), (1000, 1000), (21, 11)  # speeds, viscosities
@@ -39,6 +39,7 @@ def bench() -> list[dict[str, Any]]:
     note = f"{points} points, growth rates equal to {worst:.1g} 1/s"
     return [
         *orthotropic(machine),
+        *orthotropic_rotors(),
         compared("stability_map_vs_numpy", small, "numpy.linalg.eigvals in a loop", peer, note=note),
         measured("stability_map_points_per_s", LARGE[0] * LARGE[1] / large, "1/s", note="10^6 points, all cores"),
     ]
@@ -75,6 +76,22 @@ def orthotropic(machine: Machine) -> list[dict[str, Any]]:
         ),
         measured("orthotropic_map_over_unbalance_s", over_unbalance, "s", note=f"{points} points and all borders"),
     ]
+
+
+def orthotropic_rotors() -> list[dict[str, Any]]:
+    """Maps with all borders where no formula helps: a race off the axis, and a rotor that tilts in two planes."""
+    eccentric = with_value_at(ab.example("eccentric_race"), "rotor.stiffness", ("40 kN/m", "50 kN/m"))
+    rows = []
+    for name, machine, speeds, text in (
+        ("orthotropic_eccentric_race_map_s", eccentric, (50.0, 180.0), "a race off the axis"),
+        ("rodrigues_rig_map_s", ab.catalog.rig("rodrigues_rig"), (120.0, 600.0), "a rotor that tilts in two planes"),
+    ):
+        drag = float(machine.balancers[0].races[0].drag.beta)
+        grid = {"speed": np.linspace(*speeds, UNEVEN[0]), "drag": drag * np.geomspace(0.2, 5.0, UNEVEN[1])}
+        time = processor_seconds(lambda machine=machine, grid=grid: ab.stability.map(machine, grid))
+        note = f"{UNEVEN[0] * UNEVEN[1]} points and all borders, {text}; time of all processors"
+        rows.append(measured(name, time, "s", note=note))
+    return rows
 
 
 def axes(shape: tuple[int, int]) -> dict[str, Any]:
