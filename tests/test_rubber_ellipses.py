@@ -251,3 +251,9 @@ def test_release_in_ellipses_on_rubber_that_hardly_softens_is_that_of_plain_spri
     assert "mean torque of a turn" in soft.note
     assert soft.speed == pytest.approx(plain.speed, rel=1e-4)
     assert not caught.known
+
+
+def test_check_of_a_rotor_without_balls_has_the_vibration_of_its_response() -> None:
+    one = machine((2e3, 2e4))
+    size = float(ab.rotor.response(one, 60.0, "middle")["semi_major"].item())
+    assert f"vibration middle: {1e6 * size:.3g} µm" in str(ab.check(one))

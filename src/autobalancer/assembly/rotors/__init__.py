@@ -134,7 +134,7 @@ def with_ball_mass(machine: Machine, model: LateralModel) -> LateralModel:
 
 def rows_matrix(rows: list[Rows]) -> Matrix:
     """Deflection rows one above the other, (P, pairs)."""
-    return np.array([row.deflection for row in rows]).reshape(len(rows), -1)
+    return np.array([row.deflection for row in rows]).reshape(len(rows), -1 if rows else 0)
 
 
 for _file in iter_modules(__path__):  # a kind of rotor registers its matrices when its file is imported
