@@ -151,6 +151,18 @@ def test_so_little_friction_lifts_no_ball_of_a_calm_machine() -> None:
         assert float(ab.measures(ab.simulate(machine, duration=1.5), last=0.3)["share_carried"]) == 0.0
 
 
+def test_a_liquid_that_turns_with_the_chamber_lifts_balls_without_friction() -> None:
+    """The closed form asks for no friction then; dry balls stay at the bottom, wet ones all go around."""
+    group = {"count": 6, "density": 7800.0, "total_mass": 1.0}
+    contact = small_machine().contact.model_dump() | {"friction": 0.1}
+    machine = small_machine(chambers=[{"radius": 0.1, "depth": 0.2, "balls": [group]}], contact=contact)
+    shelf = {"viscosity": "0,0.01 Pa*s", "fluid_density": [900.0], "fill": [0.6]}
+    found = ab.chamber.design(machine, shelf, duration=2.0, last=0.4, fillings=1)
+    assert found["least_friction"].values == pytest.approx([0.6033, 0.0], abs=1e-4)
+    assert found["pick_up"].values.tolist() == [0.0, 1.0]
+    assert ab.chamber.designed_machine(found).chambers[0].square_drag > 0.0
+
+
 def test_a_fluid_must_cover_the_balls_and_leave_room_for_them() -> None:
     machine = small_machine()
     radius = machine.chambers[0].balls[0].radius
