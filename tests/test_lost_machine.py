@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from reproductions.pakula2021.lost import runs
 from reproductions.pakula2021.lost.candidate import Candidate
 from reproductions.pakula2021.lost.closed import (
     filled,
@@ -19,6 +21,7 @@ from reproductions.pakula2021.lost.closed import (
 from reproductions.pakula2021.lost.drum import angle, one_ball, slip
 from reproductions.pakula2021.lost.runs import Cell, Kept
 from reproductions.pakula2021.lost.scores import interval, log_chance, over_counts
+from reproductions.pakula2021.lost.search import RUNGS, Searched
 from reproductions.pakula2021.lost.statements import contradictions, read
 from reproductions.pakula2021.lost.tables import candidates, entries
 from scipy.integrate import solve_ivp
@@ -194,3 +197,29 @@ def test_the_fitted_sample_is_the_machine_of_the_table_and_every_statement_is_ju
     for entry in entries():
         assert 0.0 < entry.chance <= 1.0
         assert entry.runs == 0 or 0.0 <= entry.low < entry.high <= 1.0
+
+
+def test_a_search_goes_on_where_it_was_stopped_and_only_better_machines_climb(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[float] = []
+
+    def found(
+        candidate: Candidate, cell: Cell, seed: int, *, whole: bool = False, soft: bool = False
+    ) -> dict[str, Any]:
+        asked.append(candidate.unbalance)
+        right = (cell.balls > 7 if cell.layers == "deep" else cell.balls > 2) and cell.friction != 0.3
+        numbers = {"amplitude": 6e-6, "synchronous": 6e-6, "settled": 8.6} if whole else {}
+        return {"share": float(right and candidate.unbalance < 0.1), "whole": whole, "soft": soft, **numbers}
+
+    monkeypatch.setattr(runs, "run", found)
+    good, bad = Candidate(unbalance=0.08), Candidate(unbalance=0.12)
+    first = Searched(tmp_path)
+    assert len(first.climb(good)) == len(RUNGS)
+    assert len(first.climb(bad)) == 1  # fewer of its balls go around
+    done, asked[:] = len(asked), []
+    again = Searched(tmp_path)
+    assert again.best() == [good, bad]
+    again.climb(good)
+    assert done > 50
+    assert asked == []

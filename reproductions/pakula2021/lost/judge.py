@@ -1,7 +1,7 @@
 """The machines of the table, judged by all statements: runs with the modulus of steel, in several fillings.
 
 ``python -m reproductions.pakula2021.lost.judge [--folder DIR] [--seconds S]``: run what is missing, so many seconds at most, and
-write the tables of candidates and of judged statements from all runs that there are.
+write the tables of candidates, of judged statements and of all that was searched, from the runs that there are.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from pathlib import Path
 from reproductions.pakula2021.lost.candidate import B2, A, B, Candidate
 from reproductions.pakula2021.lost.runs import Cell, Kept, key_of
 from reproductions.pakula2021.lost.scores import score
-from reproductions.pakula2021.lost.search import MORE, MUST, MUST_NOT, SAVED, WHOLE
+from reproductions.pakula2021.lost.search import MORE, MUST, MUST_NOT, SAVED, WHOLE, Searched
 from reproductions.pakula2021.lost.statements import read
-from reproductions.pakula2021.lost.tables import JUDGED, MACHINES, judged, write
+from reproductions.pakula2021.lost.tables import JUDGED, MACHINES, SEARCHED, judged, write
 
 WIDER = replace(B2, radius=0.118)  # from here on seven balls stay with 0.5
 NAMED = {"A": A, "B": B, "fitted": B2, "wider": WIDER}
@@ -58,6 +58,11 @@ def judge(folder: Path, seconds: float) -> int:
 
         entries += [entry._asdict() for entry in judged(name, statements, candidate, held)]
         machines.append({"machine": name, **candidate.as_dict(), "score": score(statements, candidate, held)})
+    searched = Searched(folder)
+    order = sorted(searched.candidates, key=lambda key: (searched.rung[key], searched.score[key]), reverse=True)
+    if order:
+        rows = [(searched.rung[key], searched.score[key], searched.candidates[key].as_dict()) for key in order]
+        write(SEARCHED, [{"rung": rung, "score": value, **numbers} for rung, value, numbers in rows])
     write(JUDGED, entries)
     write(MACHINES, machines)
     return missing

@@ -13,8 +13,8 @@ from reproductions.pakula2021.lost.scores import Held, agreeing, interval, log_c
 from reproductions.pakula2021.lost.statements import Statement
 
 DATA = Path(__file__).parents[1] / "data"
-MACHINES, JUDGED, SENSITIVITY = (
-    DATA / f"lost_machine_{name}.csv" for name in ("candidates", "statements", "sensitivity")
+MACHINES, JUDGED, SENSITIVITY, SEARCHED = (
+    DATA / f"lost_machine_{name}.csv" for name in ("candidates", "statements", "sensitivity", "searched")
 )
 
 
