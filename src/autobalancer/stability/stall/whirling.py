@@ -8,6 +8,7 @@ H = (H_xx + H_yy + i (H_yx - H_xy))/2; the backward one turns against the balls 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,15 @@ class AllModes:
         return AllModes(self.pole[speeds], self.right[speeds], self.left[speeds])
 
 
+Known = tuple[Complexes, Complexes, Complexes]
+
+
+@lru_cache(maxsize=8)
+def _remembered(isotropic: bool, pairs: int, numbers: bytes) -> dict[float, Known]:
+    """Modes by the speed, of the last few rotors: rows of a map often differ in their drag only."""
+    return {}
+
+
 class Whirling:
     """Answers of a rotor at its stations; remembers the modes of speeds that were asked."""
 
@@ -51,8 +61,9 @@ class Whirling:
         self.st = st
         self._fixed = model.speeds.size == 1 and not model.gyroscopic.any()
         self._modes: dict[float, ForwardModes] = {}
-        self._all: dict[float, tuple[Complexes, Complexes, Complexes]] = {}
         self._mass, self._turning = self._seen(model.mass), self._seen(model.gyroscopic)
+        numbers = (model.mass, model.gyroscopic, model.speeds, model.damping, model.stiffness, st.rows)
+        self._all = _remembered(st.isotropic, model.pairs, b"".join(part.tobytes() for part in numbers))
         self._lightness = np.linalg.inv(self._mass)
         self._held = self._at(0.0)
         if st.isotropic:
@@ -119,13 +130,13 @@ class Whirling:
         found = [self._known(float(speed)) for speed in speeds]
         return AllModes(*(np.stack(parts) for parts in zip(*found, strict=True)))
 
-    def _known(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+    def _known(self, speed: float) -> Known:
         key = 0.0 if self._fixed else speed
         if key not in self._all:
             self._all[key] = self._decomposed(key)
         return self._all[key]
 
-    def _decomposed(self, speed: float) -> tuple[Complexes, Complexes, Complexes]:
+    def _decomposed(self, speed: float) -> Known:
         """Poles (K,), and what the stations see and feel of them, (K, P)."""
         damping, stiffness = self._at(speed)
         n = self._mass.shape[0]
