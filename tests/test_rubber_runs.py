@@ -180,23 +180,29 @@ def test_every_kind_of_rotor_moves_alike_on_the_same_rubber(name: str) -> None:
         np.testing.assert_allclose(force, one[f"support_force_{axis}"].sum("support"), rtol=0.0, atol=atol)
 
 
-@pytest.mark.parametrize("name", ["planar", "rigid", "three bushings"])
+@pytest.mark.parametrize("name", ["planar", "rigid", "three bushings", "uneven"])
 def test_the_vibration_without_balls_is_that_of_a_run_with_the_balls_held(name: str) -> None:
     balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
     race = {"orbit_radius": 0.08, "eccentricity": 1e-3, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
     planar = machine(described(), speed=SPEED, moment=UNBALANCE, balancers=[{"races": [race]}])
     data = planar.model_dump(exclude_unset=True)
-    given = planar if name == "planar" else Machine(**{**data, "rotor": others()[name]})
-    held = ab.simulate(given, duration=10.0, hold_balls=True, save=ab.LastRevolutions(count=1, per_revolution=8))
+    uneven = others()["rigid"]
+    uneven["supports"].append({"position": 0.05, "stiffness": [1e3, 5e3]})  # in ellipses
+    given = planar if name == "planar" else Machine(**{**data, "rotor": {**others(), "uneven": uneven}[name]})
+    held = ab.simulate(given, duration=10.0, hold_balls=True, save=ab.LastRevolutions(count=1, per_revolution=128))
     vibration, force = without_balancing(places_of(given, assemble(given)), np.inf, SPEED)
-    size = float(np.hypot(held.turn_place_x, held.turn_place_y).isel(place=0).values[-1])
+    size = float(np.hypot(held.turn_place_x, held.turn_place_y).isel(place=0).max())
     assert vibration[0] == pytest.approx(size, rel=2e-3)  # what sticks keeps a little of the force of the run-up
-    pressed = np.hypot(held.turn_support_force_x, held.turn_support_force_y).values[-1]
-    np.testing.assert_allclose(force, pressed, rtol=2e-3)
+    pressed = np.hypot(held.turn_support_force_x, held.turn_support_force_y)
+    pressed = pressed.max([dim for dim in pressed.dims if dim != "support"]).values
+    # in ellipses the force of rubber has a third harmonic, of a thousandth here, which is left out
+    np.testing.assert_allclose(force, pressed, rtol=3e-3 if name == "uneven" else 2e-3)
 
 
-def test_a_verdict_on_rubber_beside_uneven_springs_asks_for_the_run_with_held_balls() -> None:
+def test_a_verdict_on_endochronic_rubber_beside_uneven_springs_asks_for_the_run_with_held_balls() -> None:
     rotor = others()["rigid"]
+    for support in rotor["supports"]:
+        support["rubber"]["friction"]["law"] = "endochronic"
     rotor["supports"].append({"position": 0.05, "stiffness": [1e3, 5e3]})
     balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
     race = {"orbit_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
@@ -205,7 +211,7 @@ def test_a_verdict_on_rubber_beside_uneven_springs_asks_for_the_run_with_held_ba
     )
     run = ab.simulate(Machine(**{**data, "rotor": rotor}), duration=2.0)
     assert "vibration_without_balls" not in run
-    assert "rubber on supports that differ" in ab.verdict(run).because
+    assert "rubber whose steady motion is not known" in ab.verdict(run).because
 
 
 def test_a_run_up_says_that_its_critical_speed_is_of_small_motions_where_the_rubber_softens() -> None:

@@ -202,7 +202,7 @@ def _because(run: xr.Dataset, without: float, unbalance: float, planes: tuple[Pl
         if "vibration_without_balls" in run:
             return "the speed is a critical speed of a rotor without damping"
         return (
-            "the machine has an external excitation, bearings that harden, or rubber on supports that differ along x and y; give "
+            "the machine has an external excitation, bearings that harden, or rubber whose steady motion is not known; give "
             "'held', its run with hold_balls=True"
         )
     if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
