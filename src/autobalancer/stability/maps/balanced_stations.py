@@ -64,6 +64,13 @@ class MostStable(ABC):
                 found.append(self.growth(self.stations, speed, state))
         return min(found, default=math.nan)
 
+    def exists(self, speed: float) -> bool:
+        """Whether there is a balanced state, stable or not."""
+        try:
+            return bool(self.states(speed))
+        except QuestionError:
+            return False
+
     @abstractmethod
     def states(self, speed: float) -> list[StationState]:
         """The balanced states at a speed."""

@@ -116,7 +116,8 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
     windows: list[Window] = []
     start = low if stable[0] else None
     for i in np.flatnonzero(stable[1:] != stable[:-1]):
-        edge = _edge(rate, (speeds[i], speeds[i + 1]), (rates[i], rates[i + 1]))
+        ends, values = (speeds[i], speeds[i + 1]), (rates[i], rates[i + 1])
+        edge = _edge(rate, ends, values, getattr(state, "exists", None))
         if stable[i + 1]:
             start = edge
         else:
@@ -170,18 +171,28 @@ def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]
     return speeds, rates
 
 
-def _edge(rate: Callable[[float], float], ends: Window, values: tuple[float, float]) -> float:
-    """Where stability ends: a root of the growth rate, or the end of the range in which the state exists."""
+def _edge(
+    rate: Callable[[float], float], ends: Window, values: tuple[float, float], exists: Callable[[float], bool] | None
+) -> float:
+    """Where stability ends: a root of the growth rate, or the end of the range in which the state ``exists``."""
     if math.isfinite(values[0]) and math.isfinite(values[1]):
         if rate(ends[0]) * rate(ends[1]) >= 0.0:
             return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
         with suppress(ValueError):  # it has no value somewhere between the ends
             return float(brentq(rate, *ends, xtol=EXACT * ends[1], rtol=1e-13))
     stable, other = ends if values[0] < 0.0 else ends[::-1]
-    while abs(other - stable) > EXACT * ends[1]:
-        middle = 0.5 * (stable + other)
-        stable, other = (middle, other) if rate(middle) < 0.0 else (stable, middle)
-    return float(stable)
+    if exists is not None and rate(last := _halved(exists, stable, other)) < 0.0:  # much less work than the rate
+        return last
+    return _halved(lambda speed: rate(speed) < 0.0, stable, other)
+
+
+def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> float:
+    """The end of the range in which something holds."""
+    smallest = EXACT * max(inside, outside)
+    while abs(outside - inside) > smallest:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return float(inside)
 
 
 def _overlap(one: list[Window], other: list[Window]) -> list[Window]:
