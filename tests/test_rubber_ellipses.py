@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.references.rubber import CHAIN, ELASTIC, MASS, VISCOUS, described
+from tests.test_rubber_response import RACE
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
@@ -251,6 +252,24 @@ def test_release_in_ellipses_on_rubber_that_hardly_softens_is_that_of_plain_spri
     assert "mean torque of a turn" in soft.note
     assert soft.speed == pytest.approx(plain.speed, rel=1e-4)
     assert not caught.known
+
+
+@pytest.mark.slow
+def test_balls_on_slightly_uneven_supports_are_released_in_a_run_where_the_mean_torque_says() -> None:
+    race = {**RACE, "friction": {"rolling_resistance": 0.003}}
+    race["balls"] = [{**race["balls"][0], "start_angles": [0.35, -0.1]}]
+    resting = machine((1e3, 3e3), moment=20e-6, balancers=[{"station": "middle", "races": [race]}])
+    (released,) = ab.stability.borders(resting, only=("release speed",))
+    speeds = [48.0, released.speed - 4.0, released.speed + 1.0]
+    profile = {"kind": "table", "time": [0.0, 15.0, 77.5], "speed": speeds}
+    run = ab.simulate(
+        machine((1e3, 3e3), moment=20e-6, balancers=resting.balancers, drive={"kind": "speed", "profile": profile}),
+        duration=77.5,
+        save=ab.Samples(count=156),
+    )
+    speed = np.interp(run.time.values, profile["time"], speeds)
+    hangs = (run.ball_speed_in_rotor.values < -3.0).all(axis=1)
+    assert speed[hangs].max() == pytest.approx(released.speed, rel=0.01)  # 0.08 rad/s² brings it a little later
 
 
 def test_check_of_a_rotor_without_balls_has_the_vibration_of_its_response() -> None:

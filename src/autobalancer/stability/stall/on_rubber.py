@@ -41,7 +41,7 @@ SEVERAL = (
     "depend on each other; simulate a slow run-up"
 )
 UNCAUGHT = "not computed on softening rubber where x and y differ; simulate a slow run-down"
-TURN = ", mean torque of a turn"
+TURN = ", mean torque of a turn, its pulsation left out"
 NONE_MET = "no resonance is met"
 MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
 FARTHEST = 3.0  # whirl over the highest of these resonances

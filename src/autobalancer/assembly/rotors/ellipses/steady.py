@@ -206,7 +206,8 @@ class _Problem:
             level = np.abs(miss).max(axis=1)
             step = self._shorter(at, u[left], step.reshape(-1, self.count, 2), level, shares)
             u[left] += step
-            last[left] = np.abs(step).max(axis=(1, 2)) / np.abs(u[left]).max(axis=(1, 2))
+            size = np.abs(u[left]).max(axis=(1, 2))
+            last[left] = np.abs(step).max(axis=(1, 2)) / np.where(size > 0.0, size, 1.0)
             left = left[~(last[left] < CLOSE)]
             if not left.size:
                 break
