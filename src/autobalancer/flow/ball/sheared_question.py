@@ -17,7 +17,7 @@ from autobalancer.flow.ball.channel import channel_of
 from autobalancer.flow.ball.forces import ball_forces
 from autobalancer.flow.ball.mesh import Fineness, Floats, expect
 from autobalancer.flow.ball.question import MESH_GAP, Progress, fineness_of, mesh_gap_of, shape_of, share_of_rolling
-from autobalancer.flow.ball.sheared_result import ShearedDrag, labelled
+from autobalancer.flow.ball.sheared_answer import ShearedDrag, labelled
 from autobalancer.laws.drag_curve import STOKES
 from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.machine import Machine

@@ -179,7 +179,7 @@ SAMPLE = Record(  # where a run has a variable of this name, it is this number
     Field("greatest_contact_force", "N", "greatest normal force since then"),
     Field("impact_speeds", "m/s", "sum of the speeds at which these contacts began"),
     Field("impact_energies", "J", "sum of the energies of approach with which they began"),
-    Field("tilting", "", "greatest moment that would tilt a cylinder over what its contacts could bear, since then"),
+    Field("tilting", "1", "greatest moment that would tilt a cylinder over what its contacts could bear, since then"),
 )
 
 # contacts side by side, so that vector registers take several of them

@@ -32,7 +32,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Response": "rotordynamics.answers",
     "ResponsePeaks": "rotordynamics.answers",
     "Run": "results.answers.run",
-    "ShearedDrag": "flow.ball.sheared_result",
+    "ShearedDrag": "flow.ball.sheared_answer",
     "StabilityMap": "stability.maps.answers",
     "SteppedResponse": "results.answers.stepped",
     "Swept": "results.answers.swept",
