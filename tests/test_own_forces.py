@@ -300,7 +300,7 @@ def test_a_run_that_ends_because_a_force_is_no_number_says_which_and_where() -> 
     [
         ("import nothing_of_this_name", "line 1: ModuleNotFoundError"),
         ("x = 1\ny = = 2", "line 2: SyntaxError"),
-        ("x = 1", "defines no force, drag law, friction law or joint"),
+        ("x = 1", "defines no force, drag law, friction law, joint or shear law"),
         (FILE.replace("interface = 1", "interface = 7"), "ours.py: Brush was written for version 7"),
     ],
 )

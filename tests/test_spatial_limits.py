@@ -25,7 +25,11 @@ MACHINES = {
     for path in sorted(Path("examples/machines").glob("*.toml"))
     if isinstance(machine := load_machine(path), Machine)
 }
-PLANAR = [name for name, m in MACHINES.items() if isinstance(m.rotor, PlanarRotor) and not assemble(m).general]
+PLANAR = [
+    name
+    for name, m in MACHINES.items()
+    if m.balancers and isinstance(m.rotor, PlanarRotor) and not assemble(m).general
+]
 
 
 @pytest.mark.parametrize("name", PLANAR)

@@ -70,4 +70,4 @@ def test_the_edge_of_a_stable_range_is_found_beside_speeds_without_a_state() -> 
     def rate(speed: float) -> float:
         return math.nan if 1.4 < speed < 1.9 else speed - 1.7
 
-    assert _edge(rate, (1.0, 2.0), (-0.7, 0.3)) == pytest.approx(1.4)
+    assert _edge(rate, (1.0, 2.0), (-0.7, 0.3), None) == pytest.approx(1.4)

@@ -37,6 +37,7 @@ from autobalancer.kernels.pointers import address, behind, data, plain
 from autobalancer.kernels.system import System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
+HUGE = 1e300  # squares of errors that leave room for sums of them
 
 
 @njit(**COMPILED)
@@ -67,7 +68,7 @@ def _error(pair):  # type: ignore[no-untyped-def]
             coarse += (correction[k] * weight) ** 2
     if fine == 0.0:
         return 0.0
-    if not math.isfinite(coarse):  # else a step into nowhere would count as exact
+    if not fine + coarse < HUGE:  # else a step into nowhere would count as exact: infinite is the square root below
         return math.inf
     return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
