@@ -26,9 +26,7 @@ MACHINES = {
     if isinstance(machine := load_machine(path), Machine)
 }
 PLANAR = [
-    name
-    for name, m in MACHINES.items()
-    if m.balancers and isinstance(m.rotor, PlanarRotor) and not assemble(m).general
+    name for name, m in MACHINES.items() if m.balancers and isinstance(m.rotor, PlanarRotor) and not assemble(m).general
 ]
 
 
