@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,62 @@ def test_a_plane_through_the_center_of_a_symmetric_rotor_has_release_and_capture
     wanted, one = found(flat), found(deep)
     assert one["release speed"].speed == pytest.approx(wanted["release speed"].speed, rel=1e-9)
     assert one["capture speed"].speed == pytest.approx(wanted["capture speed"].speed, rel=1e-7)
+
+
+# springs along x and y, damping, drag, capture speed, and the whirl speed to which a ball falls there
+UNEVEN = [
+    ((14e3, 2e4), 20.0, 5e-5, 104.6, 49.3),  # the fold between both resonances is at 158 rad/s
+    (
+        (5e3, 2e4),
+        20.0,
+        2.5e-5,
+        118.2,
+        56.5,
+    ),  # at 31 rad/s a ball could stall, too, but it meets the upper resonance first
+]
+
+
+def on_uneven_springs(
+    stiffness: tuple[float, float], damping: float, beta: float, flat: bool, count: int = 1, mass: float = 0.04
+) -> Machine:
+    halves = tuple(0.5 * k for k in stiffness)
+    supports = tuple(Support(position=z, stiffness=halves, damping=0.5 * damping) for z in (-0.12, 0.12))
+    deep = RigidRotor(mass=5.0, transverse_inertia=0.05, polar_inertia=0.08, supports=supports)
+    planar = PlanarRotor(mass=5.0, stiffness=stiffness, damping=damping)
+    m = machine(planar if flat else deep, (None if flat else 0.0,), count, beta=beta)
+    return with_value_at(m, "balancers[1].races[1].balls[1].mass", mass)
+
+
+@pytest.mark.parametrize(("stiffness", "damping", "beta", "wanted", "to"), UNEVEN)
+def test_on_uneven_springs_balls_are_captured_at_the_fold_beyond_both_resonances_whatever_the_rotor(
+    stiffness: tuple[float, float], damping: float, beta: float, wanted: float, to: float
+) -> None:
+    given = (stiffness, damping, beta)
+    planar, deep = (found(on_uneven_springs(*given, flat))["capture speed"] for flat in (True, False))
+    assert planar.speed == pytest.approx(wanted, abs=0.1)
+    assert deep.speed == pytest.approx(planar.speed, rel=1e-6)
+    whirl = re.search(r"resonance of ([\d.]+) rad/s", deep.note)
+    assert whirl is not None
+    assert float(whirl[1]) == pytest.approx(to, rel=0.03)
+
+
+def test_balls_that_weak_drag_lets_lag_by_more_than_a_quarter_are_captured_at_the_fold_on_any_rotor() -> None:
+    machines = [on_uneven_springs((5e3, 2e4), 60.0, 3e-7, flat, 2, 0.004) for flat in (True, False)]
+    planar, deep = (found(m)["capture speed"].speed for m in machines)
+    assert planar == pytest.approx(223.7, abs=0.1)
+    assert deep == pytest.approx(planar, rel=1e-6)
+
+
+@pytest.mark.parametrize(("stiffness", "damping", "beta", "wanted", "to"), UNEVEN)
+def test_a_ball_on_uneven_springs_turns_with_the_rotor_down_to_the_capture_speed_and_falls_to_the_next_resonance(
+    stiffness: tuple[float, float], damping: float, beta: float, wanted: float, to: float
+) -> None:
+    high, low = (165.0 if wanted < 110.0 else 1.06 * wanted), 0.955 * wanted
+    made = run(on_uneven_springs(stiffness, damping, beta, True), high, low, 0.1, high)
+    speed, ball = made["speed"].values, made["ball_speed_in_space"].values[:, 0]
+    assert (ball[speed > wanted] > 70.0).all()
+    assert speed[ball < 63.0].max() == pytest.approx(wanted, rel=0.03)  # the speed falls on while the ball slows down
+    assert ball[-1] == pytest.approx(to, rel=0.03)
 
 
 def test_two_planes_on_both_sides_hang_at_the_cylindrical_mode_like_one_in_the_middle() -> None:

@@ -18,21 +18,12 @@ from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations, stations
-from autobalancer.stability.stall.capture import STEADY
 from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
 from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.stall.joint import joint_borders
-from autobalancer.stability.stall.notes import (
-    CAPTURE,
-    DRAGLESS,
-    HOW,
-    PASS,
-    RELEASE,
-    capture_border,
-    never,
-)
+from autobalancer.stability.stall.notes import DRAGLESS, HOW, RELEASE, never
 from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
-from autobalancer.stability.stall.one_plane import parted
+from autobalancer.stability.stall.one_plane import caught, parted
 from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
 
 CARRIED = "balls between partitions are carried along and never stall"
@@ -89,11 +80,7 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
         if group.plain and p.isotropic
         else parted(ball, receptance, critical, folds, group.count, how)
     )
-    if not capture:
-        return (released,)
-    caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
-    reason = PASS if math.isnan(released.speed) else STEADY
-    return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
+    return (released, caught(folds, released)) if capture else (released,)
 
 
 def _limit(machine: Machine, p: Described) -> float:

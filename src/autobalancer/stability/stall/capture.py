@@ -49,13 +49,14 @@ class Capture:
 
 def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Capture:
     """Where balls in line are caught in a slow run-down from above ``released``; of resonances below ``limit``, rad/s."""
-    speeds = grid(rotor, top)
+    speeds = every = grid(rotor, top)
     highest = min(max(limit, 0.0), FAR * max(rotor.st.critical_speeds, default=top))
     speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
     balance = Balance(rotor, loads)
     if balance.rolling.any():
         return _let_down(balance, speeds)
-    begun = _begun(balance, speeds)
+    begun = _beyond_all(balance, every[every <= limit]) if len(loads.groups) == 1 else None
+    begun = _begun(balance, speeds) if begun is None else begun
     if begun is None:
         return Capture(math.nan, reason=NEVER)
     found = _down(balance, begun, float(speeds[0]))
@@ -83,11 +84,14 @@ def _down(balance: Balance, begun: States, lowest: float) -> Capture:
             return Capture(math.nan, reason=STEADY)
         beyond = bool(past(balance, leaving.state)[0] > 0.0)
         below = stands(balance, (1.0 - BESIDE) * leaving.speed)
-        kept = np.flatnonzero(_in_line(balance, below, beyond, leaving.speed - leaving.whirl))
+        kept = np.flatnonzero(_in_line(balance, below, beyond, leaving))
         if below.speed.size == 0:
             return _apart(balance, leaving, lowest)
-        if kept.size == 0:
-            return Capture(leaving.speed, float(below.whirl[-1]), leaving.cause)
+        fell = (
+            leaving.cause == "fold" and len(balance.loads.groups) == 1
+        )  # no phase in which another state could differ
+        if kept.size == 0 or fell:
+            return Capture(leaving.speed, float(below.whirl[0]), leaving.cause)
         begun = below.some(kept[:1])
     return Capture(leaving.speed, leaving.whirl, leaving.cause)
 
@@ -101,11 +105,11 @@ def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
     for place in sorted(set(places.tolist())):
         alone = Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(places == place).tolist())))
         below = stands(alone, (1.0 - BESIDE) * speed)
-        kept = np.flatnonzero(_in_line(alone, below, beyond, speed - leaving.whirl))
+        kept = np.flatnonzero(_in_line(alone, below, beyond, leaving))
         if kept.size:
             found.append(_down(alone, below.some(kept[:1]), lowest))
         elif below.speed.size:
-            found.append(Capture(speed, float(below.whirl[-1]), leaving.cause))
+            found.append(Capture(speed, float(below.whirl[0]), leaving.cause))
     known = [one for one in found if not math.isnan(one.speed)]
     if not known:
         return Capture(math.nan, reason=LOST.format(speed), lost=speed)
@@ -113,11 +117,17 @@ def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
     return Capture(first.speed, first.whirl, first.cause, lost=speed)
 
 
-def _in_line(balance: Balance, states: States, beyond: bool, slip: float) -> NDArray[np.bool_]:
-    """Whether balls still turn nearly with the rotor: beyond a resonance as before, else with about the slip they had."""
-    if beyond:
-        return np.asarray(past(balance, states) > 0.0)
-    return np.asarray(states.speed - states.whirl < LIKE * slip)
+def _in_line(balance: Balance, states: States, beyond: bool, leaving: Leaving) -> NDArray[np.bool_]:
+    """Whether balls still turn nearly with the rotor: beyond the same resonance as before, else with about the slip they had.
+
+    A state beyond a lower resonance, which they reach through a higher one, is not in line.
+    """
+    if not beyond:
+        return np.asarray(states.speed - states.whirl < LIKE * (leaving.speed - leaving.whirl))
+    passed = balance.rotor.modes(leaving.speed).frequency
+    passed = passed[passed < leaving.whirl]
+    highest = float(passed.max(initial=0.0))
+    return np.asarray((past(balance, states) > 0.0) & (states.whirl > highest))
 
 
 def stands(balance: Balance, speed: float) -> States:
@@ -136,7 +146,7 @@ def _let_down(balance: Balance, speeds: Floats) -> Capture:
     if slower.speed.size and slower.whirl[0] > (1.0 - 2.0 * BESIDE) * speed:
         return _down(balance, slower.some(np.array([0])), float(speeds[0]))
     below = stands(balance, (1.0 - BESIDE) * speed)
-    return Capture(speed, float(below.whirl[-1]) if below.speed.size else math.nan, "fold")
+    return Capture(speed, float(below.whirl[0]) if below.speed.size else math.nan, "fold")
 
 
 def _slipping(balance: Balance, speeds: Floats) -> States | None:
@@ -164,6 +174,15 @@ def _slipping(balance: Balance, speeds: Floats) -> States | None:
             y = [math.log(TINY * speed), phase][: len(balance.loads.groups)]
             found.append(States(np.array([speed]), np.array([y])))
     return max(found, key=lambda one: float(one.speed[0]), default=None)
+
+
+def _beyond_all(balance: Balance, speeds: Floats) -> States | None:
+    """The state beyond all resonances that the rotor has passed, at the highest speed; it may lag far if drag is weak."""
+    for speed in speeds[::-1].tolist():
+        here, passed = stands(balance, speed), balance.rotor.modes(speed).frequency
+        if here.speed.size and here.whirl[0] > passed[passed < speed].max(initial=0.0) and past(balance, here)[0] > 0.0:
+            return here.some(np.array([0]))
+    return None
 
 
 def _begun(balance: Balance, speeds: Floats) -> States | None:

@@ -29,10 +29,9 @@ from autobalancer.laws.stall import Receptance, StalledBall, StallRange, stall_r
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Complexes, Floats
-from autobalancer.stability.stall.capture import STEADY
 from autobalancer.stability.stall.groups import StalledGroup
-from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, HOW, PASS, RELEASE, capture_border, never
-from autobalancer.stability.stall.one_plane import parted
+from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, HOW, RELEASE, never
+from autobalancer.stability.stall.one_plane import caught, parted
 
 ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
@@ -98,9 +97,7 @@ def on_rubber(
         return (released,)
     if not soft.sliding.isotropic:
         return released, Border(CAPTURE, math.nan, UNCAUGHT, False)
-    caught = [fold.capture for fold in folds if not math.isnan(fold.capture)]
-    reason = PASS if math.isnan(released.speed) else STEADY
-    return released, capture_border(max(caught), "") if caught else Border(CAPTURE, math.nan, reason)
+    return released, caught(folds, released)
 
 
 def whirl_receptance(

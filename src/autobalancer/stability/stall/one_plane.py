@@ -1,4 +1,4 @@
-"""The release speed of equal balls in one plane, whatever the receptance of the rotor."""
+"""Release and capture speed of equal balls in one plane, whatever the receptance of the rotor."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, parting_speeds
 from autobalancer.stability.border import Border
-from autobalancer.stability.stall.notes import EXACTLY, HOW, PASS, RELEASE, WORTH
+from autobalancer.stability.stall.capture import STEADY
+from autobalancer.stability.stall.notes import CAPTURE, EXACTLY, HOW, PASS, RELEASE, WORTH, capture_border
 
 
 def parted(
@@ -31,3 +32,14 @@ def parted(
     if folds and folds[-1].release > (1.0 + WORTH) * speed:
         notes.append(EXACTLY.format(folds[-1].release))
     return Border(RELEASE, speed, "; ".join(notes))
+
+
+def caught(folds: tuple[StallRange, ...], released: Border) -> Border:
+    """In the fold at the highest whirl: balls that turn nearly with the rotor are beyond all resonances, and fall there.
+
+    Where two resonances are close the fold between them may be at a higher speed of the rotor. It is not on their way.
+    """
+    ends = [(fold.capture_whirl, fold.capture) for fold in folds if not math.isnan(fold.capture)]
+    if not ends:
+        return Border(CAPTURE, math.nan, PASS if math.isnan(released.speed) else STEADY)
+    return capture_border(max(ends)[1], "")
