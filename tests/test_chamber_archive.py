@@ -83,6 +83,18 @@ def test_another_question_under_the_same_name_is_refused(tmp_path: Path) -> None
         archived_run(Archive(tmp_path), "one", MACHINE, duration=0.05, seed=3)
 
 
+def test_a_finished_run_is_measured_again_over_another_time_but_not_run_again(tmp_path: Path) -> None:
+    archived_run(Archive(tmp_path), "one", MACHINE, duration=0.05, last=0.01)
+    run = archived_run(
+        Archive(tmp_path), "one", MACHINE, duration=0.05, last=0.03, progress=lambda now, end: pytest.fail("ran again")
+    )
+    wanted = ab.measures(run.samples(), last=0.03)
+    short = ab.measures(run.samples(), last=0.01)
+    kept = Archive(tmp_path).run("one").note["measures"]["vertical_amplitude"]
+    assert kept == pytest.approx(float(wanted["vertical_amplitude"]), rel=1e-12)
+    assert kept != pytest.approx(float(short["vertical_amplitude"]), rel=1e-3)
+
+
 def test_variants_keep_the_mass_of_the_balls_and_change_their_size() -> None:
     total = sum(group.count * group.ball_mass for group in MACHINE.chambers[0].balls)
     for layers in ("deep", "single"):

@@ -17,6 +17,7 @@ from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.units import argument, optional_argument
 
 PART = 1000  # samples
+LAST = "measured_last"  # entry of a note: the window of its measures, s
 
 
 def archived_run(
@@ -51,7 +52,7 @@ def archived_run(
         Names and values by which the run is found in the catalogue; number of balls, friction, restitution and seed are
         always included.
     last
-        Seconds at the end that count as steady state in the measures.
+        Seconds at the end that count as steady state in the measures. If it changes, a finished run is measured again.
     part
         Samples in a part, which is also how much is computed again after a stop.
     progress
@@ -77,11 +78,13 @@ def archived_run(
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)
-    if run.state == "finished":
+    if run.state == "finished" and run.note.get(LAST, "") == last:
         return run
     with run.writing():
         if run.state != "finished":  # another process may have ended it by now
             _go_on(run, machine, question, last, progress)
+        elif run.note.get(LAST, "") != last:  # measured over another time, or by a version that did not note it
+            _measured(run, last)
     return run
 
 
@@ -136,10 +139,16 @@ def _go_on(
         raise
     outcome = {key: ended.attrs[key] for key in ("outcome", "outcome_text") if key in ended.attrs}
     state = "finished" if outcome.get("outcome") == "finished" else "failed"
-    found = {}
     if state == "finished":
-        found = catalog_numbers(chamber_measures(run.samples(), last=last))
-    run.end(state, outcome, found)
+        _measured(run, last, outcome)
+    else:
+        run.end(state, outcome, {})
+
+
+def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
+    found = catalog_numbers(chamber_measures(run.samples(), last=last))
+    run.note[LAST] = last
+    run.end("finished", outcome, found)
 
 
 def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:
