@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.references.chamber_machines import small_machine
 from tests.references.pictures import size_of
 from typer.testing import CliRunner
@@ -263,6 +264,9 @@ def test_the_command_leaves_a_table_a_picture_and_the_machine_of_the_best_design
     assert size_of("d.png") == (1650, 600)
     assert load_chamber_machine("best.toml").name.startswith("Small chamber, ")
     assert told("plot", "small_designs.nc", "--out", "p.png") == "written: p.png"
+    found = xr.load_dataset("small_designs.nc")
+    unsettled = found.assign(worst_settling_time=found["worst_settling_time"] * float("nan"))
+    assert ab.plot.chamber_designs(unsettled).axes[2].get_xticks().size == 0
     assert sorted(json.loads(told(*asked, "--archive", "runs", "--json"))["place"]) == [1.0, 2.0]
     assert "one sliding ball needs a friction of 0.603" in told("chamber", "bounds", "small.toml")
     assert json.loads(told("chamber", "bounds", "small.toml", "--json"))["shaking"] > 1.0

@@ -144,6 +144,7 @@ def test_a_range_without_a_count_has_as_many_speeds_as_curves_need() -> None:
         (("modes", "RIG", "--modes", "0"), "given 0"),
         (("modes", "RIG", "--speed-unit", "knots"), "is not one of 'rpm'"),
         (("response", "RIG", "--speeds", "100:50 rpm:5"), "must ascend"),
+        (("response", "RIG", "--speeds", "-1:50 rpm"), "given '-1:50 rpm'; must ascend"),
         (("response", "RIG", "--speeds", "50 rpm", "--station", "B9"), "no station is named 'B9'"),
         (("response", "RIG", "--speeds", "50 rpm", "--quantity", "jerk"), "given 'jerk'"),
         (("response", "RIG", "--speeds", "50 rpm", "--kind", "bode"), "orbits or axis"),

@@ -45,7 +45,9 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
     """
     found = load_machine(path)
     if not isinstance(found, ChamberMachine):
-        raise MachineFileError(f"{path}: has no 'chambers'; its balls run in races, read it with load_machine")
+        raise MachineFileError(
+            f"{path}: has no 'chambers'; this question is for deep chambers; a sample is deep_chamber"
+        )
     return found
 
 

@@ -33,9 +33,8 @@ def speed_range(option: str, text: str, count: int | None = None) -> np.ndarray:
 
     from autobalancer.units.ranges import is_range, range_values
 
-    if count is not None and text.count(":") == 1:
-        text = f"{text}:{count}"
-    speeds = range_values(option, text, "rad/s") if is_range(text) else np.array([_one_or_range(option, text)])
+    full = f"{text}:{count}" if count is not None and text.count(":") == 1 else text
+    speeds = range_values(option, full, "rad/s") if is_range(full) else np.array([_one_or_range(option, full)])
     if not speeds[0] > 0.0 or np.any(np.diff(speeds) <= 0.0):
         raise QuestionError(f"{option}: given {text!r}; must ascend from above zero")
     return speeds

@@ -51,6 +51,8 @@ def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
         _against(light, full, full["total_mass"].values, unit, colors, "pareto_mass")
         light.set_xlabel("mass of all balls (kg)")
         _against(quick, full, full["worst_settling_time"].values, unit, colors, "pareto_settling")
+        if not np.isfinite(full["worst_settling_time"].values).any() and "settling_time" not in limits:
+            quick.set_xticks([])  # nothing to show gets no scale
         late = int(np.isnan(full["worst_settling_time"].values).sum())
         unsettled = f"\n{late} not here: some filling did not settle" if late else ""
         quick.set_xlabel(f"settling time of the last ball, worst filling (s){unsettled}")

@@ -66,7 +66,7 @@ def liquid_response(machine: Machine | str | Path, speeds: Sequence[float | str]
     machine = balls_in_races(machine, rings=True)
     rings = rings_of(machine)
     if not rings:
-        raise QuestionError("liquid_response: the machine has no 'liquid_rings'")
+        raise QuestionError("liquid_response: the machine has no 'liquid_rings'; a sample with one is liquid_ring")
     rotor = _rotor(machine)
     unbalance = sum(unbalance_factor(part, np.inf) * part.vector for part in machine.unbalances)
     if not unbalance:

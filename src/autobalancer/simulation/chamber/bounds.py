@@ -93,7 +93,9 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
             "machine: has several chambers or groups of balls; bounds are of one chamber with equal balls"
         )
     if machine.chambers[0].balls[0].body != "ball":
-        raise QuestionError("machine: its chamber has cylinders; bounds are of balls")
+        raise QuestionError(
+            "machine: its chamber has cylinders; these bounds hold for balls only; check and simulate take cylinders"
+        )
     chamber, contact = machine.chambers[0], machine.contact
     group = chamber.balls[0]
     mass, radius, count = group.ball_mass, group.radius, group.count

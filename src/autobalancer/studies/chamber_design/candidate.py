@@ -79,7 +79,9 @@ def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candid
         )
     group, chamber = machine.chambers[0].balls[0], machine.chambers[0]
     if group.body != "ball":
-        raise QuestionError("machine: its chamber has cylinders; a design is of balls")
+        raise QuestionError(
+            "machine: its chamber has cylinders; designs are compared for balls only; simulate runs cylinders"
+        )
     if chamber.depth is None:
         raise QuestionError("machine: its chamber has no depth, so it would change with the balls; give chambers.depth")
     if group.positions is not None:
