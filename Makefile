@@ -35,7 +35,7 @@ test-slow: .venv/.dev  ## run the long tests that `make test` leaves out
 	$(BIN)/python -m pytest -n $(WORKERS) -m slow
 
 bench: .venv/.dev  ## measure against other software; writes build/benchmarks.json
-	$(BIN)/python -m benchmarks
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks
 
 reproduce: .venv/.core  ## redo published results; writes build/reproductions.json
 	$(BIN)/python -m reproductions
