@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, MERGED
+from autobalancer.kernels.wide import rounded, select
 
 QUARTERS = 2.0 / math.pi  # quarter turns in a radian
 ROUND = 1.5 * 2.0**52  # added and taken away again, it rounds to the nearest integer
@@ -19,6 +21,24 @@ S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.9841269
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+
+@njit(**MERGED)
+def sine_cosine_of_lanes(angle: Any) -> tuple[Any, Any]:
+    """(sin, cos) of the lanes of a wide value, without a branch; to an ulp of the angle beyond LARGEST, else of one."""
+    quarter = rounded(angle * QUARTERS)
+    x = (angle - quarter * HIGH) - quarter * LOW
+    z = x * x
+    zz = z * z
+    s = ((z * S2 + S1) + zz * (z * S4 + S3)) + zz * zz * (z * S6 + S5)
+    c = ((z * C2 + C1) + zz * (z * C4 + C3)) + zz * zz * (z * C6 + C5)
+    s = x + x * z * s
+    c = (1.0 - 0.5 * z) + zz * c
+    turn = quarter - 4.0 * rounded(quarter * 0.25)  # -2 to 2 quarters
+    odd = turn * turn == 1.0
+    sine, cosine = select(odd, c, s), select(odd, s, c)
+    before, after = turn - 0.5, turn + 0.5
+    return select(before * before > 1.0, -sine, sine), select(after * after > 1.0, -cosine, cosine)
 
 
 @njit(**INLINE)
