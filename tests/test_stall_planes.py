@@ -154,7 +154,7 @@ def test_compiled_points_of_a_branch_are_those_of_the_modes_of_the_rotor() -> No
         assert compiled.numbers is not None
         like = np.append(np.zeros(len(chosen)), 1.0)
         found = 0
-        for state in compiled.found(np.array([90.0, 140.0])):
+        for state in compiled.found(np.array([140.0, 150.0, 160.0])):
             for k in range(state.speed.size):
                 begun = np.append(state.y[k] + 1e-3, SPEED_SCALE * math.log(state.speed[k]))
                 for same in (False, True):

@@ -1,6 +1,7 @@
 """A point of a branch of stalled states: the balances of G groups of balls with linear drag, by Newton's method.
 
-Unknowns x are the log of the slip W - v, the phases of all groups but the first, and the log of the rotor speed W times a scale.
+Unknowns x are the log of the slip W - v over the whirl v, the phases of all groups but the first, and the log of the rotor
+speed W times a scale.
 With H = R A^-1 L the receptance between groups, A = K + i v (C + W G) - v^2 M of n coordinates, group p is in balance where
 
     Im whole_p = need_p,    whole_p = - (1 + i mu_p) s_p v^4 e^(-i psi_p) sum_q H_pq n_q s_q e^(i psi_q),
@@ -66,8 +67,9 @@ def _invert(left, inverse, n) -> None:  # type: ignore[no-untyped-def]
 def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) -> None:  # type: ignore[no-untyped-def]
     """Brake over need less one of each group, and its slopes over x, (G, G + 1)."""
     n, count = push.shape
-    slip, speed = math.exp(x[0]), math.exp(x[count] / scale)
-    v = speed - slip
+    speed = math.exp(x[count] / scale)
+    v = speed / (1.0 + math.exp(x[0]))
+    slip = v * math.exp(x[0])
     for i in range(n):
         for j in range(n):
             turning = rotor[DAMPING, i, j] + speed * rotor[GYROSCOPIC, i, j]
@@ -111,9 +113,10 @@ def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) 
         for q in range(1, count):
             slopes[p, q] /= need
         need_by_slip = group.drag * slip - 2.0 * group.pressed * v * slip
-        slopes[p, 0] = (-slip * over_whirl.imag - ratio * need_by_slip) / need
-        over_speed += over_whirl
-        slopes[p, count] = speed / scale * (over_speed.imag - ratio * 2.0 * group.pressed * v) / need
+        slopes[p, 0] = v / speed * (-slip * over_whirl.imag - ratio * need_by_slip) / need
+        over_speed = speed * over_speed + v * over_whirl
+        need_by_speed = group.drag * slip + 2.0 * group.pressed * v * v
+        slopes[p, count] = (over_speed.imag - ratio * need_by_speed) / (scale * need)
 
 
 @njit(**MERGED)

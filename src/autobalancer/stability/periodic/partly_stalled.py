@@ -30,7 +30,9 @@ from autobalancer.stability.states.state import StationState
 from autobalancer.stability.states.stations import states_of
 
 AROUND = np.geomspace(1e-4, 0.2, 24)  # distance from a resonance at which the balance is looked at, over the speed
-SLIPS = np.geomspace(1e-3, 0.8, 200)  # and everywhere, over the speed
+SLIPS = np.concatenate(
+    [np.geomspace(1e-3, 0.75, 200), 1.0 - np.geomspace(0.25, 0.02, 40)]
+)  # and everywhere, over the speed
 LARGEST_SWING = 1.0  # rad, of resting balls; with more they go around
 FIRST_DRAG = 1e-3  # share of the drag of resting balls
 RAISED, LEAST_RAISED = 4.0, 1.2  # by how much it is raised at once, and where that is given up
@@ -75,7 +77,7 @@ class Hanging:
         resonances = self.speed - np.unique(np.abs(values.imag))
         near = (resonances[:, None] + self.speed * np.concatenate([-AROUND, AROUND])).ravel()
         at = np.unique(np.concatenate([self.speed * (1.0 - SLIPS), near]))
-        at = at[(at > 0.2 * self.speed) & (at < 0.999 * self.speed)]
+        at = at[(at > 0.019 * self.speed) & (at < 0.999 * self.speed)]
         here = self.surplus(at)
         rising = np.flatnonzero((here[:-1] < 0.0) & (here[1:] >= 0.0))
         found = [float(brentq(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed)) for i in rising]

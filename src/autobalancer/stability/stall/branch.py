@@ -1,7 +1,7 @@
 """A branch of stalled states over the speed of the rotor, from a state on it to where balls leave it.
 
-The balances of G groups in log slip, G - 1 phases and log speed are a curve; it is followed along its length, because the
-speed of the rotor may turn back on it. Balls leave at the first of: a *fold*, beyond which there is no balance near;
+The balances of G groups in log (slip over whirl), G - 1 phases and log speed are a curve; it is followed along its length,
+because the speed of the rotor may turn back on it. Balls leave at the first of: a *fold*, beyond which there is no balance near;
 *swinging*, where a pair of eigenvalues becomes unstable; *parting*, where balls of one group no longer stay together;
 *passing*, where balls beyond a resonance come back to it.
 """
@@ -18,7 +18,7 @@ from autobalancer.stability.stall.linear import growth, past, together
 from autobalancer.stability.stall.newton import SPEED_SCALE, Point, corrected, state_at
 from autobalancer.stability.stall.states import Balance, States
 
-FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a radian, or e of the slip
+FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a radian, or e of slip over whirl
 STRAIGHT = 0.98  # cosine between neighboring tangents
 STEPS, AT_ONCE = 400, 8  # at most; points that are tested together
 LOST = "lost"  # a branch that could not be followed to its end

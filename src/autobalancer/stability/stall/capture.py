@@ -55,7 +55,11 @@ def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: 
     balance = Balance(rotor, loads)
     if balance.rolling.any():
         return _let_down(balance, speeds)
-    begun = _beyond_all(balance, every[every <= limit]) if len(loads.groups) == 1 else None
+    begun = None
+    if len(loads.groups) == 1:
+        next_one = min((w for w in rotor.st.critical_speeds if w > limit), default=math.inf)
+        begun = _beyond_all(balance, every[every <= limit])
+        begun = _beyond_all(balance, every[every < next_one]) if begun is None else begun
     begun = _begun(balance, speeds) if begun is None else begun
     if begun is None:
         return Capture(math.nan, reason=NEVER)
@@ -171,7 +175,7 @@ def _slipping(balance: Balance, speeds: Floats) -> States | None:
                 )
             )
             phase = float(arcs(np.array([speed]))[k][1][0, 0])
-            y = [math.log(TINY * speed), phase][: len(balance.loads.groups)]
+            y = [math.log(TINY), phase][: len(balance.loads.groups)]
             found.append(States(np.array([speed]), np.array([y])))
     return max(found, key=lambda one: float(one.speed[0]), default=None)
 

@@ -59,7 +59,7 @@ def freed(balance: Balance, hung: tuple[int, ...], state: States) -> Freed | Non
 
 
 class _Problem:
-    """Unknowns x: log slip and phases of those that hang, log |h| and angle of h at each free group, log speed."""
+    """Unknowns x: log (slip over whirl) and phases of those that hang, log |h| and angle of h at each free group, log speed."""
 
     def __init__(self, balance: Balance, hung: tuple[int, ...], free: tuple[int, ...]) -> None:
         self.balance, self.hung, self.free = balance, np.array(hung), np.array(free)
@@ -68,7 +68,7 @@ class _Problem:
     def speeds(self, x: Floats) -> tuple[float, float]:
         """Of the rotor and of the whirl."""
         speed = float(np.exp(x[-1]))
-        return speed, speed - float(np.exp(x[0]))
+        return speed, speed / (1.0 + float(np.exp(x[0])))
 
     def begun(self, state: States) -> Floats:
         """From the end without the free balls."""

@@ -29,7 +29,7 @@ from autobalancer.stability.stall.notes import (
     others,
     which,
 )
-from autobalancer.stability.stall.ranges import HangingRange, hanging_ranges, reached
+from autobalancer.stability.stall.ranges import HangingRange, furthest_speed, hanging_ranges, reached
 from autobalancer.stability.stall.states import Balance
 from autobalancer.stability.stall.whirling import Whirling
 
@@ -61,7 +61,7 @@ def joint_borders(
     met = _with_free_balls(rotor, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
-        first = f"at {top:.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
+        first = f"at {furthest_speed(rotor, top):.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
     else:
         first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]

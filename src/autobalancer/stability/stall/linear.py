@@ -25,7 +25,7 @@ def growth(balance: Balance, states: States) -> Floats:
     groups = loads.count.size
     if n == 0:
         return np.zeros(0)
-    v, slip, place = states.whirl, np.exp(states.y[:, 0]), loads.station
+    v, slip, place = states.whirl, states.slip, loads.station
     free, pushed_by, lightness = balance.rotor.free_motion(states.speed)
     turned, rolled = np.exp(1j * states.phases), 1.0 + 1j * balance.rolling
     load, back = (loads.count * loads.moment * turned)[:, None, :], (rolled / turned)[:, :, None]

@@ -17,7 +17,7 @@ DIFFERENCE = 1e-6
 
 
 class Point(NamedTuple):
-    """A point of the curve: log slip, phases, scaled log speed, and the direction of the curve there."""
+    """A point of the curve: log of slip over whirl, phases, scaled log speed, and the direction of the curve there."""
 
     x: Floats
     along: Floats

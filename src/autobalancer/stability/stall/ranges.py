@@ -20,13 +20,14 @@ from autobalancer.stability.stall.states import Balance, States
 from autobalancer.stability.stall.whirling import Whirling
 
 FINE, COARSE = 1.02, 1.1  # ratios of neighboring speeds
+FURTHEST = 100.0  # speeds, in highest ones of the grid, to which balls that still hang there are followed
 FAR = 2.5  # critical speeds above the highest from which the grid is coarse
 BELOW = 0.8  # of the lowest critical speed, where the grid begins
 SETS = 3  # groups of which all sets are tried
 PAST = 12.0  # decay rates beyond a resonance at which balls may still hang at it
 MET = (0.85, 1.16)  # a run-up meets a range that begins below, and ends above, so many critical speeds
 ALIKE = 1e-4
-STEP = 0.3  # change of log slip, or of a phase, from one speed of the fine grid to the next
+STEP = 0.3  # change of log (slip over whirl), or of a phase, between speeds of the fine grid; of log whirl, of any grid
 
 
 @dataclass(frozen=True)
@@ -55,12 +56,17 @@ class HangingRange:
 
 
 def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
-    """All ranges up to the rotor speed ``top`` (rad/s), set by set; if they begin above ``limit``, to the grid's precision."""
+    """All ranges that begin below the rotor speed ``top`` (rad/s), set by set; none from above ``limit`` is followed further."""
     speeds = grid(rotor, top)
     found = []
     for chosen in sets(rotor, loads):
         found += _of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
     return found
+
+
+def furthest_speed(rotor: Whirling, top: float) -> float:
+    """To which balls that still hang at ``top`` are followed, rad/s; not beyond the tables of the supports."""
+    return max(top, min(FURTHEST * top, rotor.st.model.top_speed))
 
 
 def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:
@@ -116,6 +122,7 @@ class _Open:
 def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: float) -> list[HangingRange]:
     going: list[_Open] = []
     found: list[HangingRange] = []
+    furthest = furthest_speed(balance.rotor, float(speeds[-1]))
     for i, here in enumerate(stable(balance, balance.found(speeds))):
         near = STEP * (np.log(speeds[i] / speeds[i - 1]) / np.log(FINE) if i else 1.0)
         left, lasting = list(range(here.speed.size)), []
@@ -139,7 +146,9 @@ def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: fl
             if np.isnan(one.begin) and hangs(balance.rotor, one.last)[0]:
                 one.begin = float(speeds[i])
     for one in going:
-        found += _range(balance, chosen, one, Leaving(one.last, ""))
+        further = one.begin <= limit  # false of nan
+        leaving = followed(balance, one.last, furthest) if further else Leaving(one.last, "")
+        found += _range(balance, chosen, one, leaving)
     found.sort(key=lambda one: one.begin)
     return [one for i, one in enumerate(found) if not any(one.same(other) for other in found[:i])]
 
@@ -153,11 +162,13 @@ def stable(balance: Balance, found: list[States]) -> list[States]:
 
 
 def _nearest(last: States, here: States, left: list[int], near: float) -> int | None:
+    whirl = np.abs(np.log(here.whirl / last.whirl))
+
     def apart(k: int) -> float:
         turned = np.abs(np.angle(np.exp(1j * (here.y[k, 1:] - last.y[0, 1:])))).max(initial=0.0)
         return max(abs(float(here.y[k, 0] - last.y[0, 0])), float(turned))
 
-    best = min(left, key=apart, default=None)
+    best = min((k for k in left if whirl[k] < STEP), key=apart, default=None)
     return best if best is not None and apart(best) < near else None
 
 

@@ -12,6 +12,7 @@ two nearly meet. Of more groups states are sought by Newton's method from the an
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,16 +24,20 @@ from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.whirling import SEEN, AllModes, Indices, Whirling
 
 SLIPS = np.geomspace(1e-5, 0.75, 160)  # shares of the rotor speed by which balls may lag
+SLOWEST, SLOW = 0.25, 32  # whirl over the lowest resonance from which on one looks; how many where balls lag further
 AROUND = np.concatenate([-np.geomspace(60.0, 0.02, 24), [0.0], np.geomspace(0.02, 60.0, 24)])  # decay rates from a mode
-OFFS = np.array([-3.0, -1.2, -0.4, 0.0, 0.4, 1.2, 3.0])  # the same, where more than two groups are begun
+OFFS = np.array(
+    [-6.0, -3.0, -2.0, -1.2, -0.8, -0.4, -0.15, 0.0, 0.15, 0.4, 0.8, 1.2, 2.0, 3.0, 6.0, 12.0]
+)  # of three groups
 ROUNDS, CLOSE = 25, 1e-10  # of Newton's method; its last step
 SAME = 1e-6  # states nearer than this are one
+LONGEST = 1e3  # slip over whirl
 STEEP = 1e-6  # relative difference for slopes
 
 
 @dataclass(frozen=True)
 class States:
-    """n balances of G groups: ``y`` holds the log of the slip W - v and the phases of all groups but the first."""
+    """n balances of G groups: ``y`` holds log((W - v)/v), slip over whirl, and the phases of all groups but the first."""
 
     speed: Floats  # (n,) of the rotor, rad/s
     y: Floats  # (n, G)
@@ -40,7 +45,12 @@ class States:
     @property
     def whirl(self) -> Floats:
         """Speed of the balls, rad/s, (n,)."""
-        return np.asarray(self.speed - np.exp(self.y[:, 0]))
+        return np.asarray(self.speed / (1.0 + np.exp(self.y[:, 0])))
+
+    @property
+    def slip(self) -> Floats:
+        """By how much they are slower than the rotor, rad/s, (n,)."""
+        return np.asarray(self.whirl * np.exp(self.y[:, 0]))
 
     @property
     def phases(self) -> Floats:
@@ -117,7 +127,7 @@ class Balance:
     def misfit(self, states: States, modes: AllModes | None = None) -> tuple[Floats, Floats]:
         """Brake over need less one, (n, G), and its slopes over y, (n, G, G)."""
         modes = self.rotor.all_modes(states.speed) if modes is None else modes
-        loads, v, slip = self.loads, states.whirl, np.exp(states.y[:, 0])
+        loads, v, slip = self.loads, states.whirl, states.slip
         host, slope = self.answers(modes, v)
         turned = np.exp(1j * states.phases)
         load = loads.count * loads.moment * turned
@@ -130,6 +140,7 @@ class Balance:
             4.0 * whole / v[:, None] + (factor[:, :, None] * slope * load[:, None, :]).sum(axis=2)
         )
         by_slip = (over_slip.imag - brake * ((steeper - need) / STEEP) / need) / need
+        by_slip *= (v / states.speed)[:, None]  # of log (slip over whirl)
         by_phase = ((1j * parts).imag - np.eye(loads.count.size) * (1j * whole).imag[:, :, None]) / need[:, :, None]
         return brake / need - 1.0, np.concatenate([by_slip[:, :, None], by_phase[:, :, 1:]], axis=2)
 
@@ -146,7 +157,7 @@ class Balance:
             size = np.abs(change).max(axis=1)
             y[active] += change * np.minimum(1.0, 0.5 / np.maximum(size, 1e-12))[:, None]
             done[active] = size < CLOSE
-            lost = ~np.isfinite(size) | (np.exp(y[active, 0]) > 0.999 * states.speed[active])
+            lost = ~np.isfinite(size) | (y[active, 0] > math.log(LONGEST))
             y[active[lost]] = np.nan
             active = active[~lost & (size >= CLOSE)]
             if not active.size:
@@ -168,10 +179,10 @@ class Balance:
     def _scanned(self, speeds: Floats, modes: AllModes) -> States:
         """Where the last balance changes its sign along the arcs on which the first one holds."""
         whirl = self._whirls(speeds, modes)
-        log_slip, arcs = np.log(speeds[:, None] - whirl), self.arcs(speeds, modes, whirl)
-        starts = [_crossings(speeds, log_slip, rest, phase) for rest, phase in arcs]
+        lag, arcs = np.log((speeds[:, None] - whirl) / whirl), self.arcs(speeds, modes, whirl)
+        starts = [_crossings(speeds, lag, rest, phase) for rest, phase in arcs]
         if len(arcs) == 2:
-            starts += _joints(speeds, log_slip, arcs)
+            starts += _joints(speeds, lag, arcs)
         y = np.vstack([y[:, : len(self.loads.groups)] for _, y in starts])
         return States(np.concatenate([one for one, _ in starts]), y)
 
@@ -210,7 +221,9 @@ class Balance:
         )
         ahead = (modes.pole.imag > 0.0) & (modes.pole.imag < speeds[:, None])
         ahead &= seen * modes.pole.imag > SEEN * (seen * modes.pole.imag).max(axis=1, keepdims=True)
-        slips = speeds[:, None] * SLIPS
+        lowest = SLOWEST * np.where(ahead, modes.pole.imag, speeds[:, None]).min(axis=1)
+        far = np.geomspace(np.minimum(1.0 - SLIPS[-1], lowest / speeds), 1.0 - SLIPS[-1], SLOW, endpoint=False, axis=1)
+        slips = speeds[:, None] * np.hstack([np.broadcast_to(SLIPS, (speeds.size, SLIPS.size)), 1.0 - far[:, ::-1]])
         order = np.argsort(np.where(ahead, modes.pole.imag, np.inf), axis=1)[:, : int(ahead.sum(axis=1).max(initial=0))]
         pole = np.where(ahead, modes.pole, 0.0)[np.arange(speeds.size)[:, None], order]
         near = pole.imag[:, :, None] - pole.real[:, :, None] * AROUND
@@ -226,14 +239,14 @@ class Balance:
             modes = self.rotor.modes(speed)
             for k in np.flatnonzero(modes.frequency < speed):
                 at = modes.frequency[k] + OFFS * modes.decay[k]
-                at = at[(at < speed) & (at > 0.2 * speed)]
+                at = at[(at < speed) & (at > SLOWEST * modes.frequency[0])]
                 carried = self.needed(speed - at, at)
                 strength = loads.moment * np.sqrt(np.abs(modes.right[k] * modes.left[k]))[loads.station]
                 gain = at[:, None] ** 4 / max(float(modes.decay[k]), 1e-300)
                 sines = carried / (strength * np.sqrt(gain * (loads.count * carried).sum(axis=1)[:, None]))
                 theta = np.arcsin(np.minimum(sines, 1.0))
                 phases = theta - np.angle(modes.left[k])[loads.station]
-                found_y.append(np.column_stack([np.log(speed - at), (phases - phases[:, :1])[:, 1:]]))
+                found_y.append(np.column_stack([np.log((speed - at) / at), (phases - phases[:, :1])[:, 1:]]))
                 found_speed.append(np.full(at.size, speed))
         if not found_y:
             return States(np.zeros(0), np.zeros((0, loads.count.size)))
@@ -243,16 +256,16 @@ class Balance:
 Starts = tuple[Floats, Floats]
 
 
-def _crossings(speeds: Floats, log_slip: Floats, rest: Floats, phase: Floats) -> Starts:
+def _crossings(speeds: Floats, lag: Floats, rest: Floats, phase: Floats) -> Starts:
     """Where a balance changes its sign between two whirl speeds."""
     at, k = np.nonzero(rest[:, 1:] * rest[:, :-1] <= 0.0)
     share = rest[at, k] / (rest[at, k] - rest[at, k + 1] + 1e-300)
     turn = np.angle(np.exp(1j * (phase[at, k + 1] - phase[at, k])))
-    slip = log_slip[at, k] + share * (log_slip[at, k + 1] - log_slip[at, k])
-    return speeds[at], np.column_stack([slip, phase[at, k] + share * turn])
+    first = lag[at, k] + share * (lag[at, k + 1] - lag[at, k])
+    return speeds[at], np.column_stack([first, phase[at, k] + share * turn])
 
 
-def _joints(speeds: Floats, log_slip: Floats, arcs: list[tuple[Floats, Floats]]) -> list[Starts]:
+def _joints(speeds: Floats, lag: Floats, arcs: list[tuple[Floats, Floats]]) -> list[Starts]:
     """Where it changes its sign from one arc to the other, at an end at which both meet between two whirl speeds."""
     (one, phase), (other, far) = arcs
     known = np.isfinite(one) & np.isfinite(other)
@@ -261,7 +274,7 @@ def _joints(speeds: Floats, log_slip: Floats, arcs: list[tuple[Floats, Floats]])
     for here, beyond in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
         at, k = np.nonzero(known[:, here] & ~known[:, beyond] & (one[:, here] * other[:, here] <= 0.0))
         k = k if here.stop == -1 else k + 1
-        y = np.column_stack([log_slip[at, k], phase[at, k] + 0.5 * turn[at, k]])
+        y = np.column_stack([lag[at, k], phase[at, k] + 0.5 * turn[at, k]])
         found.append((speeds[at], y))
     return found
 
