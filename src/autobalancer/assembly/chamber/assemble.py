@@ -47,7 +47,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         profile=profile_rows(machine),
         balls=_balls(machine, positions),
         wall_stretch=np.zeros((n, of.WALLS, 3)),
-        pairs=Pairs(np.zeros(room, np.int32), np.zeros(room, np.int32), np.zeros(room, np.int8), np.zeros((room, 3))),
+        pairs=_pairs(n, room),
         body=body_row(machine),
         power=of.POWER.row(),
         before=of.POWER.row(),
@@ -70,6 +70,11 @@ def _pair_stiffness(machine: ChamberMachine) -> Array:
     if has_cylinders(machine):
         return np.full((len(radii), len(radii)), reduced_modulus(machine.contact))
     return np.array([[pair_stiffness(machine.contact, a, b) for b in radii] for a in radii])
+
+
+def _pairs(n: int, room: int) -> Pairs:
+    first, second = np.zeros(room, np.int32), np.zeros(room, np.int32)
+    return Pairs(first, second, np.zeros(room, np.int8), np.zeros((room, 3)), np.zeros((n, 3)))
 
 
 def _scratch(n: int, room: int) -> Scratch:

@@ -19,6 +19,7 @@ class Pairs(NamedTuple):
     second: Array
     touching: Array  # 1 while they touch
     stretch: Array  # (., 3) of the tangential spring, m
+    listed: Array  # (n, 3) where the balls were when the pairs were listed, from the middle of the rotor, m
 
 
 class Search(NamedTuple):
@@ -94,7 +95,7 @@ CHAMBER = types.NamedTuple(
         of.RUN.row_type, of.CONTACT.row_type, of.MACHINE.row_type, of.ROOM.rows_type(), _matrix,
         types.float64[::1], types.int64[:, ::1], of.PROFILE.rows_type(),
         of.BALL.rows_type(), types.float64[:, :, ::1],
-        types.NamedTuple([_short, _short, types.int8[::1], _matrix], Pairs),
+        types.NamedTuple([_short, _short, types.int8[::1], _matrix, _matrix], Pairs),
         of.BODY.row_type, of.POWER.row_type, of.POWER.row_type, of.ACCOUNT.row_type, of.SINCE.row_type,
         of.PROGRESS.row_type, _scratch,
     ],

@@ -1,5 +1,7 @@
 """Which balls may touch: a list of near pairs with a margin, rebuilt when a ball may have crossed it.
 
+What all balls turn and move together does not count, so that balls at rest in the rotor keep their list.
+
 Up to a hundred balls every pair is looked at; beyond, balls are sorted into cells as wide as the margin reaches, which costs
 time in proportion to their number.
 """
@@ -7,15 +9,18 @@ time in proportion to their number.
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
+from math import sqrt
+
 from numba import njit
 
 from autobalancer.kernels.chamber.records import LOST_BALLS, TOO_DENSE
-from autobalancer.kernels.chamber.vectors import dot, minus, three
+from autobalancer.kernels.chamber.vectors import dot, minus, put, three
 from autobalancer.kernels.flags import APART, MERGED
 from autobalancer.kernels.pointers import row
 
 DIRECT = 100
 FAR = 1e6  # m
+ENOUGH = 0.8  # of the margin: when less is left, looking again and again would take longer than a new list
 
 
 @njit(**MERGED)
@@ -61,6 +66,8 @@ def rebuild(chamber):
     Springs of pairs that stay are kept.
     """
     n = chamber.balls.shape[0]
+    for i in range(n):
+        put(chamber.pairs.listed[i], minus(three(row(chamber.balls, i).position), three(chamber.body.place)))
     _remember(chamber)
     chamber.progress.pairs = 0
     chamber.progress.rebuilds += 1
@@ -148,7 +155,30 @@ def follow(chamber, way, times, ahead):
 
     ``ahead`` is the part of ``way`` that is still to be gone.
     """
-    chamber.progress.way += way
-    if times * chamber.progress.way > chamber.run.margin:
+    margin, progress = chamber.run.margin, chamber.progress
+    progress.way += way
+    if times * progress.way <= margin:
+        return
+    progress.way = moved(chamber) + ahead
+    if times * progress.way > ENOUGH * margin:
         rebuild(chamber)
-        chamber.progress.way = ahead
+        progress.way = ahead
+
+
+@njit(**APART)
+def moved(chamber):
+    """The farthest that a ball is from where it was listed, after the turn of all balls about the rotor that fits best."""
+    balls, listed, middle = chamber.balls, chamber.pairs.listed, three(chamber.body.place)
+    along = across = 0.0
+    for i in range(balls.shape[0]):
+        _, y, z = minus(three(row(balls, i).position), middle)
+        along += listed[i, 1] * y + listed[i, 2] * z
+        across += listed[i, 1] * z - listed[i, 2] * y
+    size = sqrt(along * along + across * across)
+    c, s = (along / size, across / size) if size > 0.0 else (1.0, 0.0)
+    most = 0.0
+    for i in range(balls.shape[0]):
+        u, v = listed[i, 1], listed[i, 2]
+        way = minus(minus(three(row(balls, i).position), middle), (listed[i, 0], c * u - s * v, s * u + c * v))
+        most = max(most, dot(way, way))
+    return sqrt(most)
