@@ -194,7 +194,9 @@ def test_steps_of_a_chamber_need_no_python_and_take_several_contacts_at_once() -
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     flags.nrt, flags.error_model = False, "numpy"
     contexts = cpu_target.typing_context, cpu_target.target_context
-    code = compiler.compile_extra(*contexts, verlet.py_func, (CHAMBER, SAMPLES), numba.void, flags, {}).library
+    code = compiler.compile_extra(
+        *contexts, verlet.py_func, (CHAMBER, SAMPLES, numba.float64), numba.void, flags, {}
+    ).library
     needed = re.findall(r'^declare .*@"?([\w.]+)', code.get_llvm_str(), re.MULTILINE)
     assert [
         name for name in needed if not name.startswith("llvm.") and name not in ("sqrt", "sin", "cos", "atan2")

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit, void
+from numba import float64, njit, void
 
-from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
+from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES, Samples
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow, rebuild
-from autobalancer.kernels.chamber.records import COORDINATES, THETA
+from autobalancer.kernels.chamber.records import COORDINATES, MOTION, SAMPLE, THETA
 from autobalancer.kernels.chamber.samples import add_reactions, book, keep_power, speed_at, step_done
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import APART, COMPILED, MERGED
 from autobalancer.kernels.pointers import row
 
 
@@ -68,23 +68,64 @@ def _kick_balls(balls, h, jolt):
     for i in range(balls.shape[0]):
         ball = row(balls, i)
         inverse, spun = ball.inverse_mass, ball.inverse_inertia
+        moved = turned = 0.0  # sums of their own: the processor would wait for one sum over all balls
         for j in range(3):
             new = inverse * ball.force[j]
             change = new - ball.acceleration[j]
-            jolt += ball.mass * change * change
+            moved += change * change
             ball.velocity[j] += 0.5 * h * change
             ball.acceleration[j] = new
             new = spun * ball.moment[j]
             change = new - ball.spin_rate[j]
-            jolt += ball.inertia * change * change
+            turned += change * change
             ball.spin[j] += 0.5 * h * change
             ball.spin_rate[j] = new
+        jolt += ball.mass * moved + ball.inertia * turned
     return jolt
 
 
-@njit(void(CHAMBER, SAMPLES), **COMPILED)
-def verlet(chamber, samples):
-    """Advance until there is a sample in every row of ``samples``."""
+@njit(**MERGED)
+def _fade(balls, fading):
+    """Slow all balls down by the factor ``fading``."""
+    for i in range(balls.shape[0]):
+        ball = row(balls, i)
+        for j in range(3):
+            ball.velocity[j] *= fading
+
+
+@njit(**APART)
+def _begin(chamber):
+    """List the pairs and evaluate once at time 0, so that the first step has its rates."""
+    body, progress = chamber.body, chamber.progress
+    prescribed = 0.0
+    if chamber.machine.driven == 0:
+        body.rate[THETA], prescribed = speed_at(chamber, 0.0)
+    rebuild(chamber)
+    progress.way = 0.0
+    if progress.trouble != 0:
+        return
+    for _ in range(2):  # the second time with the bearing forces of the first
+        forces(chamber, prescribed)
+    for i in range(COORDINATES):
+        body.acceleration[i] = body.new_acceleration[i]
+    for i in range(chamber.balls.shape[0]):
+        ball = row(chamber.balls, i)
+        for j in range(3):
+            ball.acceleration[j] = ball.inverse_mass * ball.force[j]
+            ball.spin_rate[j] = ball.inverse_inertia * ball.moment[j]
+    keep_power(chamber.before, chamber.power)
+
+
+@njit(void(CHAMBER, SAMPLES, float64), **COMPILED)
+def verlet(chamber, samples, fading):
+    """Advance until there is a sample in every row of ``samples``; with no row, make the chamber ready for its first step.
+
+    After every sample the velocities of the balls are multiplied by ``fading``. All of it is one compiled function, because
+    each takes half a minute to compile.
+    """
+    if samples.rows.shape[0] == 0:
+        _begin(chamber)
+        return
     h = chamber.run.step
     body, progress = chamber.body, chamber.progress
     driven = chamber.machine.driven != 0
@@ -107,27 +148,12 @@ def verlet(chamber, samples):
         jolt = _kick_balls(chamber.balls, h, jolt)
         book(chamber, jolt)
         add_reactions(chamber.since, body, 1.0)
+        before = kept
         kept = step_done(chamber, samples, kept)
+        if kept > before and fading != 1.0:
+            _fade(chamber.balls, fading)
 
 
-@njit(void(CHAMBER), **COMPILED)
 def start(chamber):
     """List the pairs and evaluate once at time 0, so that the first step has its rates."""
-    body, progress = chamber.body, chamber.progress
-    prescribed = 0.0
-    if chamber.machine.driven == 0:
-        body.rate[THETA], prescribed = speed_at(chamber, 0.0)
-    rebuild(chamber)
-    progress.way = 0.0
-    if progress.trouble != 0:
-        return
-    for _ in range(2):  # the second time with the bearing forces of the first
-        forces(chamber, prescribed)
-    for i in range(COORDINATES):
-        body.acceleration[i] = body.new_acceleration[i]
-    for i in range(chamber.balls.shape[0]):
-        ball = row(chamber.balls, i)
-        for j in range(3):
-            ball.acceleration[j] = ball.inverse_mass * ball.force[j]
-            ball.spin_rate[j] = ball.inverse_inertia * ball.moment[j]
-    keep_power(chamber.before, chamber.power)
+    verlet(chamber, Samples(1, SAMPLE.rows(0), MOTION.rows(0, chamber.balls.shape[0])), 1.0)

@@ -153,4 +153,4 @@ def _advance(method: str, chamber: Chamber, samples: Samples) -> None:
         return
     from autobalancer.kernels.chamber.verlet import verlet
 
-    verlet(chamber, samples)
+    verlet(chamber, samples, 1.0)

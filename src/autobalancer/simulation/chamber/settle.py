@@ -41,13 +41,11 @@ def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, l
     start(chamber)
     every = max(round(FADE / step), 1)
     fading = float(np.exp(-DECAY * every * step))
-    samples = room_for(chamber, 1, every)
+    samples = room_for(chamber, round(LOOK / FADE), every)
     quiet = 0
     for _ in range(max(round(longest / LOOK), 1)):
-        for _ in range(round(LOOK / FADE)):
-            verlet(chamber, samples)
-            balls.velocity *= fading
-        quiet = quiet + 1 if float(np.abs(samples.balls.velocity).max()) < SLOW else 0
+        verlet(chamber, samples, fading)
+        quiet = quiet + 1 if float(np.abs(samples.balls.velocity[-1]).max()) < SLOW else 0
         if quiet == 2:
             break
-    return np.array(samples.balls.position[0])
+    return np.array(samples.balls.position[-1])
