@@ -12,7 +12,7 @@ from math import sqrt
 
 from numba import float64, njit, void
 
-from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES, Samples
+from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES, Chamber, Samples
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow, rebuild
 from autobalancer.kernels.chamber.records import COORDINATES, MOTION, SAMPLE, THETA
@@ -154,6 +154,6 @@ def verlet(chamber, samples, fading):
             _fade(chamber.balls, fading)
 
 
-def start(chamber):
+def start(chamber: Chamber) -> None:
     """List the pairs and evaluate once at time 0, so that the first step has its rates."""
     verlet(chamber, Samples(1, SAMPLE.rows(0), MOTION.rows(0, chamber.balls.shape[0])), 1.0)
