@@ -149,6 +149,7 @@ SAMPLES = (
     "rodrigues_critical_speeds",
 )
 WIDE = (
+    'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',
     "check discoidal.toml",
     "check two_plane_rotor.toml",
     "check deep_chamber.toml",

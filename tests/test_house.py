@@ -23,6 +23,7 @@ MANY = {
     "plots/chamber/film.py animate_chamber": "everything one may wish of a film",
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
+    "studies/ensemble/ensemble.py ensemble": "everything one may ask of thousands of runs",
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 FULL: dict[str, str] = {}

@@ -43,6 +43,7 @@ from autobalancer.simulation.sampling import SampleTimes as SampleTimes
 from autobalancer.simulation.sampling import Samples as Samples
 from autobalancer.studies.basin import basin as basin
 from autobalancer.studies.compare import compare as compare
+from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.sweep import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
@@ -63,6 +64,7 @@ __all__ = [
     "check",
     "compare",
     "deflection_envelope",
+    "ensemble",
     "errors",
     "example",
     "flow",

@@ -46,6 +46,9 @@ from autobalancer.plots.stability.basins import basin as basin
 from autobalancer.plots.stability.bifurcation_curves import bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import border_curve as border_curve
 from autobalancer.plots.stability.branches import branches as branches
+from autobalancer.plots.stability.ensemble import ensemble as ensemble
+from autobalancer.plots.stability.ensemble import ensemble_distribution as ensemble_distribution
+from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
 from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 
@@ -72,6 +75,9 @@ __all__ = [
     "drag_laws",
     "drive_train",
     "eigenvalues",
+    "ensemble",
+    "ensemble_distribution",
+    "ensemble_scatter",
     "equilibrium_angle",
     "equivalent_planar",
     "flow",

@@ -63,7 +63,19 @@ from autobalancer.cli.rotors import (  # noqa: E402
     sheared_drag,
     torsion,
 )
-from autobalancer.cli.runs import animate, archive, basin, compare, design, measures, plot, run, stepped, study  # noqa: E402
+from autobalancer.cli.runs import (  # noqa: E402
+    animate,
+    archive,
+    basin,
+    compare,
+    design,
+    ensemble,
+    measures,
+    plot,
+    run,
+    stepped,
+    study,
+)
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 
 app.command()(check.check)
@@ -78,6 +90,7 @@ app.command()(borders.borders)
 app.command("map")(stability_map.map_)
 app.command()(branches.branches)
 app.command()(basin.basin)
+app.command()(ensemble.ensemble)
 app.command()(compare.compare)
 app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)

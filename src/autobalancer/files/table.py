@@ -17,7 +17,8 @@ from autobalancer.errors import AutobalancerError, ResultError, UnitError
 from autobalancer.files.text import TABLE, read_text
 from autobalancer.units import to_si
 
-_HEAD = re.compile(r"^\s*\"?\s*([A-Za-z_ ]+?)\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
+_NAME = r"[A-Za-z_][A-Za-z_. &]*(?:(?<=[A-Za-z_])\[\d+\][A-Za-z_. &]*)*"  # an index follows its name without a space
+_HEAD = re.compile(rf"^\s*\"?\s*({_NAME})\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def read_table(path: Path, example: str, place: str = "", error: type[Autobalanc
         raise error(f"{place}: no table; the first line must name the columns, such as: {example}")
     separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
     names = [_HEAD.match(cell) for cell in body[0][1].split(separator)]
-    heads = {head[1].lower(): (i, (head[2] or "").strip()) for i, head in enumerate(names) if head}
+    heads = {head[1].strip().lower(): (i, (head[2] or "").strip()) for i, head in enumerate(names) if head}
     found = []
     for number, line in body[1:]:
         cells = tuple((line.replace(",", ".") if separator == ";" else line).split(separator))

@@ -22,13 +22,15 @@ from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.measures import peak_deflection
+from autobalancer.results.shares import wilson_interval
 from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope
-from autobalancer.stability.basins.basin import REVOLUTIONS, released, wilson_interval
+from autobalancer.stability.basins.basin import REVOLUTIONS, released
 from autobalancer.stability.basins.residuals import QUANTILES
 from autobalancer.stability.basins.starts import START_ANGLE
 from autobalancer.stability.states.questions import equilibria
+from autobalancer.studies.ensemble.members import without_start_angles
 from autobalancer.studies.sweep import sweep
 
 FAILED = "failed"
@@ -129,11 +131,7 @@ def driven_to(machine: Machine, speed: float, ramp: float) -> Machine:
         if unbalance.schedule is not None:
             last = {"time": [0.0], "factor": [unbalance_factor(unbalance, math.inf)]}
             machine = with_value_at(machine, f"unbalances[{i}].schedule", last)
-    for i, balancer in enumerate(machine.balancers, start=1):
-        for j, race in enumerate(balancer.races, start=1):
-            balls = tuple(group.model_copy(update={"start_angles": None}) for group in race.balls)
-            machine = with_value_at(machine, f"balancers[{i}].races[{j}].balls", balls)
-    return machine
+    return without_start_angles(machine)
 
 
 def long_enough(machine: Machine, speed: float) -> float:

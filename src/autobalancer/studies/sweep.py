@@ -11,37 +11,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.contact.touches import ROOM, with_touches
 from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.places import Places, places_of
-from autobalancer.assembly.profile import unbalance_jumps
-from autobalancer.assembly.quantities import parameter_range
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import ACCEPTED
-from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance
 from autobalancer.machine import Machine
-from autobalancer.machine.part import Part
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.swept import Swept
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
-from autobalancer.simulation.equations import equations
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.impacts import Noted
 from autobalancer.simulation.prepare import prepare
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Envelope, LastRevolutions
+from autobalancer.studies.ensemble.one import Plan, run_member
 from autobalancer.studies.in_threads import in_threads
-from autobalancer.studies.sweep_row import sweep_row
-from autobalancer.studies.variations import coordinate, variation_text, with_variation
+from autobalancer.studies.variations import coordinate, listed, variation_text, with_variation
 from autobalancer.units import optional_argument
-from autobalancer.units.ranges import is_range
 
 
 @shows_progress
@@ -105,7 +92,7 @@ def sweep(
     """
     duration = optional_argument("duration", duration, "s")
     machine = balls_in_races(machine)
-    variations = {name: _listed(machine, name, values) for name, values in variations.items()}
+    variations = {name: listed(machine, name, values) for name, values in variations.items()}
     if duration is None and machine.run is None:
         raise QuestionError("duration: the machine has no 'run.duration'; give one here")
     if duration is not None and not (math.isfinite(duration) and duration > 0.0):
@@ -128,19 +115,14 @@ def sweep(
             kind = UnitError if isinstance(error, UnitError) else MachineError
             raise kind(f"{variation_text(variations, point)}{error}") from None
 
+    plan = Plan(end, tolerance, bins, max_steps)
+
     def one(ready: tuple[Assembly, Places]) -> dict[str, Any]:
-        return _run(*ready, end, tolerance, bins, max_steps)
+        return run_member(*ready, plan)
 
     rows = in_threads(one, prepared, workers, progress)
     found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
     return Swept.of(found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found)
-
-
-def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
-    """A single value as a list of one, a range as its values."""
-    if is_range(values):
-        return [value.item() for value in parameter_range(machine, name, values)]
-    return [values] if isinstance(values, str | int | float | Mapping | Part) else values
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:
@@ -152,20 +134,6 @@ def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[
     if len(set(sizes.values())) > 1:
         raise QuestionError(f"variations: with grid=False all lists must have one length; given {sizes}")
     return (next(iter(sizes.values())),), list(zip(*variations.values(), strict=True))
-
-
-def _run(assembly: Assembly, places: Places, end: float, tolerance: float, bins: int, max_steps: int) -> dict[str, Any]:
-    pair = tableaus.dormand_prince_8()
-    record = record_for([Envelope(bins), LastRevolutions()], (), assembly, end, unbalance_jumps(places.machine, end))
-    memory = memory_for(assembly, end, tolerance, pair)
-    assembly, touches = with_touches(places.machine, assembly)
-    noted, status, moving = Noted(touches), RUNNING, equations(assembly)
-    while status == RUNNING and memory.counts[ACCEPTED] < max_steps:
-        status = advance(
-            *moving, assembly.system, pair, record, memory, min(ROOM, max_steps - int(memory.counts[ACCEPTED]))
-        )
-        noted.take(assembly.system)
-    return sweep_row(status, assembly, places, record, memory, end, noted.found())
 
 
 def _dataset(

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import parameter_unit, si_value, with_parameter
+from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import entry_at
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
+from autobalancer.units.ranges import is_range
 
 
 def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any, ...]) -> Machine:
@@ -29,6 +30,13 @@ def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any
     for path, value in zip(variations, point, strict=True):
         machine = with_parameter(machine, path, float(value) if isinstance(value, np.floating) else value)
     return machine
+
+
+def listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
+    """A single value of a parameter as a list of one, a range as its values."""
+    if is_range(values):
+        return [value.item() for value in parameter_range(machine, name, values)]
+    return [values] if isinstance(values, str | int | float | Mapping | Part) else values
 
 
 def variation_text(variations: Iterable[str], point: tuple[Any, ...]) -> str:

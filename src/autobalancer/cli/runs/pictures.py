@@ -18,6 +18,7 @@ Pictures = dict[str, "Callable[[], Figure]"]
 RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
+ENSEMBLE = ("shares", "distribution")
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,12 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
         return {"designs": lambda: ab.plot.chamber_designs(result)}
     if {"layers", "friction", "balls"} <= set(result.dims):
         return _of_study(result, wishes)
+    if "member" in result.dims:
+        _refuse(wishes, "of an ensemble", "log", "frame", "place", "time", "start", "end", "deflection_unit")
+        return {
+            "shares": lambda: ab.plot.ensemble(result, speed_unit=wishes.speed_unit),
+            "distribution": lambda: ab.plot.ensemble_distribution(result, speed_unit=wishes.speed_unit),
+        }
     return _of_races(result, wishes)
 
 

@@ -21,6 +21,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "CriticalSpeeds": "rotordynamics.answers",
     "Eigenvalues": "stability.states.answers",
     "Ends": "results.answers.ends",
+    "Ensemble": "results.answers.ensemble",
     "Equilibria": "stability.states.answers",
     "FittedReceptance": "measurement.receptance.answer",
     "Labeled": "results.answers.labeled",

@@ -9,7 +9,6 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,6 +29,7 @@ from autobalancer.kernels.settle import settle
 from autobalancer.kernels.system import BALLS, Floats, Matrix, System, own
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
+from autobalancer.results.shares import wilson_interval
 from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
@@ -266,12 +266,3 @@ def _with_starts(found: xr.Dataset, starts: Matrix) -> xr.Dataset:
     found["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
     worst = int(np.nan_to_num(found["final_deflection"].values).argmax())
     return found.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
-
-
-def wilson_interval(counts: np.ndarray[Any, Any], total: int) -> tuple[Floats, Floats]:
-    """95 % interval of a share (Wilson 1927)."""
-    z = 1.959964
-    share = counts / total
-    middle = (share + z * z / (2 * total)) / (1 + z * z / total)
-    half = z / (1 + z * z / total) * np.sqrt(share * (1 - share) / total + z * z / (4 * total**2))
-    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)

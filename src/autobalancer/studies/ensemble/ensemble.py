@@ -1,0 +1,148 @@
+"""Thousands of run-ups of one machine, each with its own numbers."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
+from autobalancer.machine import Machine
+from autobalancer.patience import shows_progress
+from autobalancer.results.answers.ensemble import IMPOSSIBLE, NOT_RUN, Ensemble
+from autobalancer.studies.ensemble.columns import columns_of
+from autobalancer.studies.ensemble.dataset import ensemble_dataset
+from autobalancer.studies.ensemble.members import Impossible, Members
+from autobalancer.studies.ensemble.one import Plan, run_member
+from autobalancer.studies.ensemble.room import refuse_what_does_not_fit
+from autobalancer.studies.in_threads import in_threads
+from autobalancer.units import optional_argument
+
+
+@shows_progress
+def ensemble(
+    machine: Machine | str | Path,
+    columns: Mapping[str, Any] | str | Path | None = None,
+    *,
+    seeds: int | None = None,
+    seed: int = 0,
+    duration: float | str | None = None,
+    tolerance: float = 1e-7,
+    bins: int = 500,
+    impossible: Impossible = "refuse",
+    keep_states: bool = False,
+    workers: int | None = None,
+    max_steps: int = 10_000_000,
+    progress: Callable[[int, int], None] | None = None,
+    keep_on_interrupt: bool = False,
+) -> Ensemble:
+    """Run thousands of members of one machine, and keep measures of each.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    columns
+        Path of a parameter or a plain name, as for :func:`autobalancer.sweep`, to its values, one for each member: SI, or texts
+        with units; a single value holds for all. Besides them, at the start and in the rotor, ``ball_angle[i]`` (rad),
+        ``ball_speed[i]`` or ``ball_speed`` of all balls (rad/s), and ``seed``. Or the path of a table (CSV) whose first line
+        names them with units, such as ``viscosity [mm^2/s], ball_angle[1] [deg]``.
+    seeds
+        Number of random starts with which every row of the columns is run, from ``seed`` on. Start angles of the machine do
+        not count then, nor with a column ``seed``.
+    seed
+        For the start positions of balls that have none.
+    duration, tolerance
+        As for :func:`autobalancer.simulate`.
+    bins
+        Resolution in time of the measures.
+    impossible
+        What to do with members that no machine can be: ``"refuse"`` raises an error that names the first one, ``"record"`` gives
+        them the outcome ``impossible`` and runs the others. Either way that is known before anything runs.
+    keep_states
+        Whether to keep the state at the end of every member.
+    workers
+        Threads; by default one for each core. The result does not depend on it.
+    max_steps
+        Of one member, which ends with the outcome "budget spent" then.
+    progress
+        Called with (members done, members in all).
+    keep_on_interrupt
+        If true, Ctrl-C returns what is done; the other members have the outcome ``not run``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``member``, from 1: the columns and ``seed`` as coordinates, the measures of :func:`autobalancer.sweep`, ``outcome``,
+        ``verdict``, ``balanced``, ``steps``, and ``start_ball_angle_in_rotor``. ``attrs`` say how long a member took.
+        A member has the same bits as :func:`autobalancer.simulate` of its machine with the same seed and tolerance.
+
+    Raises
+    ------
+    QuestionError
+        For unknown columns, unequal lengths, neither columns nor seeds, a missing duration, too little memory.
+    MachineError
+        If a member is impossible; the message names it. Nothing has run by then.
+    """
+    machine = balls_in_races(machine)
+    given = columns_of(machine, columns)
+    if columns is None and seeds is None:
+        raise QuestionError("ensemble: give columns of numbers, or a number of random starts, such as seeds=1000")
+    if seeds is not None and (seeds < 1 or given.seeds is not None):
+        raise QuestionError(f"seeds: given {seeds}; must be at least 1, and stands in place of a column 'seed'")
+    if impossible not in ("refuse", "record"):
+        raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
+    if not 1e-13 <= tolerance <= 1e-2:
+        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
+    end = _duration(machine, duration)
+    drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
+    refuse_what_does_not_fit(machine, given.count * (seeds or 1), keep_states)
+    members = Members(machine, given, drawn, seed, end, max_steps)
+    reasons = members.impossible(impossible)
+    plan = Plan(end, tolerance, bins, max_steps)
+    rows: list[dict[str, Any]] = [{"outcome": NOT_RUN, "text": ""} for _ in range(members.count)]
+    for number, text in reasons.items():
+        rows[number] = {"outcome": IMPOSSIBLE, "text": text}
+    possible = [number for number in range(members.count) if number not in reasons]
+    spent = np.zeros(members.count)
+
+    def one(number: int) -> None:
+        ready = members.ready(number)
+        begin = time.thread_time()
+        row = run_member(ready.assembly, ready.places, plan)
+        spent[number] = time.thread_time() - begin
+        if not keep_states:
+            del row["state"]
+        rows[number] = row
+
+    interrupted = False
+    try:
+        in_threads(one, possible, workers, progress)
+    except KeyboardInterrupt:
+        if not keep_on_interrupt:
+            raise
+        interrupted = True
+    found = ensemble_dataset(members, rows, plan)
+    done = spent[spent > 0.0]
+    found.attrs |= {
+        "run_time_per_member": float(done.mean()) if done.size else math.nan,
+        "lanes": 1,
+        "outcome": "interrupted" if interrupted else "finished",
+    }
+    return Ensemble.of(found)
+
+
+def _duration(machine: Machine, duration: float | str | None) -> float:
+    given = optional_argument("duration", duration, "s")
+    if given is None:
+        if machine.run is None:
+            raise QuestionError("duration: the machine has no 'run.duration'; give one here")
+        return float(machine.run.duration)
+    if not (math.isfinite(given) and given > 0.0):
+        raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
+    return given

@@ -1,0 +1,199 @@
+"""Ensembles: thousands of members of one machine, each as it would be alone."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.kernels.system import BALLS
+from autobalancer.results.measure_table import PER_BALL
+from autobalancer.results.shares import wilson_interval
+from autobalancer.studies.ensemble import room
+from autobalancer.studies.ensemble.members import with_starts
+
+MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+STALL = MACHINES / "stall_and_release.toml"
+END, TOLERANCE = 1.0, 1e-6
+DRAG = [1e-4, 2e-4, 4e-4]
+
+
+def alone(machine: Any, seed: int = 0, end: float = END) -> Any:
+    """An ordinary run that keeps what a member keeps."""
+    return ab.simulate(
+        machine, duration=end, seed=seed, tolerance=TOLERANCE, save=[ab.Envelope(20), ab.LastRevolutions()]
+    )
+
+
+def members(machine: Any, columns: Any, **more: Any) -> Any:
+    return ab.ensemble(machine, columns, duration=END, tolerance=TOLERANCE, bins=20, keep_states=True, **more)
+
+
+def same(found: Any, number: int, run: Any) -> None:
+    """The member is the run, digit for digit."""
+    measured = ab.measures(run)
+    assert found["steps"].values[number] == run.attrs["steps"]
+    for name in ("peak_deflection", "peak_speed", "time_near_peak", "residual_vibration"):
+        assert found[name].values[number] == float(measured[name]), name
+    if "final_ball_angle_to_unbalance" in measured:
+        assert found[PER_BALL].values[number].tolist() == measured["final_ball_angle_to_unbalance"].values.tolist()
+    end = found["final_state"].values[number][BALLS : BALLS + run.sizes["ball"]]
+    assert end == pytest.approx(run["envelope_ball_angle_in_rotor"].values[-1], rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("drag", DRAG[:2]),
+        ("unbalance", [3e-4, "6000 g*mm"]),
+        ("rotor.mass", [9.0, 11.0]),
+        ("damping", [80.0, 150.0]),
+        ("ball_mass", [2e-3, 3e-3]),
+        ("drive.gain", [0.8, 1.2]),
+        ("balancers[1].races[1].orbit_radius", [0.09, 0.11]),
+    ],
+)
+def test_a_member_is_the_run_of_its_machine_digit_for_digit(name: str, values: list[Any]) -> None:
+    found = members(STALL, {name: values})
+    for number, value in enumerate(values):
+        same(found, number, alone(ab.with_parameter(ab.load_machine(STALL), name, value)))
+
+
+def test_start_angles_and_speeds_are_columns_too() -> None:
+    columns = {"ball_angle[1]": ["10 deg", 0.35], "ball_angle[2]": 3.0, "ball_speed": [0.0, -5.0]}
+    found = members(STALL, columns)
+    machine = with_starts(ab.load_machine(STALL), {"ball_angle[1]": 0.35, "ball_angle[2]": 3.0, "ball_speed": -5.0})
+    same(found, 1, alone(machine))
+    assert found["start_ball_angle_in_rotor"].values[1] == pytest.approx([0.35, 3.0])
+
+
+def test_seeds_draw_the_starts_as_an_ordinary_run_does() -> None:
+    text = STALL.read_text().replace('start_angles = ["60 deg", "-110 deg"]', "")
+    found = members(ab.load_machine(STALL), {"drag": DRAG[:2]}, seeds=2, seed=7)
+    assert found["seed"].values.tolist() == [7, 8, 7, 8]
+    free = ab.parse_machine(text)
+    same(found, 3, alone(ab.with_parameter(free, "drag", DRAG[1]), seed=8))
+
+
+@pytest.mark.parametrize("name", ["rigid_rotor", "real_race", "resolved_balls", "variant_partitions"])
+def test_every_kind_of_rotor_and_ball_runs_in_an_ensemble(name: str) -> None:
+    machine = ab.load_machine(MACHINES / f"{name}.toml")
+    end = 0.2
+    found = ab.ensemble(
+        machine, {"unbalances[1].angle": [0.1, 0.2]}, duration=end, tolerance=TOLERANCE, bins=20, keep_states=True
+    )
+    same(found, 1, alone(ab.with_parameter(machine, "unbalances[1].angle", 0.2), end=end))
+
+
+def test_two_threads_give_the_bits_of_one() -> None:
+    one, two = (members(STALL, {"drag": DRAG}, workers=workers) for workers in (1, 2))
+    for name in one.data_vars:
+        assert one[name].equals(two[name]), name
+
+
+def test_a_table_says_the_columns_with_their_units(tmp_path: Path) -> None:
+    table = tmp_path / "members.csv"
+    table.write_text(
+        "unbalance [g*mm], ball_angle[1] [deg], ball_angle[2] [deg], seed\n300, 10, 100, 3\n500, 20, 200, 4\n"
+    )
+    found = ab.ensemble(STALL, table, duration=0.05)
+    assert found["unbalance"].dims == ("member",)
+    assert found.coords["seed"].values.tolist() == [3, 4]
+    assert found["ball_angle_2"].values == pytest.approx(np.deg2rad([100.0, 200.0]))
+    table.write_text("unbalance\n300\n")
+    with pytest.raises(
+        QuestionError, match=r"numbers without a unit; write it in the first line, such as unbalance \[kg\*m\]"
+    ):
+        ab.ensemble(STALL, table, duration=0.05)
+
+
+def test_an_impossible_member_is_named_before_anything_runs() -> None:
+    columns = {"drag": [1e-4, -1e-4], "unbalance": [1e-4, 2e-4]}
+    with pytest.raises(QuestionError, match=r"member 2, variation with drag = -0.0001, unbalance = 0.0002"):
+        ab.ensemble(STALL, columns, duration=END)
+    columns = {"rotor.mass": [9.0, -1.0, 11.0]}
+    with pytest.raises(MachineError, match=r"member 2, variation with rotor.mass = -1"):
+        ab.ensemble(STALL, columns, duration=END)
+
+
+def test_an_impossible_member_can_be_recorded_while_the_others_run() -> None:
+    found = ab.ensemble(STALL, {"rotor.mass": [9.0, -1.0, 11.0]}, duration=0.05, impossible="record")
+    assert found["outcome"].values.tolist() == ["finished", "impossible", "finished"]
+    assert "rotor.mass = -1" in str(found["reason"].values[1])
+    assert np.isnan(found["peak_deflection"].values[1])
+    assert found["peak_deflection"].values[2] > 0.0
+    assert float(found.shares()["count"].sum()) == 2
+
+
+def test_a_member_that_stops_is_recorded_and_the_others_go_on() -> None:
+    found = ab.ensemble(STALL, {"drag": [1e-4, 1e2]}, duration=0.5, max_steps=2000)
+    assert found["outcome"].values.tolist() == ["finished", "budget spent"]
+
+
+def test_an_interrupted_ensemble_keeps_what_is_done() -> None:
+    def stop(done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    found = ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop, keep_on_interrupt=True)
+    assert found.attrs["outcome"] == "interrupted"
+    assert found["outcome"].values.tolist() == ["finished", "finished", "not run"]
+    with pytest.raises(KeyboardInterrupt):
+        ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop)
+
+
+def test_more_members_than_memory_holds_are_refused_with_the_number_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "free_memory", lambda: 1e6)
+    with pytest.raises(QuestionError, match=r"at most \d+ members fit"):
+        ab.ensemble(STALL, seeds=100_000)
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        ({"drag": []}, "'drag' is empty"),
+        ({"drag": [1e-4, 2e-4], "damping": [1.0, 2.0, 3.0]}, "same length"),
+        ({"dragg": [1e-4]}, "no such name"),
+        ({"ball_angle[3]": [0.0]}, r"ball_angle\[1\] to ball_angle\[2\]"),
+        ({"ball_angle[1]": [np.nan]}, "must be finite"),
+        ({"seed": [1.5]}, "must be a whole number"),
+    ],
+)
+def test_columns_that_make_no_sense_are_refused(columns: dict[str, Any], told: str) -> None:
+    with pytest.raises(QuestionError, match=told):
+        ab.ensemble(STALL, columns, duration=END)
+
+
+def test_the_interval_of_a_share_is_that_of_wilson() -> None:
+    low, high = wilson_interval(np.array([8]), 10)  # Newcombe (1998): 0.4901 to 0.9433
+    assert (low[0], high[0]) == pytest.approx((0.4902, 0.9433), abs=1e-4)
+
+
+def test_an_ensemble_shows_shares_and_is_read_back_as_what_it_is(tmp_path: Path) -> None:
+    found = ab.ensemble(STALL, {"drag": [1e-4, 2e-4]}, seeds=2, duration=0.05)
+    assert "ensemble of 4 members" in repr(found)
+    assert "95 % from" in repr(found)
+    path = tmp_path / "ensemble.nc"
+    ab.save_run(found, path)
+    again = ab.load_run(path)
+    assert type(again) is type(found)
+    assert repr(again) == repr(found)
+
+
+def test_the_command_writes_the_ensemble_and_says_the_shares(tmp_path: Path) -> None:
+    out, picture = tmp_path / "e.nc", tmp_path / "e.png"
+    words = ["ensemble", str(STALL), "--column", "drag=1e-4,2e-4 N*m*s", "--seeds", "2", "--duration", "50 ms"]
+    answer = CliRunner().invoke(app, [*words, "--out", str(out), "--plot", str(picture)])
+    assert answer.exit_code == 0, answer.output
+    assert "no verdict" in answer.output
+    assert out.exists()
+    assert picture.exists()
+    answer = CliRunner().invoke(app, [*words, "--out", str(out), "--json"])
+    assert json.loads(answer.output)["share"]["no verdict"]["count"] == 4
