@@ -16,7 +16,6 @@ from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.ellipses.forces import Elements
 from autobalancer.assembly.rotors.ellipses.steady import ellipses
 from autobalancer.assembly.rotors.softened import softened
-from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import RubberLaw
 from autobalancer.machine import Machine
 
@@ -128,8 +127,9 @@ def test_the_ellipses_of_a_machine_that_is_alike_along_x_and_y_are_its_circles()
     assert found.third.max() < 1e-9 * circles.amplitude.max()
 
 
-def test_a_run_comes_to_the_ellipse_of_the_response_and_to_the_third_harmonic_it_leaves_out() -> None:
-    one = machine((5e3, 4e4))
+@pytest.mark.parametrize("law", ["elastoplastic", "endochronic"])
+def test_a_run_comes_to_the_ellipse_of_the_response_and_to_the_third_harmonic_it_leaves_out(law: str) -> None:
+    one = machine((5e3, 4e4), law=law)
     found = ab.rotor.response(one, 60.0, "middle").isel(speed=0, station=0)
     turns = 60.0 * 12.0 / (2.0 * math.pi)
     run = ab.simulate(one, duration=12.0, save=ab.Samples(count=6001), tolerance=1e-8)
@@ -138,19 +138,21 @@ def test_a_run_comes_to_the_ellipse_of_the_response_and_to_the_third_harmonic_it
     waves = np.exp(1j * np.outer(angle, [0.0, 1.0, -1.0, 3.0, -3.0]))
     z = run.x.values[late] + 1j * run.y.values[late]
     part = np.linalg.lstsq(waves, z, rcond=None)[0]
-    # 3e-3: what sticks remembers the start and forgets it as 1/time
-    assert abs(part[1]) == pytest.approx(float(found["forward"]), rel=3e-3)
-    assert abs(part[2]) == pytest.approx(float(found["backward"]), rel=3e-3)
-    assert np.angle(part[1]) == pytest.approx(float(found["phase"]), abs=3e-3)
     third = abs(part[3]) + abs(part[4])
     estimate = float(found["rubber_third_harmonic"].mean())  # of the rubber, on both sides of the middle
     assert third == pytest.approx(estimate, rel=0.1)
     assert third < 5e-3 * abs(part[1])
+    # elastoplastic: what sticks remembers the start and forgets it as 1/time; the other one forgets it, but is bent more
+    close = 3e-3 if law == "elastoplastic" else third / abs(part[1])
+    assert abs(part[1]) == pytest.approx(float(found["forward"]), rel=close)
+    assert abs(part[2]) == pytest.approx(float(found["backward"]), rel=close)
+    assert np.angle(part[1]) == pytest.approx(float(found["phase"]), abs=close)
 
 
-def test_the_energy_that_unbalance_brings_in_a_cycle_is_what_the_rubber_costs() -> None:
+@pytest.mark.parametrize("law", ["elastoplastic", "endochronic"])
+def test_the_energy_that_unbalance_brings_in_a_cycle_is_what_the_rubber_costs(law: str) -> None:
     w = np.linspace(45.0, 75.0, 7)
-    found = ab.rotor.response(machine((5e3, 4e4)), w, "middle")
+    found = ab.rotor.response(machine((5e3, 4e4), law=law), w, "middle")
     load = 594e-6 * w**2
     x, y = (found[f"{one}_real"].values[:, 0] + 1j * found[f"{one}_imag"].values[:, 0] for one in "xy")
     brought = math.pi * (load * (np.conj(x) - 1j * np.conj(y))).imag
@@ -177,9 +179,37 @@ def test_large_motions_stand_on_the_elastic_part_and_small_ones_on_all_of_it() -
             assert found[name].values == pytest.approx(wanted[name].values, abs=close)  # the friction force that stays
 
 
-def test_endochronic_rubber_in_ellipses_is_refused() -> None:
-    with pytest.raises(QuestionError, match="circles and lines only"):
-        ab.rotor.response(machine((1e4, 2e4), law="endochronic"), [50.0], "middle")
+ALWAYS = RubberLaw(0.0, 0.0, ((1.0, 1.0),), (), "endochronic")
+
+
+def test_endochronic_rubber_on_circles_and_lines_has_the_force_of_the_closed_forms() -> None:
+    a = np.geomspace(1e-6, 9e2, 40)
+    circle, line = on(ALWAYS, np.stack([a, 0.0 * a], 1)), on(ALWAYS, np.stack([0.5 * a, 0.5 * a], 1))
+    assert circle.force[:, 0] / a == pytest.approx(ALWAYS.stiffness(a, 1.0), rel=1e-11)
+    for side in range(2):
+        assert line.force[:, side] / (0.5 * a) == pytest.approx(ALWAYS.stiffness(a, 1.0, "line"), rel=1e-8)
+
+
+@pytest.mark.parametrize("shape", [(0.3, 0.6), (0.9, 0.15), (0.4, 3.0), (1.0, 0.999)])
+def test_endochronic_rubber_on_an_ellipse_has_the_force_of_its_equation_integrated_until_periodic(
+    shape: tuple[float, float],
+) -> None:
+    f, b = shape[0] * np.exp(0.7j), shape[1] * np.exp(-1.9j)
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        rate = 1j * f * np.exp(1j * t) - 1j * b * np.exp(-1j * t)
+        force = complex(y[0], y[1])
+        change = rate - abs(rate) * force
+        forward, backward = force * np.exp(-1j * t), force * np.exp(1j * t)
+        return np.array([change.real, change.imag, forward.real, forward.imag, backward.real, backward.imag])
+
+    y = np.zeros(6)
+    for _ in range(10):
+        y[2:] = 0.0
+        y = solve_ivp(rates, (0.0, 2.0 * math.pi), y, "DOP853", rtol=1e-9, atol=1e-11, max_step=0.1).y[:, -1]
+    mean, found = y[2:] / (2.0 * math.pi), on(ALWAYS, [f, np.conj(b)]).force[0]
+    assert found[0] == pytest.approx(complex(mean[0], mean[1]), abs=1e-7)
+    assert found[1].conjugate() == pytest.approx(complex(mean[2], mean[3]), abs=1e-7)
 
 
 def uneven_frequencies(motion: str, springs: tuple[float, float] | None = (5e3, 4e4), **more: Any) -> np.ndarray:
@@ -228,7 +258,7 @@ def test_modes_in_ellipses_balance_the_force_of_the_rubber_on_their_own_ellipse(
 
 
 @pytest.mark.slow
-def test_release_in_ellipses_on_rubber_that_hardly_softens_is_that_of_plain_springs() -> None:
+def test_release_and_capture_in_ellipses_on_rubber_that_hardly_softens_are_those_of_plain_springs() -> None:
     race = {
         "orbit_radius": 0.07695,
         "drag": {"law": "beta", "beta": 4e-6},
@@ -248,10 +278,10 @@ def test_release_in_ellipses_on_rubber_that_hardly_softens_is_that_of_plain_spri
         rotor = {"kind": "rigid", "mass": MASS, "transverse_inertia": 0.3, "polar_inertia": 0.05, "supports": supports}
         one = machine(None, rotor=rotor, **balls)
         found.append(ab.stability.borders(one, only=("release speed", "capture speed")))
-    (soft, caught), (plain, _) = found
+    (soft, caught), (plain, wanted) = found
     assert "mean torque of a turn" in soft.note
     assert soft.speed == pytest.approx(plain.speed, rel=1e-4)
-    assert not caught.known
+    assert caught.speed == pytest.approx(wanted.speed, rel=1e-4)
 
 
 @pytest.mark.slow
@@ -270,6 +300,21 @@ def test_balls_on_slightly_uneven_supports_are_released_in_a_run_where_the_mean_
     speed = np.interp(run.time.values, profile["time"], speeds)
     hangs = (run.ball_speed_in_rotor.values < -3.0).all(axis=1)
     assert speed[hangs].max() == pytest.approx(released.speed, rel=0.01)  # 0.08 rad/s² brings it a little later
+
+
+@pytest.mark.slow
+def test_a_ball_on_slightly_uneven_supports_is_captured_in_a_run_where_the_balance_says() -> None:
+    race = {**RACE, "friction": {"rolling_resistance": 0.001}}
+    race["balls"] = [{**race["balls"][0], "count": 1, "mass": 0.0148}]
+    given: dict[str, Any] = {"moment": 20e-6, "balancers": [{"station": "middle", "races": [race]}]}
+    _, caught = ab.stability.borders(machine((1e3, 3e3), **given), only=("release speed", "capture speed"))
+    speeds = [1.05 * caught.speed, 1.05 * caught.speed, 0.97 * caught.speed]
+    profile = {"kind": "table", "time": [0.0, 20.0, 130.0], "speed": speeds}
+    drive = {"kind": "speed", "profile": profile}
+    run = ab.simulate(machine((1e3, 3e3), drive=drive, **given), duration=130.0, save=ab.Samples(count=520))
+    speed = np.interp(run.time.values, profile["time"], speeds)
+    fallen = (run.ball_speed_in_rotor.values[:, 0] < -3.0) & (run.time.values > 20.0)
+    assert speed[fallen].max() == pytest.approx(caught.speed, rel=0.015)
 
 
 def test_check_of_a_rotor_without_balls_has_the_vibration_of_its_response() -> None:

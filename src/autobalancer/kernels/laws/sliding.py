@@ -1,6 +1,6 @@
-"""Elastoplastic elements of rubber whose ends move on an ellipse: the periodic force, from one period.
+"""Friction elements of rubber whose ends move on an ellipse: the periodic force, from one period.
 
-With deflections over a_c and forces over k a_c an element follows s = (a cos t, b sin t) with
+With deflections over a_c and forces over k a_c an elastoplastic element follows s = (a cos t, b sin t) with
 
     g' = s'  where g.s' <= 0 (it sticks),    g' = s' - g (g.s')  where it slides.
 
@@ -10,6 +10,8 @@ which one becomes the other are found as roots. The periodic force changes its s
 is solved for g(0) by Broyden's method; then Gauss quadrature gives the harmonics
 
     g_n = (2/pi) int_0^pi g e^(-i n t) dt.
+
+Endochronic elements are found in :mod:`autobalancer.kernels.laws.endochronic`.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from typing import Any
 from numba import boolean, njit, void
 
 from autobalancer.kernels.flags import APART, COMPILED
+from autobalancer.kernels.laws.endochronic import always_sliding
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 ORDER = 12  # of the power series of a step
@@ -227,11 +230,13 @@ def _add(sums: Any, first: int, weight: float, out: Any, column: int) -> None:
 
 
 @njit(**APART)
-def _one(c: Any, sums: Any, forward: float, backward: float, element: Any, start: Any, out: Any, column: int) -> float:
+def _one(
+    c: Any, sums: Any, forward: float, backward: float, element: Any, always: bool, start: Any, out: Any, column: int
+) -> float:
     """Add the force of one element on an ellipse of two circles (m) at a column; returns by how much it misses its period."""
     limit, stiffness = element[0], element[1]
     a, b = (forward + backward) / limit, (forward - backward) / limit
-    if a < TINY:
+    if (a < TINY and not always) or a == 0.0:
         out[column] += stiffness * forward
         out[column + 2] += stiffness * backward
         return 0.0
@@ -239,21 +244,34 @@ def _one(c: Any, sums: Any, forward: float, backward: float, element: Any, start
         a, b = FARTHEST, FARTHEST * b / a
     for i in range(8):
         sums[i] = 0.0
-    miss = _periodic(c, sums, a, b, start)
+    miss = 0.0
+    if always:
+        always_sliding(c, sums, a, b)
+    else:
+        miss = _periodic(c, sums, a, b, start)
     _add(sums, 0, stiffness * limit * 2.0 / math.pi, out, column)
     if column == FORCE:
         _add(sums, 4, stiffness * limit * 2.0 / math.pi, out, THIRD)
     return miss
 
 
-@njit(void(matrix_type, matrix_type, matrix_type, matrix_type, vector_type, matrix_type, boolean), **COMPILED)
+@njit(void(matrix_type, matrix_type, boolean, matrix_type, matrix_type, vector_type, matrix_type, boolean), **COMPILED)
 def forces_on_ellipses(
-    circles: Matrix, elements: Matrix, starts: Matrix, series: Matrix, sums: Floats, out: Matrix, sloped: bool
+    circles: Matrix,
+    elements: Matrix,
+    always: bool,
+    starts: Matrix,
+    series: Matrix,
+    sums: Floats,
+    out: Matrix,
+    sloped: bool,
 ) -> None:
     """Harmonics of the force of elements side by side on n ellipses, ``out`` (n, COLUMNS), N; if ``sloped`` their slopes, N/m.
 
     ``circles`` (n, 2) are the radii of the forward and the backward circle, m, the major axis along x at t = 0, and ``elements``
-    (e, 2) a_c and k. ``starts`` (n, 2 e) are the forces at t = 0 over k a_c, where known, else 0; they are updated. ``series``
+    (e, 2) a_c and k, endochronic if they slide ``always``, else elastoplastic.
+
+    ``starts`` (n, 2 e) are the forces at t = 0 over k a_c, where known, else 0; they are updated. ``series``
     (ORDER + 1, 5) and ``sums`` (8,) are work space.
     """
     for i in range(circles.shape[0]):
@@ -263,13 +281,13 @@ def forces_on_ellipses(
             answer[j] = 0.0
         for e in range(elements.shape[0]):
             start = starts[i, 2 * e : 2 * e + 2]
-            miss = _one(series, sums, forward, backward, elements[e], start, answer, FORCE)
+            miss = _one(series, sums, forward, backward, elements[e], always, start, answer, FORCE)
             answer[MISS] = max(answer[MISS], miss)
             if sloped and step > 0.0:
                 x, y = start[0], start[1]
-                _one(series, sums, forward + step, backward, elements[e], start, answer, OVER_FORWARD)
+                _one(series, sums, forward + step, backward, elements[e], always, start, answer, OVER_FORWARD)
                 start[0], start[1] = x, y
-                _one(series, sums, forward, backward + step, elements[e], start, answer, OVER_BACKWARD)
+                _one(series, sums, forward, backward + step, elements[e], always, start, answer, OVER_BACKWARD)
                 start[0], start[1] = x, y
         for column in (OVER_FORWARD, OVER_BACKWARD):
             for j in range(4):

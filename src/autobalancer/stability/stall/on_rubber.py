@@ -39,7 +39,6 @@ SEVERAL = (
     "not computed on softening rubber for balls of several planes or kinds: their angles to each other and the stiffness "
     "depend on each other; simulate a slow run-up"
 )
-UNCAUGHT = "not computed on softening rubber where x and y differ; simulate a slow run-down"
 TURN = ", mean torque of a turn, its pulsation left out"
 NONE_MET = "no resonance is met"
 MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
@@ -95,8 +94,6 @@ def on_rubber(
     released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
         return (released,)
-    if not soft.sliding.isotropic:
-        return released, Border(CAPTURE, math.nan, UNCAUGHT, False)
     return released, caught(folds, released)
 
 

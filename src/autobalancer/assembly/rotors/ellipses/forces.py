@@ -16,15 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from autobalancer.assembly.rotors.model import Complexes, Floats
-from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import RubberLaw
 
 ROUND = 1e-7  # of an ellipse: a circle so small against the other counts as none
 THIN = 1e-3  # ratio of the axes of an ellipse that stands for a line
-ENDOCHRONIC = (
-    "rubber with endochronic elements is known in circles and lines only, and this machine moves in ellipses; simulate it, or "
-    "fit elastoplastic elements"
-)
 
 
 @dataclass(frozen=True)
@@ -46,15 +41,7 @@ class Elements:
 
     @classmethod
     def of(cls, law: RubberLaw, speeds: int) -> Elements:
-        """Elements at a number of speeds, nothing remembered.
-
-        Raises
-        ------
-        QuestionError
-            If they are endochronic.
-        """
-        if law.law != "elastoplastic":
-            raise QuestionError(ENDOCHRONIC)
+        """Elements at a number of speeds, nothing remembered."""
         return cls(law, np.zeros((speeds, 2 * len(law.friction))))
 
     def at_rest(self, speed: Floats) -> Complexes:
@@ -81,7 +68,8 @@ class Elements:
         size = np.ascontiguousarray(np.abs(motion))
         elements = np.array([(limit, k) for k, limit in self.law.friction]).reshape(-1, 2)
         starts, out = self.starts[which], np.zeros((size.shape[0], COLUMNS))
-        forces_on_ellipses(size, elements, starts, np.zeros((ORDER + 1, 5)), np.zeros(8), out, sloped)
+        always = self.law.law == "endochronic"
+        forces_on_ellipses(size, elements, always, starts, np.zeros((ORDER + 1, 5)), np.zeros(8), out, sloped)
         self.starts[which] = starts
         relaxing = np.broadcast_to(self.relaxing(speed), size.shape[:1])[:, None]
         turned = np.where(size > 0.0, motion / np.where(size > 0.0, size, 1.0), 1.0)  # e^(i arg u)
