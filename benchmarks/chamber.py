@@ -19,17 +19,18 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.studies.chamber_amplitudes import amplitudes
 from autobalancer.studies.chamber_runs import archived_run
-from benchmarks import measured
+from benchmarks import compared, measured, seconds
 
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "deep_chamber.toml"
 STEP = 1e-6  # s
 
 
 def bench() -> list[dict[str, Any]]:
-    """Four numbers of balls, and two rows for a start-up."""
+    """Four numbers of balls, two rows for a start-up, and a study on two cores."""
     many = [per_ball(count, 0.06, 0.5 * STEP) for count in (200, 500, 1000)]
-    return [per_ball(50, 2.0, STEP), *many, *start_up()]
+    return [per_ball(50, 2.0, STEP), *many, *start_up(), two_cores()]
 
 
 def machine(count: int, speed: float) -> ChamberMachine:
@@ -69,6 +70,20 @@ def start_up() -> list[dict[str, Any]]:
         note = f"greatest of the process that writes these 20 s to an archive; without a run {found['empty']:.0f} MB"
         rows.append(measured("chamber_memory_mb", memory, "MB", note=note))
     return rows
+
+
+def two_cores() -> dict[str, Any]:
+    """A study into an archive, of eight runs whose times differ by a factor of three, on two threads against one."""
+    counts, seeds, duration = (20, 50), range(4), 1.0
+
+    def study(workers: int) -> None:
+        with TemporaryDirectory() as folder:
+            how: dict[str, Any] = {"layers": ("deep",), "seeds": seeds, "archive": folder, "workers": workers}
+            amplitudes(machine(50, 0.0), counts, (0.5,), duration=duration, step=STEP, **how)
+
+    one, two = (seconds(lambda workers=workers: study(workers), repeats=2) for workers in (1, 2))
+    runs = f"{len(counts) * len(seeds)} start-ups of {duration:g} s with {counts[0]} and {counts[1]} balls"
+    return compared("chamber_two_cores", two, "one core", one, note=f"{runs}, checked, settled, archived and measured")
 
 
 def streamed() -> None:

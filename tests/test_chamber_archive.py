@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import signal
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +18,10 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import write_part
-from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.results.chamber.recorded import READ
+from autobalancer.simulation.chamber import march, simulate_chamber
 from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.in_threads import in_threads
 
 MACHINE = small_machine()
 ASKED: dict[str, Any] = {"duration": 0.3, "part": 50}
@@ -61,6 +65,67 @@ def test_an_interrupted_run_goes_on_to_the_same_bits(whole: xr.Dataset, tmp_path
     ended = archived_run(Archive(tmp_path), "one", MACHINE, **ASKED, progress=lambda now, end: begun.append(now))
     assert begun[0] > 0.12
     same(ended.samples(), whole)
+
+
+def test_ctrl_c_keeps_all_samples_up_to_it_not_only_whole_parts(
+    whole: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(now: float, end: float) -> None:
+        if now > 0.1165:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(march, "AT_ONCE", 0.0)  # looked for after every sample
+    with pytest.raises(KeyboardInterrupt):
+        archived_run(Archive(tmp_path), "one", MACHINE, **ASKED, progress=stop)
+    stopped = Archive(tmp_path).run("one")
+    assert float(stopped.samples()["time"][-1]) == pytest.approx(0.117)
+    same(archived_run(Archive(tmp_path), "one", MACHINE, **ASKED).samples(), whole)
+    short = simulate_chamber(MACHINE, duration=0.3, progress=stop, keep_on_interrupt=True)
+    assert "interrupted at 0.117 s" in short.attrs["outcome_text"]
+    same(short, whole.isel(time=slice(0, 118)))
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of Posix")
+def test_ctrl_c_stops_the_runs_of_all_threads_and_the_study_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    question: dict[str, Any] = {"counts": [1, 2], "frictions": [0.5], "duration": 6.0, "layers": ["deep"]}
+
+    pressed = threading.Event()
+
+    def press(chunk: xr.Dataset, path: Path) -> None:
+        write_part(chunk, path)
+        if not pressed.is_set():  # after one of six parts
+            pressed.set()
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        ab.chamber.amplitudes(MACHINE, **question, archive=Archive(tmp_path, write=press), workers=2)
+    states = [Archive(tmp_path).run(name).state for name in Archive(tmp_path).names()]
+    assert len(states) == 2
+    assert "interrupted" in states
+    assert "running" not in states  # nothing is left to run in a thread
+    kept = ab.chamber.amplitudes(MACHINE, **question, archive=tmp_path, workers=2)
+    plain = ab.chamber.amplitudes(MACHINE, **question, workers=1)
+    xr.testing.assert_identical(kept.drop_attrs(), plain.drop_attrs())
+
+
+def test_the_longest_jobs_begin_first_and_answers_keep_their_order() -> None:
+    begun: list[int] = []
+
+    def work(job: int) -> int:
+        begun.append(job)
+        return 10 * job
+
+    assert in_threads(work, [2, 5, 1, 5], 1, cost=float) == [20, 50, 10, 50]
+    assert begun == [5, 5, 2, 1]
+    assert in_threads(work, [2, 5, 1, 5], 2, cost=float) == [20, 50, 10, 50]
+
+
+def test_measures_of_an_archived_run_open_each_part_once(tmp_path: Path) -> None:
+    run = archived_run(Archive(tmp_path), "one", MACHINE, **ASKED)
+    read, wanted = run.samples(READ), ab.measures(run.samples())
+    for part in run.parts():
+        part.unlink()
+    xr.testing.assert_identical(ab.measures(read), wanted)
 
 
 def test_a_run_that_filled_the_disk_goes_on_when_there_is_room(whole: xr.Dataset, tmp_path: Path) -> None:

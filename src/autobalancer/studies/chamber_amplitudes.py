@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
@@ -13,15 +12,15 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.patience import shows_progress
 from autobalancer.results.archive.folder import Archive
-from autobalancer.studies.chamber_grid import Cell, gathered
 from autobalancer.studies.chamber_machines import variant
-from autobalancer.studies.chamber_runs import measured_run
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.studies.chamber_many import Cell, Job, Many, gathered, measured_runs
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.ranges import listed, whole
 
 
+@shows_progress
 def amplitudes(
     machine: ChamberMachine | str | Path,
     counts: Sequence[int] | Mapping[str, Sequence[int]] | str,
@@ -87,17 +86,19 @@ def amplitudes(
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
 
-    def one(cell: Cell) -> dict[str, Any]:
-        try:
-            varied = variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
-            name = f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}"
-            asked = {"duration": duration, "step": step, "sample": sample, "seed": cell.seed, "last": last}
-            return measured_run(kept, name, varied, {"layers": cell.layers}, **asked)
-        except MachineError as reason:
-            return {"outcome": f"does not fit: {reason}"}
-
-    found = gathered(cells, in_threads(one, cells, workers, progress))
+    jobs = [_job(machine, cell) for cell in cells]
+    how = Many(duration, last, kept, workers, step, sample)
+    found = gathered(cells, measured_runs(jobs, how, progress))
     title = f"Amplitudes of {machine.name} over balls and friction"
     about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
     found.attrs = {"title": title, **found.attrs, **about}
     return found
+
+
+def _job(machine: ChamberMachine, cell: Cell) -> Job:
+    name = f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}"
+    try:
+        varied = variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
+    except MachineError as reason:
+        return Job(name, reason, cell.seed, {})
+    return Job(name, varied, cell.seed, {"layers": cell.layers})

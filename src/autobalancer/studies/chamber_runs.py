@@ -13,6 +13,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import RunFolder
 from autobalancer.results.chamber.measures import catalog_numbers, chamber_measures
+from autobalancer.results.chamber.recorded import READ
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.units import argument, optional_argument
 
@@ -95,6 +96,7 @@ def measured_run(
     parameters: Mapping[str, Any],
     *,
     last: float | None,
+    progress: Callable[[float, float], Any] | None = None,
     **question: Any,
 ) -> dict[str, Any]:
     """Outcome and measures of a run by name, as single numbers, from the archive if there is one.
@@ -102,9 +104,9 @@ def measured_run(
     ``question`` has duration, step, sample and seed, as for :func:`archived_run`. A run that did not finish has no measures.
     """
     if archive is not None:
-        run = archived_run(archive, name, machine, parameters=parameters, last=last, **question)
+        run = archived_run(archive, name, machine, parameters=parameters, last=last, progress=progress, **question)
         return {"outcome": run.note["outcome"]["outcome"], **run.note["measures"]}
-    ended = simulate_chamber(machine, **question)
+    ended = simulate_chamber(machine, progress=progress, **question)
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":
         return {"outcome": outcome}
@@ -146,7 +148,7 @@ def _go_on(
 
 
 def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
-    found = catalog_numbers(chamber_measures(run.samples(), last=last))
+    found = catalog_numbers(chamber_measures(run.samples(READ), last=last))
     run.note[LAST] = last
     run.end("finished", outcome, found)
 

@@ -221,7 +221,7 @@ def bar(text: str) -> Any:
 def _say_what_failed(found: Any) -> None:
     """The points without a result, with the reason; an error where no point has one."""
     from autobalancer.errors import QuestionError
-    from autobalancer.studies.chamber_grid import NOT_ASKED
+    from autobalancer.studies.chamber_many import NOT_ASKED
 
     table = found["outcome"].to_series()
     asked = table[table != NOT_ASKED]

@@ -19,7 +19,7 @@ from autobalancer.errors import ResultError
 NETCDF = threading.RLock()  # the library must not be entered by two threads
 
 
-def open_parts(files: Sequence[Path]) -> xr.Dataset:
+def open_parts(files: Sequence[Path], read: Sequence[str] = ()) -> xr.Dataset:
     """The parts of a run, one after the other in time, as one dataset whose samples stay on disk until they are used.
 
     Times, and what does not depend on time, are read at once. A part is read at a time, so memory stays small while one
@@ -29,6 +29,8 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
     ----------
     files
         netCDF files with the dimension ``time`` first; their times ascend.
+    read
+        Variables that are read at once, as far as there are such: each file is opened once for all of them.
 
     Raises
     ------
@@ -37,19 +39,23 @@ def open_parts(files: Sequence[Path]) -> xr.Dataset:
     """
     if not files:
         raise ResultError("the run has no samples yet; nothing was written before it ended")
-    times = [_samples(file, "time", slice(None)) for file in files]
-    _ascending(files, times)
     try:
         with NETCDF, xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored:
             first = stored.isel(time=slice(0, 0)).load()
     except (OSError, RuntimeError, ValueError) as reason:
         raise ResultError(f"{files[0]}: not a readable part of a run: {reason}") from None
+    at_once = [name for name in read if name in first and "time" in first[name].dims]
+    pieces = [_samples(file, ("time", *at_once)) for file in files]
+    times = [piece["time"] for piece in pieces]
+    _ascending(files, times)
     starts = np.concatenate([[0], np.cumsum([time.size for time in times])])
     variables: dict[str, Any] = {}
     for key, variable in first.variables.items():
         name = str(key)
         if name == "time":
             variables[name] = xr.Variable("time", np.concatenate(times), variable.attrs)
+        elif name in at_once:
+            variables[name] = xr.Variable(variable.dims, np.concatenate([p[name] for p in pieces]), variable.attrs)
         elif "time" in variable.dims:
             lazy = indexing.LazilyIndexedArray(_Parts(files, name, starts, variable.shape[1:], variable.dtype))
             variables[name] = xr.Variable(variable.dims, lazy, variable.attrs)
@@ -70,10 +76,11 @@ def _ascending(files: Sequence[Path], times: Sequence[NDArray[Any]]) -> None:
         last = time[-1] if time.size else last
 
 
-def _samples(file: Path, name: str, which: slice) -> NDArray[Any]:
+def _samples(file: Path, names: Sequence[str], which: slice = slice(None)) -> dict[str, NDArray[Any]]:
+    """Variables of a file."""
     try:
         with NETCDF, netCDF4.Dataset(file) as stored:
-            return np.asarray(stored.variables[name][which])
+            return {name: np.asarray(stored.variables[name][which]) for name in names}
     except (OSError, RuntimeError, KeyError, IndexError, ValueError) as reason:
         raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
 
@@ -100,7 +107,7 @@ class _Parts(BackendArray):
                 continue
             local = wanted[here] - start
             low, high = int(local.min()), int(local.max()) + 1
-            found[here] = _samples(file, self.name, slice(low, high))[local - low]
+            found[here] = _samples(file, (self.name,), slice(low, high))[self.name][local - low]
         for axis in range(len(key) - 1, 0, -1):
             found = found[(slice(None),) * axis + (key[axis],)]
         return found[0] if isinstance(key[0], (int, np.integer)) else found

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -97,8 +97,10 @@ class RunFolder:
         found = [(int(match[1]), file) for file in self.path.iterdir() if (match := PART.fullmatch(file.name))]
         return [file for _, file in sorted(found)]
 
-    def samples(self) -> xr.Dataset:
+    def samples(self, read: Sequence[str] = ()) -> xr.Dataset:
         """All samples written so far, read when used; the attributes tell what the run is and how it ended.
+
+        Variables in ``read`` are read at once, which takes less time if all of them are needed.
 
         Raises
         ------
@@ -107,7 +109,7 @@ class RunFolder:
         """
         files = self.parts()
         self._complete(files, self.note.get(PARTS, len(files)))
-        found = open_parts(files)
+        found = open_parts(files, read)
         told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
         found.attrs.update(machine=self.machine, archive_state=self.state, **told)
         return as_kind(found, "ChamberRun")

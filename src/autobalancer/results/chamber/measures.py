@@ -86,14 +86,12 @@ def chamber_measures(
     if unbalance is None and described is not None:
         unbalance, couple = described
     recorded = ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places)
-    found = xr.Dataset(
-        coords={"stage": list(STAGES)}, attrs={key: run.attrs[key] for key in SOURCE if key in run.attrs}
-    )
+    found = {}
     for measure in CHAMBER_MEASURES:
         if not measure.needs or getattr(recorded, measure.needs) is not None:
             dims, about = (measure.along,) if measure.along else (), {"units": measure.unit, "long_name": measure.text}
             found[measure.name] = (dims, np.asarray(measure.of(recorded), np.float64), about)
-    return Measured.of(found)
+    return Measured(found, {"stage": list(STAGES)}, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 
 
 def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
@@ -114,12 +112,14 @@ def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
 def catalog_numbers(measured: xr.Dataset) -> dict[str, float]:
     """The measures as single numbers for a catalog of runs; those of a stage get its name in front."""
     found: dict[str, float] = {}
-    for name, value in measured.data_vars.items():
+    for name, value in measured.variables.items():
+        if name in measured.coords:
+            continue
         if value.ndim == 0:
-            found[str(name)] = float(value)
+            found[str(name)] = float(value.values)
         elif value.dims == ("stage",):
-            for stage in value["stage"].values:
-                found[f"{stage}_{name}"] = float(value.sel(stage=stage))
+            for stage, number in zip(measured["stage"].values, value.values, strict=True):
+                found[f"{stage}_{name}"] = float(number)
     return found
 
 

@@ -14,6 +14,12 @@ from autobalancer.results.chamber.balls import Floats, ball_settling_time, balls
 
 DIRECTIONS = {"horizontal": ("body_position", 1), "vertical": ("body_position", 2), "rotation": ("body_rotation", 0)}
 
+READ = (  # variables that measures read, some of them several times
+    "speed", "rotor_angle", "body_position", "body_rotation", "ball_position", "bearing_force", "constraint_force",
+    "constraint_moment", "contacts_ball", "contacts_wall", "impact_speeds", "impact_energies", "loss_contact",
+    "greatest_contact_force", "work_motor", "energy_error", "tilting",
+)  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class ChamberRecorded:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from autobalancer.simulation.chamber.sampling import room_for, sample_now
 from autobalancer.simulation.chamber.settle import settled
 
 Array = Any
+AT_ONCE = 0.1  # s of computing, after which Ctrl-C and other threads get their turn
+OF_A_BALL = 30e-9  # s that its step takes, about
 
 
 class March:
@@ -28,6 +31,7 @@ class March:
         self.machine, self.chamber, self.every, self.method = machine, chamber, every, method
         self.first_energy = energy
         self.failure: tuple[str, str] | None = None
+        self.interrupted = False
 
     @property
     def samples(self) -> int:
@@ -38,11 +42,25 @@ class March:
         """The sample of the state as it is, with reactions of this instant."""
         return self._labeled(self.samples, sample_now(self.chamber), 1)
 
-    def take(self, count: int) -> xr.Dataset:
-        """The next ``count`` samples; fewer if the motion grew without limit, which ``failure`` then says."""
+    def take(self, count: int, passed: Callable[[int], Any] | None = None) -> xr.Dataset:
+        """The next ``count`` samples; fewer if the motion grew without limit, which ``failure`` then says, or ``interrupted``.
+
+        ``passed`` is called with the samples since time 0 several times in a second. If it raises ``KeyboardInterrupt``, or
+        Ctrl-C does, what was computed is answered.
+        """
         done = self.samples
         samples = room_for(self.chamber, count, self.every)
-        _advance(self.method, self.chamber, samples)
+        at_once = max(round(AT_ONCE / (self.every * len(self.chamber.balls) * OF_A_BALL)), 1)
+        try:
+            for first in range(0, count, at_once):
+                some = slice(first, first + at_once)
+                _advance(self.method, self.chamber, Samples(self.every, samples.rows[some], samples.balls[some]))
+                if self.chamber.progress.trouble:
+                    break
+                if passed is not None:
+                    passed(self.samples)
+        except KeyboardInterrupt:
+            self.interrupted = True
         got = self.samples - done
         finite = _finite(samples)[:got]
         trouble = self.chamber.progress.trouble
@@ -81,13 +99,21 @@ def _finite(samples: Samples) -> Array:
     return found
 
 
-def begin(machine: ChamberMachine, step: float, every: int, method: str, seed: int, settle: bool) -> March:
-    """A run at time 0."""
+def begin(
+    machine: ChamberMachine,
+    step: float,
+    every: int,
+    method: str,
+    seed: int,
+    settle: bool,
+    waiting: Callable[[], Any] | None = None,
+) -> March:
+    """A run at time 0; ``waiting`` is called again and again while the balls settle."""
     from autobalancer.kernels.chamber.verlet import start
 
     positions, filled = fill(machine, seed)
     if filled and settle:
-        positions = settled(machine, positions, step)
+        positions = settled(machine, positions, step, waiting)
     chamber = assemble_chamber(machine, positions, step)
     start(chamber)
     return March(machine, chamber, every, method, total_energy(chamber))

@@ -75,7 +75,7 @@ def simulate_chamber(
     keep
         Whether to return all samples. If false, memory use stays constant and the last part is returned.
     progress
-        Called with time and duration.
+        Called with time and duration, several times in a second; first with zero while the balls settle.
     keep_on_interrupt
         Whether Ctrl-C ends the run with what was computed; otherwise it is raised.
 
@@ -112,35 +112,48 @@ def simulate_chamber(
         "critical_speeds": list(chamber_critical_speeds(machine)[0]),
         **({"input_text": "\n".join(odd)} if (odd := bare_numbers(machine)) else {}),
     }
-    march = begin(machine, h, every, method, seed, settle) if resume is None else restore(machine, h, every, resume)
     samples = round(end / interval)
     if samples > MOST:
         raise QuestionError(
             f"sample: given {interval:g} s, which makes {samples:.3g} samples; at most {MOST:.3g} are possible"
         )
+
+    def told(done: int) -> None:
+        if progress is not None:
+            progress(done * interval, end)
+
+    march = (
+        begin(machine, h, every, method, seed, settle, lambda: told(0))
+        if resume is None
+        else restore(machine, h, every, resume)
+    )
     parts: list[xr.Dataset] = []
     waiting = [march.first()] if resume is None else []
+    kept = march.samples
     name, text = "finished", f"reached {end:.6g} s"
     try:
         while march.samples < samples:
-            part = march.take(min(chunk - march.samples % chunk, samples - march.samples))
+            part = march.take(min(chunk - march.samples % chunk, samples - march.samples), told)
+            if march.interrupted and not part.sizes["time"]:
+                raise KeyboardInterrupt
             if waiting:
                 part = joined([waiting.pop(), part])
             now = march.samples * interval
             if on_chunk is not None:
-                told = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
-                on_chunk(labeled(part, *told), march.checkpoint())
+                about = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
+                on_chunk(labeled(part, *about), march.checkpoint())
             parts = [*parts, part] if keep else [part]
-            if progress is not None:
-                progress(now, end)
+            kept = march.samples
+            if march.interrupted:
+                raise KeyboardInterrupt
             if march.failure:
                 name, text = march.failure
                 break
     except KeyboardInterrupt:
         if not keep_on_interrupt:
             raise
-        now = march.samples * interval
-        name, text = "interrupted", f"interrupted at {now:.6g} s of {end:.6g} s; what was computed is kept"
+        text = f"interrupted at {kept * interval:.6g} s of {end:.6g} s; what was computed is kept"
+        name = "interrupted"
     return labeled(
         joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end
     )

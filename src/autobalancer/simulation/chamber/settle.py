@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,16 +21,23 @@ SLOW = 3e-3  # m/s: faster than this a ball is not at rest; slower ones creep, a
 LOOK = 0.02  # s
 
 
-def settled(machine: ChamberMachine, positions: Array, step: float) -> Array:
+def settled(machine: ChamberMachine, positions: Array, step: float, waiting: Callable[[], Any] | None = None) -> Array:
     """Positions (n, 3) in the chambers after the balls have fallen and calmed down, with the rotor held.
 
-    They fall with softer contacts, which allow longer steps.
+    They fall with softer contacts, which allow longer steps. ``waiting`` is called every 20 ms of that time.
     """
-    fallen = _fall(machine, positions, step * SOFT**-0.4, SOFT, LONGEST)
-    return _fall(machine, fallen, step, 1.0, HARD)
+    fallen = _fall(machine, positions, step * SOFT**-0.4, SOFT, LONGEST, waiting)
+    return _fall(machine, fallen, step, 1.0, HARD, waiting)
 
 
-def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, longest: float) -> Array:
+def _fall(
+    machine: ChamberMachine,
+    positions: Array,
+    step: float,
+    soft: float,
+    longest: float,
+    waiting: Callable[[], Any] | None,
+) -> Array:
     from autobalancer.kernels.chamber.verlet import start, verlet
 
     chamber = assemble_chamber(machine, positions, step)._replace(profile=PROFILE.rows(1))
@@ -45,6 +53,8 @@ def _fall(machine: ChamberMachine, positions: Array, step: float, soft: float, l
     quiet = 0
     for _ in range(max(round(longest / LOOK), 1)):
         verlet(chamber, samples, fading)
+        if waiting is not None:
+            waiting()
         quiet = quiet + 1 if float(np.abs(samples.balls.velocity[-1]).max()) < SLOW else 0
         if quiet == 2:
             break

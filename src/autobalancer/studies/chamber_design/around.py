@@ -12,6 +12,7 @@ import xarray as xr
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.patience import shows_progress
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.provenance import provenance
@@ -19,13 +20,13 @@ from autobalancer.studies.chamber_design.candidate import Candidate, machine_of
 from autobalancer.studies.chamber_design.chosen import candidate_of
 from autobalancer.studies.chamber_design.limits import JUDGED, numbers_of
 from autobalancer.studies.chamber_design.statistics import mean_interval, share_interval
-from autobalancer.studies.chamber_runs import measured_run
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.studies.chamber_many import Job, Many, measured_runs
 
 CHANGED = ("unbalance", "friction", "ball_friction", "diameter", "density", "viscosity")
 AS_DESIGNED = "as designed"
 
 
+@shows_progress
 def design_sensitivity(
     designs: xr.Dataset,
     changes: Mapping[str, float],
@@ -74,19 +75,17 @@ def design_sensitivity(
     duration, last = float(designs.attrs["duration"]), float(designs.attrs["last"])
     seeds = [int(seed) for seed in designs["seed"].values]
 
-    def one(job: tuple[Candidate, float, int]) -> dict[str, float]:
-        changed, unbalance, seed = job
-        name = changed.run_name(unbalance, duration, last, seed)
-        how = {"duration": duration, "sample": 1e-3, "step": None, "seed": seed, "last": last}
-        try:
-            made = machine_of(machine, changed, unbalance)
-            row = measured_run(kept, name, made, {"unbalance": unbalance}, **how)
-        except MachineError:
-            return {}
-        return numbers_of(made, row) if row["outcome"] == "finished" else {}
-
-    jobs = [(changed, unbalance, seed) for _, changed, unbalance in cases for seed in seeds]
-    rows = np.array(in_threads(one, jobs, workers, progress), object).reshape(len(cases), len(seeds))
+    jobs = []
+    for _, changed, unbalance in cases:
+        made = _machine(machine, changed, unbalance)
+        names = [changed.run_name(unbalance, duration, last, seed) for seed in seeds]
+        jobs += [Job(name, made, seed, {"unbalance": unbalance}) for name, seed in zip(names, seeds, strict=True)]
+    measured = measured_runs(jobs, Many(duration, last, kept, workers), progress)
+    told = [
+        numbers_of(job.machine, row) if isinstance(job.machine, ChamberMachine) and row["outcome"] == "finished" else {}
+        for job, row in zip(jobs, measured, strict=True)
+    ]
+    rows = np.array(told, object).reshape(len(cases), len(seeds))
     found = xr.Dataset(coords={"change": [name for name, _, _ in cases], "seed": seeds})
     values = {name: np.array([[row.get(name, np.nan) for row in several] for several in rows]) for name in JUDGED}
     means = np.array([mean_interval(several) for several in values["vibration"]])
@@ -101,6 +100,13 @@ def design_sensitivity(
     title = f"{candidate.label}: what changes if something is not as designed"
     found.attrs = {"title": title, **provenance(), "machine_name": machine.name}
     return Labeled.of(found)
+
+
+def _machine(machine: ChamberMachine, candidate: Candidate, unbalance: float) -> ChamberMachine | MachineError:
+    try:
+        return machine_of(machine, candidate, unbalance)
+    except MachineError as reason:
+        return reason
 
 
 def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> list[tuple[str, Candidate, float]]:

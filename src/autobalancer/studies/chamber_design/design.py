@@ -11,6 +11,7 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_chambers
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.patience import shows_progress
 from autobalancer.results.archive.folder import Archive
 from autobalancer.studies.chamber_design.candidate import candidates as all_candidates
 from autobalancer.studies.chamber_design.dataset import designs_dataset
@@ -21,6 +22,7 @@ from autobalancer.units.arguments import list_argument
 from autobalancer.units.ranges import listed
 
 
+@shows_progress
 def design(
     machine: ChamberMachine | str | Path,
     candidates: Mapping[str, Any],

@@ -18,8 +18,7 @@ from autobalancer.simulation.chamber.filling import fill
 from autobalancer.studies.chamber_design.candidate import Candidate, machine_of
 from autobalancer.studies.chamber_design.limits import numbers_of, ruled_out
 from autobalancer.studies.chamber_design.statistics import fronts
-from autobalancer.studies.chamber_runs import measured_run
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.studies.chamber_many import Job, Many, measured_runs
 
 BOUNDS, FULL = "bounds", "full runs"  # names of the first and the last stage
 HARDLY = 0.9  # of the vibration without balls: balls that leave more than that balance nothing
@@ -142,18 +141,16 @@ def screened(designs: Sequence[Design], asked: Question) -> None:
 def _run(
     jobs: Sequence[tuple[Design, float, int]], duration: float, asked: Question, told: Callable[[int, int], None]
 ) -> list[dict[str, Any]]:
-    def one(job: tuple[Design, float, int]) -> dict[str, Any]:
-        design, size, seed = job
-        machine, last = design.machines[size], min(asked.last, 0.5 * duration)
-        name = design.candidate.run_name(size, duration, last, seed)
-        how = {"duration": duration, "sample": 1e-3, "step": None, "seed": seed, "last": last}
-        try:
-            row = measured_run(asked.archive, name, machine, {"unbalance": size}, **how)
-        except MachineError as reason:
-            return {"outcome": f"does not fit: {reason}"}
-        return {"outcome": row["outcome"], **(numbers_of(machine, row) if row["outcome"] == "finished" else {})}
-
-    return in_threads(one, jobs, asked.workers, told)
+    last = min(asked.last, 0.5 * duration)
+    runs = [
+        Job(design.candidate.run_name(size, duration, last, seed), design.machines[size], seed, {"unbalance": size})
+        for design, size, seed in jobs
+    ]
+    rows = measured_runs(runs, Many(duration, last, asked.archive, asked.workers), told)
+    return [
+        {"outcome": row["outcome"], **(numbers_of(design.machines[size], row) if row["outcome"] == "finished" else {})}
+        for (design, size, _), row in zip(jobs, rows, strict=True)
+    ]
 
 
 def _halved(alive: Sequence[Design], name: str, keep: int) -> list[Design]:
