@@ -38,7 +38,7 @@ class RunOptions(TypedDict, total=False):
     hold_balls: bool
     mass_spread: float
     max_steps: int
-    method: Literal["dormand_prince_8", "tsitouras", "verlet", "runge_kutta"]  # both
+    method: Literal["auto", "dormand_prince_8", "tsitouras", "exponential_collocation", "verlet", "runge_kutta"]  # both
     step: float | str | None  # deep chambers
     sample: float | str
     settle: bool

@@ -22,26 +22,15 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import (
-    ACCEPTED,
-    EVALUATIONS,
-    EVENTS_SEEN,
-    NEXT_SAMPLE,
-    REJECTED,
-    TIME,
-    Memory,
-)
+from autobalancer.kernels.integrators.memory import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
+from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
 from autobalancer.patience import Progress, shows_progress
 from autobalancer.results.standing import static_load
-from autobalancer.simulation.equations import equations
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
-from autobalancer.simulation.fresh import memory_for
 from autobalancer.simulation.impacts import Noted, with_impacts
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
@@ -56,10 +45,9 @@ from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.simulation.remarks.rubber_text import rubber_text
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
 from autobalancer.simulation.saved.dataset import run_dataset
+from autobalancer.simulation.steppers import Method, Stepper, stepper_for
 from autobalancer.simulation.stiffness import slow_because
 from autobalancer.units import to_si
-
-Method = Literal["dormand_prince_8", "tsitouras"]
 
 DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
@@ -73,7 +61,7 @@ def simulate_races(
     save: Sampling | Sequence[Sampling] = DEFAULT_SAVE,
     events: Sequence[Event] = (),
     tolerance: float = 1e-8,
-    method: Method = "dormand_prince_8",
+    method: Method = "auto",
     frame: Literal["auto", "rotor", "space"] = "auto",
     hold_balls: bool = False,
     seed: int = 0,
@@ -99,7 +87,8 @@ def simulate_races(
     tolerance
         Local error per step, relative to the deflection and absolute in rad for angles.
     method
-        Tsitouras 5(4), or the Dormand-Prince pair of order eight.
+        ``dormand_prince_8``, the Dormand-Prince pair of order eight; ``tsitouras``, 5(4); ``exponential_collocation``, long steps
+        for planar rotors with equal springs, with the pair of order eight where it gets further; ``auto`` chooses.
     frame
         Axes in which the equations are integrated. ``auto`` rotates with the rotor if the machine is isotropic and
         has no gravity in its plane; results are the same.
@@ -158,7 +147,6 @@ def simulate_races(
     places = places_of(machine, assembly)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
-    pair = _tableau(method)
     if isinstance(save, str):
         raise QuestionError(
             f"save: given {save!r}; give Samples(), SampleTimes(), Envelope(), LastRevolutions() or several"
@@ -171,15 +159,17 @@ def simulate_races(
     slow = slow_because(machine, assembly, end)
     if slow:
         warn(slow, DurationWarning)
-    state = memory_for(assembly, end, tolerance, pair)
-    status, interrupted = _drive(assembly, noted, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+    stepper = stepper_for(assembly, end, tolerance, method)
+    state = stepper.memory
+    status, interrupted = _drive(assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt)
     spent = status == RUNNING  # once more would take as long again
     if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
         assembly, noted = assembled()
         record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
-        state = memory_for(assembly, end, tolerance, pair)
-        status, interrupted = _drive(assembly, noted, pair, record, state, end, max_steps, progress, keep_on_interrupt)
+        stepper = stepper_for(assembly, end, tolerance, method)
+        state = stepper.memory
+        status, interrupted = _drive(assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt)
     steps = int(state.counts[ACCEPTED])
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
@@ -211,12 +201,9 @@ def simulate_races(
             "outcome_text": ended.text,
             "duration": end,
             "end_time": float(state.clock[TIME]),
-            "method": method,
             "tolerance": tolerance,
             "frame_of_integration": "rotor" if assembly.system.rotating else "space",
-            "steps": steps,
-            "rejected_steps": int(state.counts[REJECTED]),
-            "evaluations": int(state.counts[EVALUATIONS]),
+            **stepper.attributes(),
         },
     )
     run = with_impacts(run, noted)
@@ -248,20 +235,19 @@ def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:
 def _drive(
     assembly: Assembly,
     noted: Noted,
-    pair: tableaus.Tableau,
+    stepper: Stepper,
     record: Record,
-    state: Memory,
     end: float,
     max_steps: int,
     progress: Progress | None,
     keep: bool,
 ) -> tuple[int, bool]:
     """Advance in chunks until the end, an event, a failure, the budget or Ctrl-C."""
-    status, moving = RUNNING, equations(assembly)
+    status, state = RUNNING, stepper.memory
     try:
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
-            status = advance(*moving, assembly.system, pair, record, state, budget)
+            status = stepper.advance(assembly.system, record, budget)
             noted.take(assembly.system)
             if progress is not None:
                 progress(float(state.clock[TIME]), end)
@@ -282,11 +268,3 @@ def _duration(machine: Machine, duration: float | str | None) -> float:
     if not seconds > 0.0:
         raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
     return float(seconds)
-
-
-def _tableau(method: str) -> tableaus.Tableau:
-    if method == "tsitouras":
-        return tableaus.tsitouras()
-    if method == "dormand_prince_8":
-        return tableaus.dormand_prince_8()
-    raise QuestionError(f"method: given {method!r}; must be 'dormand_prince_8' or 'tsitouras'")

@@ -29,7 +29,10 @@ def run(
     last_revolutions: Annotated[int, typer.Option(help="Revolutions kept in full at the end of the run.")] = 10,
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-8,
     method: Annotated[
-        str, typer.Option(help="dormand_prince_8 or tsitouras; of a deep chamber verlet or runge_kutta.")
+        str,
+        typer.Option(
+            help="auto, dormand_prince_8, tsitouras or exponential_collocation; of a deep chamber verlet or runge_kutta."
+        ),
     ] = "dormand_prince_8",
     step: Annotated[str, typer.Option(help="Deep chamber: of the integration; by default from the contact time.")] = "",
     sample: Annotated[str, typer.Option(help="Deep chamber: time between samples; by default 1 ms.")] = "",

@@ -41,7 +41,7 @@ HUGE = 1e300  # squares of errors that leave room for sums of them
 
 
 @njit(**COMPILED)
-def _do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
+def do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
     t, m = behind(pair)
     start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
     for stage in range(first, last):
@@ -55,7 +55,7 @@ def _do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
 
 
 @njit(**COMPILED)
-def _error(pair):  # type: ignore[no-untyped-def]
+def step_error(pair):  # type: ignore[no-untyped-def]
     """Weighted error of the step; ``m.trial`` holds the new state."""
     t, m = behind(pair)
     start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
@@ -141,8 +141,8 @@ def advance(
         m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = m.state[i]
-        _do_stages(1, t.main, rhs, parameters, pair)
-        error = _error(pair)
+        do_stages(1, t.main, rhs, parameters, pair)
+        error = step_error(pair)
         if not error <= 1.0:  # also when it is not a number
             m.counts[REJECTED] += 1
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
@@ -159,7 +159,7 @@ def advance(
         components = wanted(time, reach, end, r, m)
         due = not held and switch(DUE, time, rhs, parameters, asked) != 0.0
         if components >= 0 or due:
-            _do_stages(t.main, t.total, rhs, parameters, pair)
+            do_stages(t.main, t.total, rhs, parameters, pair)
             if due:
                 limit = switch(CUT, time, rhs, parameters, asked)
                 if limit == 0.0:

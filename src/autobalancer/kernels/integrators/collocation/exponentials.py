@@ -1,0 +1,89 @@
+"""What a mode does over a step: its own motion e^(z c), and the sums W with p(c_i) = e^(z c_i) p0 + h sum_j W_ij N_j.
+
+z is the exponent of the mode times the step. N is the polynomial through the nodes, and the integral of e^(z (c - s)) N(s) is
+taken exactly: for a small z from the series in z with the iterated integrals of N, else from the particular solution y =
+-sum_q N^(q) / z^(q+1), which is a finite sum.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.integrators.collocation.radau import SERIES, TERMS
+from autobalancer.kernels.pointers import data
+from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
+from autobalancer.kernels.wide import NODES, all_lanes, load, store
+
+SQUARE = NODES * NODES
+SMALL = 1e-17  # a term of the series that is less is left out
+
+
+@njit(**MERGED)
+def decay(mode: int, real: float, a: Any) -> None:
+    """e^(Re z c) at the nodes."""
+    decays = data(a.decays)
+    for i in range(NODES):
+        decays[mode * NODES + i] = math.exp(real * a.radau.nodes[i])
+
+
+@njit(**MERGED)
+def exponentials(mode: int, real: float, imaginary: float, a: Any) -> None:
+    """Factors and sums of a mode with z = real + i imaginary; its decay is known."""
+    factors, sums, work = data(a.factors), data(a.sums), data(a.work)
+    sine, cosine = sine_cosine_of_lanes(load(data(a.radau.nodes), 0) * imaginary)
+    size = load(data(a.decays), mode * NODES)
+    factor_real, factor_imaginary = size * cosine, size * sine
+    store(factor_real, factors, mode * 2 * NODES)
+    store(factor_imaginary, factors, (mode * 2 + 1) * NODES)
+    first = mode * 2 * SQUARE
+    if real * real + imaginary * imaginary > SERIES * SERIES:
+        slopes, starts = data(a.radau.slopes), data(a.radau.starts)
+        inverse = 1.0 / (real * real + imaginary * imaginary)
+        back_real, back_imaginary = real * inverse, -imaginary * inverse
+        power_real, power_imaginary = -back_real, -back_imaginary
+        start_real, start_imaginary = all_lanes(0.0), all_lanes(0.0)
+        for q in range(NODES):
+            work[2 * q], work[2 * q + 1] = power_real, power_imaginary
+            its = load(starts, q * NODES)
+            start_real += its * power_real
+            start_imaginary += its * power_imaginary
+            power_real, power_imaginary = (
+                power_real * back_real - power_imaginary * back_imaginary,
+                power_real * back_imaginary + power_imaginary * back_real,
+            )
+        store(start_real, work, 2 * NODES)
+        store(start_imaginary, work, 3 * NODES)
+        for j in range(NODES):
+            sum_real, sum_imaginary = all_lanes(0.0), all_lanes(0.0)
+            for q in range(NODES):
+                its = load(slopes, q * SQUARE + j * NODES)
+                sum_real += its * work[2 * q]
+                sum_imaginary += its * work[2 * q + 1]
+            at_start, beside = work[2 * NODES + j], work[3 * NODES + j]
+            store(sum_real - factor_real * at_start + factor_imaginary * beside, sums, first + j * NODES)
+            store(sum_imaginary - factor_real * beside - factor_imaginary * at_start, sums, first + SQUARE + j * NODES)
+        return
+    integrals = data(a.radau.integrals)
+    power_real, power_imaginary, shrink, count = 1.0, 0.0, 1.0, 0
+    while count < TERMS:
+        work[2 * count], work[2 * count + 1] = power_real, power_imaginary
+        power_real, power_imaginary = (
+            power_real * real - power_imaginary * imaginary,
+            power_real * imaginary + power_imaginary * real,
+        )
+        count += 1
+        shrink /= count
+        if (abs(power_real) + abs(power_imaginary)) * shrink < SMALL:
+            break
+    for j in range(NODES):
+        sum_real, sum_imaginary = all_lanes(0.0), all_lanes(0.0)
+        for q in range(count):
+            its = load(integrals, q * SQUARE + j * NODES)
+            sum_real += its * work[2 * q]
+            sum_imaginary += its * work[2 * q + 1]
+        store(sum_real, sums, first + j * NODES)
+        store(sum_imaginary, sums, first + SQUARE + j * NODES)

@@ -1,0 +1,104 @@
+"""One sweep of the iteration: values at all nodes from the forces there, and the forces of a step from those before it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.integrators.collocation.amplitudes import LENGTH_BEFORE
+from autobalancer.kernels.integrators.collocation.exponentials import SQUARE
+from autobalancer.kernels.pointers import data
+from autobalancer.kernels.system import BALLS, SPEED, THETA
+from autobalancer.kernels.wide import NODES, all_lanes, amount, greater, greatest, load, store
+
+
+@njit(**MERGED)
+def _summed(matrix: Any, first: int, numbers: Any, row: int) -> Any:
+    """A matrix over the nodes times a row."""
+    even, odd = all_lanes(0.0), all_lanes(0.0)
+    for j in range(0, NODES, 2):
+        even += load(matrix, first + j * NODES) * numbers[row * NODES + j]
+        odd += load(matrix, first + (j + 1) * NODES) * numbers[row * NODES + j + 1]
+    return even + odd
+
+
+@njit(**MERGED)
+def _put(value: Any, row: int, values: Any, weights: Any, change: Any) -> Any:
+    """Put a row into its place; the greatest change so far."""
+    moved = amount(value - load(values, row * NODES)) * weights[row]
+    store(value, values, row * NODES)
+    return greater(change, moved)
+
+
+@njit(**MERGED)
+def sweep(step: float, a: Any, m: Any) -> float:
+    """New values from the forces; how much the one changed that changed most, in tolerances."""
+    values, forces, weights, state = data(a.values), data(a.forces), data(a.weights), data(m.start)
+    factors, sums, begin = data(a.factors), data(a.sums), data(a.begin)
+    once, twice = data(a.radau.integrals), SQUARE
+    nodes = load(data(a.radau.nodes), 0) * step
+    change = all_lanes(0.0)
+    for mode in range(a.modes):
+        real, imaginary, cross, other = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
+        first, row = mode * 2 * SQUARE, 2 * mode
+        for j in range(NODES):
+            its, beside = forces[row * NODES + j], forces[(row + 1) * NODES + j]
+            sum_real, sum_imaginary = load(sums, first + j * NODES), load(sums, first + SQUARE + j * NODES)
+            real += sum_real * its
+            cross += sum_imaginary * beside
+            imaginary += sum_real * beside
+            other += sum_imaginary * its
+        its, beside = begin[row], begin[row + 1]
+        factor, turned = load(factors, row * NODES), load(factors, (row + 1) * NODES)
+        change = _put((real - cross) * step + factor * its - turned * beside, row, values, weights, change)
+        change = _put((imaginary + other) * step + factor * beside + turned * its, row + 1, values, weights, change)
+    row, own = 2 * a.modes, 2 * a.modes
+    change = _put(_summed(once, 0, forces, own) * step + state[SPEED], row, values, weights, change)
+    angle = _summed(once, twice, forces, own) * (step * step) + nodes * state[SPEED] + state[THETA]
+    change = _put(angle, row + 1, values, weights, change)
+    for b in range(a.balls):
+        rate = state[BALLS + a.balls + b]
+        angle = _summed(once, twice, forces, own + 1 + b) * (step * step) + nodes * rate + state[BALLS + b]
+        change = _put(angle, row + 2 + b, values, weights, change)
+        rates = _summed(once, 0, forces, own + 1 + b) * step + rate
+        change = _put(rates, row + 2 + a.balls + b, values, weights, change)
+    return greatest(change)
+
+
+@njit(**MERGED)
+def stand(a: Any, m: Any) -> None:
+    """Values as at the begin of the step, at all nodes."""
+    values, state, row = data(a.values), data(m.start), 2 * a.modes
+    for k in range(2 * a.modes):
+        store(all_lanes(a.begin[k]), values, k * NODES)
+    store(all_lanes(state[SPEED]), values, row * NODES)
+    store(all_lanes(state[THETA]), values, (row + 1) * NODES)
+    for i in range(2 * a.balls):
+        store(all_lanes(state[BALLS + i]), values, (row + 2 + i) * NODES)
+
+
+@njit(**MERGED)
+def go_on(step: float, shift: float, a: Any) -> None:
+    """Forces of the last step continued over this one; the frozen speed grew by ``shift``."""
+    matrix = data(a.radau.onward)
+    ratio = step / a.held[LENGTH_BEFORE]
+    if ratio != 1.0:
+        matrix, weights, places = data(a.stretch), data(a.radau.weights), data(a.radau.nodes)
+        x = load(places, 0) * ratio + 1.0
+        full = all_lanes(1.0)
+        for j in range(NODES):
+            full *= x - places[j]
+        for j in range(NODES):
+            store(full * weights[j] / (x - places[j]), matrix, j * NODES)
+    forces, before = data(a.forces), data(a.forces_before)
+    for row in range(2 * a.modes + 1 + a.balls):
+        store(_summed(matrix, 0, before, row), forces, row * NODES)
+    if shift != 0.0:
+        amplitudes = data(a.amplitudes_before)
+        for mode in range(a.modes):
+            real, imaginary = (2 * mode) * NODES, (2 * mode + 1) * NODES
+            its, beside = _summed(matrix, 0, amplitudes, 2 * mode), _summed(matrix, 0, amplitudes, 2 * mode + 1)
+            store(load(forces, real) - beside * shift, forces, real)
+            store(load(forces, imaginary) + its * shift, forces, imaginary)
