@@ -9,6 +9,7 @@ import pytest
 from tests.references.rubber import CHAIN, ELASTIC, MASS, MAXWELL, VISCOUS, described, free_motion
 
 import autobalancer as ab
+from autobalancer.assembly.gauges import gauges_of
 from autobalancer.assembly.place_response import without_balancing
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
@@ -190,7 +191,10 @@ def test_the_vibration_without_balls_is_that_of_a_run_with_the_balls_held(name: 
     uneven["supports"].append({"position": 0.05, "stiffness": [1e3, 5e3]})  # in ellipses
     given = planar if name == "planar" else Machine(**{**data, "rotor": {**others(), "uneven": uneven}[name]})
     held = ab.simulate(given, duration=10.0, hold_balls=True, save=ab.LastRevolutions(count=1, per_revolution=128))
-    vibration, force = without_balancing(places_of(given, assemble(given)), np.inf, SPEED)
+    assembly = assemble(given)
+    places = places_of(given, assembly)
+    gauges = gauges_of(assembly, places, centered=True)
+    vibration, force = without_balancing(assembly, places, gauges, np.inf, SPEED)
     size = float(np.hypot(held.turn_place_x, held.turn_place_y).isel(place=0).max())
     assert vibration[0] == pytest.approx(size, rel=2e-3)  # what sticks keeps a little of the force of the run-up
     pressed = np.hypot(held.turn_support_force_x, held.turn_support_force_y)

@@ -4,42 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalancer.assembly.gauges import desk_for
 from autobalancer.assembly.places import Places, table_shares
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors import lateral_model, unbalance_shape
 from autobalancer.assembly.rotors.ellipses.steady import steadily
 from autobalancer.assembly.rotors.model import Complexes, Floats
-from autobalancer.assembly.rotors.planes import least_moments
-from autobalancer.assembly.rotors.reduction import circular
 from autobalancer.assembly.rotors.softened import softened
+from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
-from autobalancer.machine import PlanarRotor
-
-AT_ONCE = 1_000_000  # entries of the dynamic stiffnesses that are solved together
+from autobalancer.kernels.measures.gauges import Gauges
 
 
-def plane_unbalances(places: Places, time: Floats, speed: Floats) -> Complexes:
-    """The unbalance that the balls of each plane have to balance so that all planes rest, kg m in the rotor, (T, P).
+def plane_unbalances(assembly: Assembly, gauges: Gauges, time: float, speed: float) -> Complexes:
+    """The unbalance that the balls of each plane have to balance so that all planes rest, kg m in the rotor, (P,).
 
     It is what the unbalances do at the planes at this speed, put into these planes; on a planar rotor their sum. nan at
     a critical speed of an undamped rotor.
     """
-    loads = _loads(places, time)
-    if isinstance(places.machine.rotor, PlanarRotor):
-        return np.repeat(loads[:, :1], len(places.planes), axis=1)
-    rows = places.rows[: len(places.planes)]
-    found = np.empty((time.size, len(places.planes)), np.complex128)
-    step = max(1, AT_ONCE // places.basis.shape[1] ** 2)
-    for first in range(0, time.size, step):
-        part = slice(first, first + step)
-        dynamic = _dynamic_stiffness(places, speed[part])
-        circles = rows[:, 0] - 1j * rows[:, 1]  # force of a unit vector that turns with the rotor
-        forces = np.concatenate([np.tile(circles.T, (dynamic.shape[0], 1, 1)), loads[part, :, None]], axis=2)
-        try:
-            moved = 0.5 * circles.conj() @ np.linalg.solve(dynamic, forces)
-            found[part] = least_moments(moved[:, :, :-1], moved[:, :, -1], places.capability)
-        except np.linalg.LinAlgError:
-            found[part] = np.nan
+    from autobalancer.kernels.measures import response
+
+    found = np.zeros(gauges.capability.size, np.complex128)
+    response.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), found)
     return found
 
 
@@ -67,24 +53,21 @@ def off_center_unbalances(places: Places, speed: float) -> Complexes:
         return np.full((count, count), np.nan + 0j)
 
 
-def without_balancing(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
+def without_balancing(
+    assembly: Assembly, places: Places, gauges: Gauges, time: float, speed: float
+) -> tuple[Floats, Floats]:
     """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
 
     The balls are spread evenly over their races and held; the speed is steady, and nothing shakes the machine from outside.
     nan at a critical speed of an undamped rotor, and on softening rubber whose steady motion is not known.
     """
-    now = np.array([float(speed)])
     if places.rubber_rows.size:
         return _on_rubber(places, time, speed)
-    load = _loads(places, np.array([float(time)]))[0] + places.centers
-    try:
-        moved = np.linalg.solve(_dynamic_stiffness(places, now)[0], speed**2 * load)
-    except np.linalg.LinAlgError:
-        return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
-    force = np.zeros((len(places.supports), 2), np.complex128)
-    for i, share in enumerate(table_shares(places.speeds, now)):
-        force += share * (places.stiffness[i] + 1j * speed * places.damping[i]) @ moved
-    return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)
+    from autobalancer.kernels.measures import response
+
+    vibration, force = np.zeros(len(places.names)), np.zeros(len(places.supports))
+    response.with_balls_held(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
+    return vibration, force
 
 
 def _on_rubber(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
@@ -114,17 +97,6 @@ def _semi_major(pairs: Complexes) -> Floats:
     """Greatest length of Re((x, y) e^(i theta)), of complex (..., 2)."""
     x, y = pairs[..., 0], pairs[..., 1]
     return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x - 1j * y)), np.float64)
-
-
-def _loads(places: Places, time: Floats) -> Complexes:
-    """Loads of all unbalances: forces are w^2 Re(load e^(i theta)), (T, R)."""
-    total = np.zeros((time.size, places.basis.shape[1]), np.complex128)
-    for number, part in enumerate(places.machine.unbalances):
-        shape = places.basis.T @ circular(places.model, unbalance_shape(places.machine, places.model, number))
-        fixed = part.schedule is None
-        factor = np.ones(time.size) if fixed else np.array([unbalance_factor(part, float(t)) for t in time])
-        total += factor[:, None] * shape
-    return total
 
 
 def _dynamic_stiffness(places: Places, speed: Floats) -> Complexes:

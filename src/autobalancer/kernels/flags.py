@@ -26,6 +26,8 @@ COMPILED: dict[str, Any] = {
     "_nrt": False,
     "fastmath": {"contract"},
 }
+# nothing is contracted: the same bits alone and as a part of another function
+EXACT: dict[str, Any] = {"cache": KEPT, "nogil": True, "error_model": "numpy", "_nrt": False}
 EQUATIONS: dict[str, Any] = COMPILED | {"fastmath": {"contract", "nsz", "arcp"}}
 # parts of a compiled kernel: MERGED into its caller by LLVM, and APART from it, as it is called at several places
 APART: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}

@@ -8,6 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.kernels.measures.limits import LAST, OF_IMPACTS
+from autobalancer.results.series import plain
+
 Floats = NDArray[np.float64]
 
 
@@ -20,22 +23,6 @@ class Impacts(NamedTuple):
     impulse: Floats  # N s
     ball: NDArray[np.int64]  # counted from 1
     partner: NDArray[np.int64]  # the other ball, 0 a partition, -1 a wall of the race
-
-    def rate(self, begin: float, end: float) -> float:
-        """Impacts a second between two times, 1/s."""
-        return float(np.count_nonzero(self._between(begin, end)) / (end - begin)) if end > begin else np.nan
-
-    def power(self, begin: float, end: float) -> float:
-        """Power that they dissipate between two times, W."""
-        return float(self.lost[self._between(begin, end)].sum() / (end - begin)) if end > begin else np.nan
-
-    @property
-    def mean_speed(self) -> float:
-        """m/s; nan without impacts."""
-        return float(self.speed.mean()) if self.speed.size else np.nan
-
-    def _between(self, begin: float, end: float) -> NDArray[np.bool_]:
-        return (self.time >= begin) & (self.time <= end)
 
 
 VARIABLES = {
@@ -52,3 +39,16 @@ def impacts_of(run: xr.Dataset) -> Impacts | None:
     if "impact_time" not in run:
         return None
     return Impacts(run["impact_time"].values, **{name: run[kept].values for kept, name in VARIABLES.items()})
+
+
+def noise_of(found: Impacts, end: float) -> Floats:
+    """Number, mean speed (m/s), power (W), greatest impulse (N s); rate (1/s) and power at the end of a run of ``end`` seconds.
+
+    They are in the order of kernels/measures/limits.py, from COUNT to LATE_POWER.
+    """
+    from autobalancer.kernels.measures.impacts import impact_measures
+
+    measured = np.empty(OF_IMPACTS)
+    time, speed, lost, impulse = map(plain, (found.time, found.speed, found.lost, found.impulse))
+    impact_measures(time, speed, lost, impulse, found.time.size, end - LAST * end, end, measured)
+    return measured

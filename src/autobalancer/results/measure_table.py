@@ -1,79 +1,50 @@
 """The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
 
-A new measure is an entry here and, if it is more than a line, a function on arrays in ``results/series.py``.
+A new measure is an entry here. Its arithmetic is a compiled function in ``kernels/measures/``; ``results/series.py`` asks it
+about a run, and what a sweep keeps of it is a column of ``kernels/measures/row.py``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
-from autobalancer.results.places import one_way_rms
+from autobalancer.kernels.measures.columns import COLUMNS, WIDTH
+from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
+from autobalancer.results.measure import InSweep, Measure, OfAll, needed
 from autobalancer.results.recorded import Recorded
-from autobalancer.results.series import greatest_known, last_settled, mean_size, share_of, time_near_peak
+from autobalancer.results.series import (
+    Floats,
+    greatest_at,
+    greatest_known,
+    mean,
+    means,
+    share_of,
+    time_at_resonance,
+    time_near_peak,
+)
 
 HERE = "the reference station"  # in a text; a run has the name of its own there
-NEEDS = {
-    "": "bins",
-    "ball": "balls",
-    "place": "turns",
-    "plane": "planes",
-    "support": "forces",
-    "jump": "parts",
-    "link": "links",
-}
 LAST = "in the last revolutions"
 PER_BALL = "ball_angle_to_unbalance"
 
-Of = Callable[[Any], Any]  # of a Recorded in which nothing that the measure needs is None
-
-
-class OfAll(NamedTuple):
-    """The one number that a sweep keeps of a measure with several; ``name`` where it has its own."""
-
-    text: str
-    of: Of
-    needs: str = ""  # by default what the measure needs
-    name: str = ""
-    per_ball: bool = False  # then a sweep has them all
-
-
-class Measure(NamedTuple):
-    """One measure: ``of`` gives a number, or an array along ``along``.
-
-    It is left out where the run did not record what :data:`NEEDS` says of ``along``, or what it ``needs`` besides, both names
-    of :class:`~autobalancer.results.recorded.Recorded`. A sweep keeps measures that are one number, those over the balls, and
-    ``of_all`` of the others.
-    """
-
-    name: str
-    unit: str
-    along: str
-    text: str
-    of: Of
-    of_all: OfAll | None = None
-    needs: str = ""
-
-
-class InSweep(NamedTuple):
-    """A measure as a sweep has it: one number of a run, or one for each ball."""
-
-    name: str
-    unit: str
-    text: str
-    per_ball: bool
-    of: Of
-    needs: tuple[str, ...]
-
-
 MEASURES = (
-    Measure("peak_deflection", "m", "", f"greatest deflection at {HERE}", lambda r: r.bins.high.max()),
+    Measure(
+        "peak_deflection", "m", "", f"greatest deflection at {HERE}", lambda r: r.bins.high[greatest_at(r.bins.high)]
+    ),
     Measure(
         "peak_speed",
         *("rad/s", "", f"rotor speed at the greatest deflection at {HERE}"),
-        lambda r: r.bins.speed[np.argmax(r.bins.high)],
+        lambda r: r.bins.speed[greatest_at(r.bins.high)],
+    ),
+    Measure(
+        "peak_time",
+        "s",
+        "",
+        f"time of the greatest deflection at {HERE}",
+        lambda r: r.bins.time[greatest_at(r.bins.high)],
     ),
     Measure(
         "time_near_peak",
@@ -81,13 +52,18 @@ MEASURES = (
         lambda r: time_near_peak(r.bins.width, r.bins.high),
     ),
     Measure(
+        "time_at_resonance",
+        *("s", "", "time with a rotor speed within 10 % of the lowest critical speed"),
+        lambda r: time_at_resonance(r.bins.end, r.bins.speed, r.critical_speed),
+    ),
+    Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration
     ),
     Measure(
         "static_deflection",
         *("m", "place", f"static deflection {LAST}"),
-        lambda r: np.abs(r.moved.static),
-        OfAll(f"greatest static deflection of all places {LAST}", lambda r: np.abs(r.moved.static).max()),
+        lambda r: r.moved.static,
+        OfAll(f"greatest static deflection of all places {LAST}", lambda r: r.moved.static.max()),
     ),
     Measure(
         "vibration",
@@ -112,39 +88,39 @@ MEASURES = (
     Measure(
         "unbalance",
         *("kg m", "plane", f"unbalance that the balls of the plane have to balance {LAST}"),
-        lambda r: mean_size(r.planes[0]),
+        lambda r: means(r.planes[0]),
     ),
     Measure(
         "residual_unbalance",
         *("kg m", "plane", f"residual unbalance of the plane {LAST}"),
-        lambda r: mean_size(r.planes[0] + r.planes[1]),
-        OfAll(f"residual unbalance, of several planes the sum, {LAST}", lambda r: r.rotor[1].mean(), "rotor"),
+        lambda r: means(r.planes[1]),
+        OfAll(f"residual unbalance, of several planes the sum, {LAST}", lambda r: mean(r.rotor[1]), "rotor"),
     ),
     Measure(
         "residual_share",
         *("1", "plane", f"residual unbalance over unbalance {LAST}"),
-        lambda r: share_of(mean_size(r.planes[0] + r.planes[1]), mean_size(r.planes[0])),
-        OfAll("residual unbalance over unbalance", lambda r: share_of(r.rotor[1].mean(), r.rotor[0].mean()), "rotor"),
+        lambda r: share_of(means(r.planes[1]), means(r.planes[0])),
+        OfAll("residual unbalance over unbalance", lambda r: share_of(mean(r.rotor[1]), mean(r.rotor[0])), "rotor"),
     ),
     Measure(
         "static_force",
         *("N", "support", f"static force on the support {LAST}"),
-        lambda r: np.abs(r.forces[1]),
+        lambda r: r.pushed.static,
     ),
     Measure(
         "vibrating_force",
         *("N", "support", f"greatest distance of the force from its mean {LAST}"),
-        lambda r: np.abs(r.forces[0] - r.forces[1]).max(axis=0),
+        lambda r: r.pushed.greatest,
         OfAll(
             f"greatest vibrating force of all supports {LAST}",
-            lambda r: np.abs(r.forces[0] - r.forces[1]).max(initial=0.0),
+            lambda r: r.pushed.greatest.max(initial=0.0),
             name="support_force",
         ),
     ),
     Measure(
         "vibrating_force_rms",
         *("N", "support", f"root mean square of the vibrating force {LAST}"),
-        lambda r: one_way_rms(r.forces[0] - r.forces[1]),
+        lambda r: r.pushed.rms,
     ),
     Measure(
         "settling_time",
@@ -152,20 +128,38 @@ MEASURES = (
         lambda r: r.settled.duration,
         OfAll(
             "settling time of the last ball, from its release, a jump of the unbalance or the end of the run-up",
-            lambda r: r.settled.duration[last_settled(r.settled.at)],
+            lambda r: r.settled.duration[greatest_at(r.settled.at)],
         ),
     ),
     Measure(
         "settled_at",
         *("s", "ball", "time in the run at which the ball has settled"),
         lambda r: r.settled.at,
-        OfAll("time in the run at which the last ball has settled", lambda r: r.settled.at[last_settled(r.settled.at)]),
+        OfAll("time in the run at which the last ball has settled", lambda r: r.settled.at[greatest_at(r.settled.at)]),
     ),
     Measure(
         "release_speed",
         *("rad/s", "ball", "break-away speed in the run"),
         lambda r: r.released,
         OfAll("greatest break-away speed of a stalled ball", lambda r: greatest_known(r.released)),
+    ),
+    Measure(
+        "release_time",
+        *("s", "ball", "time in the run at which the stalled ball breaks away"),
+        lambda r: r.released_at,
+        OfAll("time in the run at which the last stalled ball breaks away", lambda r: greatest_known(r.released_at)),
+    ),
+    Measure(
+        "stalled_time",
+        *("s", "ball", "time for which the ball is stalled"),
+        lambda r: r.stalled,
+        OfAll("longest time for which a ball is stalled", lambda r: r.stalled.max()),
+    ),
+    Measure(
+        "greatest_ball_speed",
+        *("rad/s", "ball", "greatest speed of the ball in space"),
+        lambda r: r.fastest,
+        OfAll("greatest speed of a ball in space", lambda r: r.fastest.max()),
     ),
     Measure(
         "lift_off_time",
@@ -191,20 +185,20 @@ MEASURES = (
         "",
         "",
         "impacts of balls on each other, partitions and walls",
-        lambda r: r.impacts.time.size,
+        lambda r: r.noise[COUNT],
         needs="impacts",
     ),
-    Measure("impact_speed", "m/s", "", "mean speed of the impacts", lambda r: r.impacts.mean_speed, needs="impacts"),
+    Measure("impact_speed", "m/s", "", "mean speed of the impacts", lambda r: r.noise[SPEED], needs="impacts"),
     Measure(
         "impact_power",
         *("W", "", "mean power that impacts dissipate over the run"),
-        lambda r: r.impacts.power(0.0, r.end),
+        lambda r: r.noise[POWER],
         needs="impacts",
     ),
     Measure(
         "greatest_impulse",
         *("N s", "", "impulse of the hardest impact"),
-        lambda r: r.impacts.impulse.max(initial=0.0),
+        lambda r: r.noise[IMPULSE],
         needs="impacts",
     ),
     Measure(
@@ -212,13 +206,13 @@ MEASURES = (
         "1/s",
         "",
         "impacts a second at the end of the run",
-        lambda r: r.late_impacts[0],
+        lambda r: r.noise[LATE_RATE],
         needs="impacts",
     ),
     Measure(
         "late_impact_power",
         *("W", "", "power that impacts dissipate at the end of the run"),
-        lambda r: r.late_impacts[1],
+        lambda r: r.noise[LATE_POWER],
         needs="impacts",
     ),
     Measure(
@@ -252,7 +246,7 @@ MEASURES = (
 
 def measured(recorded: Recorded) -> Iterator[tuple[Measure, Any]]:
     """The measures of a run with their numbers, without those for which it recorded too little."""
-    return ((m, m.of(recorded)) for m in MEASURES if _has(recorded, _needs(m)))
+    return ((m, m.of(recorded)) for m in MEASURES if _has(recorded, needed(m)))
 
 
 def numbers(recorded: Recorded) -> dict[str, Any]:
@@ -260,16 +254,17 @@ def numbers(recorded: Recorded) -> dict[str, Any]:
     return {m.name: m.of(recorded) for m in SWEPT if _has(recorded, m.needs)}
 
 
-def _needs(measure: Measure) -> tuple[str, ...]:
-    return NEEDS[measure.along], *([measure.needs] if measure.needs else [])
+def in_row(row: Floats) -> dict[str, Any]:
+    """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
+    return {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
 
 
 def _in_sweep(m: Measure) -> Iterator[InSweep]:
     if m.of_all is not None:
-        needs = (m.of_all.needs,) if m.of_all.needs else _needs(m)
+        needs = (m.of_all.needs,) if m.of_all.needs else needed(m)
         yield InSweep(m.of_all.name or m.name, m.unit, m.of_all.text, m.of_all.per_ball, m.of_all.of, needs)
     elif not m.along:
-        yield InSweep(m.name, m.unit, m.text, False, m.of, _needs(m))
+        yield InSweep(m.name, m.unit, m.text, False, m.of, needed(m))
 
 
 def _has(recorded: Recorded, names: tuple[str, ...]) -> bool:

@@ -6,13 +6,14 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.measures.limits import LAST, SETTLED
 from autobalancer.results.answers.labeled import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.measure_table import HERE, measured
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import vibration
-from autobalancer.results.recorded import LAST, SETTLED, in_space, settling
+from autobalancer.results.recorded import settling
 from autobalancer.results.recorded_of import (
     away_from_standing,
     bins_of,
@@ -21,7 +22,7 @@ from autobalancer.results.recorded_of import (
     recorded_of,
     series,
 )
-from autobalancer.results.series import last_deflection, released_at, wrapped
+from autobalancer.results.series import greatest_at, last_deflection, release_rows, values_at, wrapped
 from autobalancer.results.standing import NONE, load_of
 from autobalancer.units import optional_argument
 
@@ -63,7 +64,7 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
     In a run through a critical speed this is the peak at resonance.
     """
     bins = bins_of(run)
-    place = int(np.argmax(bins.high))
+    place = greatest_at(bins.high)
     found = xr.Dataset()
     for name, values, unit, text in (
         ("deflection", bins.high, "m", "greatest deflection"),
@@ -138,7 +139,7 @@ def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) ->
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
     balls = known_balls(run)
     critical_speed = critical_speed_of(run) if critical_speed is None else critical_speed
-    released = released_at(balls.speed, in_space(balls), critical_speed)
+    released = values_at(release_rows(balls.speed, balls.rate, critical_speed), balls.speed)
     return _per_ball(run, released, "break-away speed in the run", "rad/s")
 
 

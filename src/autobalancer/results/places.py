@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.standing import standing_in
+from autobalancer.results.series import means, plain, share_of
+from autobalancer.results.standing import complexes, standing_in
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -57,7 +58,7 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
         ("place", run["place"].values),
         static_x=(mean.real, "m", "static deflection along x"),
         static_y=(mean.imag, "m", "static deflection along y"),
-        static=(np.abs(mean), "m", "static deflection"),
+        static=(sizes(mean), "m", "static deflection"),
         greatest=(greatest, "m", "greatest distance from the mean position"),
         half_range=(half_range(z), "m", "half of the range of the deflection"),
         rms=(rms, "m", "root mean square of the vibration"),
@@ -104,17 +105,16 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     """
     if "turn_plane_balls" not in run and "plane" not in run.coords:
         raise QuestionError("the machine has no balancers; there is no plane with a residual unbalance")
-    unbalance, balls = plane_vectors(run.isel(turn=whole_turns(run)), "turn_")
-    size, left = np.abs(unbalance).mean(axis=0), np.abs(unbalance + balls).mean(axis=0)
-    share = np.divide(left, size, out=np.full_like(left, np.nan), where=size > 0.0)
+    last = run.isel(turn=whole_turns(run))
+    size, left = map(means, plane_sizes(last))
     found = _measured(
         run,
         "Residual unbalance",
         ("plane", run["plane"].values),
         unbalance=(size, "kg m", "unbalance that the balls of the plane have to balance"),
-        balls=(np.abs(balls).mean(axis=0), "kg m", "resultant of the balls of the plane"),
+        balls=(means(last["turn_plane_balls"].values), "kg m", "resultant of the balls of the plane"),
         residual=(left, "kg m", "residual unbalance of the plane"),
-        share=(share, "1", "residual unbalance over unbalance"),
+        share=(share_of(left, size), "1", "residual unbalance over unbalance"),
     )
     return found if plane is None else _chosen(found, "plane", plane)
 
@@ -139,17 +139,26 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     last = run.isel(turn=whole_turns(run))
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
     mean = standing_in(last, force)
+    greatest, rms, _ = moved(force, force, mean)
     found = _measured(
         run,
         "Support forces",
         ("support", run["support"].values),
         static_x=(mean.real, "N", "static force along x"),
         static_y=(mean.imag, "N", "static force along y"),
-        static=(np.abs(mean), "N", "static force on the support"),
-        greatest=(np.abs(force - mean).max(axis=0), "N", "greatest distance of the force from its mean"),
-        rms=(one_way_rms(force - mean), "N", "root mean square of the vibrating force"),
+        static=(sizes(mean), "N", "static force on the support"),
+        greatest=(greatest, "N", "greatest distance of the force from its mean"),
+        rms=(rms, "N", "root mean square of the vibrating force"),
     )
     return found if support is None else _chosen(found, "support", support)
+
+
+def plane_sizes(last: xr.Dataset) -> tuple[Floats, Floats]:
+    """Unbalance of each plane and what its balls leave of it in the last revolutions of a run, (times, P) kg m."""
+    if "turn_plane_residual" in last:
+        return last["turn_plane_unbalance"].values, last["turn_plane_residual"].values
+    unbalance, balls = plane_vectors(last, "turn_")  # of a file of an earlier version
+    return np.abs(unbalance), np.abs(unbalance + balls)
 
 
 def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[Complexes, Complexes]:
@@ -178,21 +187,41 @@ def whole_turns(run: xr.Dataset) -> slice:
 
 def turns_of(angle: Floats) -> slice:
     """The part of rotor angles at equal steps that makes whole revolutions up to the end; empty if there is none."""
-    step = abs(angle[-1] - angle[-2]) if angle.size > 1 else 0.0
-    each = round(2.0 * np.pi / step) if step > 0.0 else 0
-    count = (angle.size - 1) // each if each else 0
-    return slice(angle.size - count * each, angle.size)
+    from autobalancer.kernels.measures.seen import turns_of as counted
+
+    return slice(angle.size - counted(plain(angle)), angle.size)
 
 
 def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, Floats]:
-    """Greatest distance from a mean place, rms of that distance and of the velocity, for x + i y, (times, places)."""
-    return np.abs(z - mean).max(axis=0), one_way_rms(z - mean), one_way_rms(v)
+    """Greatest distance from a mean place, rms of that distance and of the velocity, for x + i y, (times, places).
+
+    The rms are those along the direction in which they are greatest.
+    """
+    from autobalancer.kernels.measures import motion
+
+    found = np.empty((3, z.shape[1]))
+    motion.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), found)
+    return found[0], found[1], found[2]
 
 
-def one_way_rms(z: Complexes) -> Floats:
-    """Root mean square along the direction in which it is greatest, of x + i y without mean, (times, places)."""
-    square, turned = np.mean(np.abs(z) ** 2, axis=0), np.abs(np.mean(z**2, axis=0))
-    return np.asarray(np.sqrt(0.5 * (square + turned)), np.float64)
+def sizes(z: Complexes) -> Floats:
+    """Size of x + i y."""
+    from autobalancer.kernels.measures import motion
+
+    given = complexes(z)
+    found = np.empty(given.shape)
+    motion.sizes(given.ravel(), found.ravel())
+    return found
+
+
+def directions(z: Complexes) -> Floats:
+    """Angle of x + i y, rad."""
+    from autobalancer.kernels.measures import motion
+
+    given = complexes(z)
+    found = np.empty(given.shape)
+    motion.directions(given.ravel(), found.ravel())
+    return found
 
 
 def half_range(z: Complexes) -> Floats:

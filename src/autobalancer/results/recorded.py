@@ -10,29 +10,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.results.impacts import Impacts
-from autobalancer.results.places import Complexes, Floats, moved
+from autobalancer.kernels.measures.limits import LAST, SETTLED
+from autobalancer.results.impacts import Impacts, noise_of
+from autobalancer.results.places import Complexes, Floats, moved, sizes
 from autobalancer.results.series import (
     counted,
     end_of_run_up,
+    fastest,
     last_deflection,
     release_rows,
-    released_at,
     settled_from,
+    stalled_times,
+    values_at,
 )
-
-SETTLED = float(np.deg2rad(2.0))  # a ball within this of its last angle has settled, rad
-LAST = 0.05  # share of a run at its end in which the residual vibration is taken
 
 
 class Bins(NamedTuple):
-    """The envelope of the deflection at the reference station, (B,): middle and width of each bin (s), ends in m and rad/s."""
+    """The envelope of the deflection at the reference station, (B,): in s, m and rad/s."""
 
     time: Floats
     width: Floats
     low: Floats
     high: Floats
     speed: Floats  # at the end of the bin
+    end: Floats
 
 
 class Balls(NamedTuple):
@@ -46,9 +47,12 @@ class Balls(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """Of each place in the last revolutions: static deflection and vibration (m), rms (m) and rms of the velocity (m/s)."""
+    """Of each place in the last revolutions: static deflection and vibration (m), rms (m) and rms of the velocity (m/s).
 
-    static: Complexes
+    Of each support the same of its force, N.
+    """
+
+    static: Floats
     greatest: Floats
     rms: Floats
     velocity_rms: Floats
@@ -90,7 +94,7 @@ class Recorded:
         None  # x + iy (m), x' + iy' (m/s), (T, places); static part (m)
     )
     forces: tuple[Complexes, Complexes] | None = None  # on the supports x + iy, (T, supports) N, and their static part
-    planes: tuple[Complexes, Complexes] | None = None  # unbalance and balls of each plane in the rotor, (T, P) kg m
+    planes: tuple[Floats, Floats] | None = None  # unbalance of each plane and what its balls leave of it, (T, P) kg m
     rotor: tuple[Floats, Floats] | None = None  # unbalance and what is left: of several planes the sums, (T,) kg m
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
@@ -105,7 +109,14 @@ class Recorded:
     def moved(self) -> Moved:
         """Static deflection and vibration of all places; asks for ``turns``."""
         assert self.turns is not None
-        return Moved(self.turns[2], *moved(*self.turns))
+        return Moved(sizes(self.turns[2]), *moved(*self.turns))
+
+    @cached_property
+    def pushed(self) -> Moved:
+        """Static force and vibrating force on all supports; asks for ``forces``."""
+        assert self.forces is not None
+        force, static = self.forces
+        return Moved(sizes(static), *moved(force, force, static))
 
     @cached_property
     def residual_vibration(self) -> float:
@@ -124,12 +135,11 @@ class Recorded:
             greatest[0] = max(greatest[0], self.residual_vibration)
         return greatest
 
-    @property
-    def late_impacts(self) -> tuple[float, float]:
-        """Impacts a second (1/s) and the power they dissipate (W) at the end of the run; asks for ``impacts``."""
+    @cached_property
+    def noise(self) -> Floats:
+        """Measures of the impacts; asks for ``impacts``."""
         assert self.impacts is not None
-        span = self.end - LAST * self.end, self.end
-        return self.impacts.rate(*span), self.impacts.power(*span)
+        return noise_of(self.impacts, self.end)
 
     @cached_property
     def settled(self) -> Settled:
@@ -141,18 +151,36 @@ class Recorded:
     def released(self) -> Floats:
         """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
         assert self.balls is not None
-        return released_at(self.balls.speed, in_space(self.balls), self.critical_speed)
+        return values_at(self._release_rows, self.balls.speed)
 
+    @cached_property
+    def released_at(self) -> Floats:
+        """When it does, s; asks for ``balls``."""
+        assert self.balls is not None
+        return values_at(self._release_rows, self.balls.time)
 
-def in_space(balls: Balls) -> Floats:
-    """Speed of the balls in space, (T, n) rad/s."""
-    return np.asarray(balls.rate + balls.speed[:, None], np.float64)
+    @cached_property
+    def stalled(self) -> Floats:
+        """How long each ball is stalled, s; asks for ``balls``."""
+        assert self.balls is not None
+        balls = self.balls
+        return stalled_times(balls.start, balls.time, balls.speed, balls.rate, self.critical_speed)
+
+    @cached_property
+    def fastest(self) -> Floats:
+        """Greatest speed of each ball in space, rad/s; asks for ``balls``."""
+        assert self.balls is not None
+        return fastest(self.balls.speed, self.balls.rate)
+
+    @cached_property
+    def _release_rows(self) -> Floats:
+        assert self.balls is not None
+        return release_rows(self.balls.speed, self.balls.rate, self.critical_speed)
 
 
 def settling(balls: Balls, critical_speed: float, jumps: Sequence[float], tolerance: float = SETTLED) -> Settled:
     """How long each ball takes to stay within ``tolerance`` (rad) of its last angle, and from where it counts."""
     at = settled_from(balls.time, balls.angle, balls.speed, tolerance)
-    rows = release_rows(balls.speed, in_space(balls), critical_speed)
-    released = np.interp(rows, np.arange(balls.time.size), balls.time)
+    released = values_at(release_rows(balls.speed, balls.rate, critical_speed), balls.time)
     duration, names = counted(at, released, end_of_run_up(balls.time, balls.speed), balls.start, jumps)
     return Settled(duration, at, names)

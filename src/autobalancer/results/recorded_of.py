@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.measures.limits import LAST
 from autobalancer.results.impacts import impacts_of
 from autobalancer.results.jumps import jump_times, parts_between_jumps
-from autobalancer.results.places import Floats, plane_vectors, turns_of
-from autobalancer.results.recorded import LAST, Balls, Bins, Links, Recorded
+from autobalancer.results.places import Floats, plane_sizes, turns_of
+from autobalancer.results.recorded import Balls, Bins, Links, Recorded
 from autobalancer.results.series import lifted_from, wrapped
 from autobalancer.results.standing import NONE, load_of, standing_in
 
@@ -64,7 +65,8 @@ def bins_of(run: xr.Dataset, count: int = 200) -> Bins:
     """
     if "envelope_high" in run:
         time, low, high, speed = series(run, *(f"envelope_{name}" for name in ("time", "low", "high", "speed")))
-        return Bins(time, 2.0 * (_bin_ends(run) - time), low, high, speed)
+        end = _bin_ends(run)
+        return Bins(time, 2.0 * (end - time), low, high, speed, end)
     t, r, w = series(run, "time", "deflection", "speed")
     edges = np.linspace(0, t.size, min(count, t.size) + 1).astype(int)
     pairs = [(a, b) for a, b in pairwise(edges) if b > a]
@@ -74,6 +76,7 @@ def bins_of(run: xr.Dataset, count: int = 200) -> Bins:
         low=np.array([r[a:b].min() for a, b in pairs]),
         high=np.array([r[a:b].max() for a, b in pairs]),
         speed=np.array([w[b - 1] for _, b in pairs]),
+        end=np.array([t[b - 1] for _, b in pairs]),
     )
 
 
@@ -165,8 +168,8 @@ def _of_turns(run: xr.Dataset) -> dict[str, Any]:
         force = _vectors(last, "turn_support_force_", "x", "y")
         told["forces"] = force, standing_in(last, force)
     if "plane" in run.coords:
-        told["planes"] = unbalance, balls = plane_vectors(last, "turn_")
-        told["rotor"] = np.abs(unbalance).sum(axis=1), np.abs(unbalance + balls).sum(axis=1)
+        told["planes"] = sizes = plane_sizes(last)
+        told["rotor"] = sum(sizes[0].T), sum(sizes[1].T)
         if run.sizes["plane"] == 1:
             told["rotor"] = last["turn_unbalance"].values, last["turn_residual_unbalance"].values
     if "vibration_without_balls" in run:

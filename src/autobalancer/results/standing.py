@@ -9,11 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.machine import Machine
+from autobalancer.results.series import plain
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-SAME = 1e-3  # relative singular value below which motions of two balls are one motion
 WEIGHT, RECORD, NONE = "weight", "recorded excitation", "none"
 
 
@@ -42,17 +42,21 @@ def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes
         revolutions of the rotor are not those of the deflection. Then the standing part is fitted together with what whirls
         with the rotor, with the balls, and against them. Weights that vanish at both ends (Hann's) suppress the rest.
     """
+    found = np.zeros(z.shape[1], np.complex128)
     if load == NONE:
-        return np.zeros(z.shape[1], np.complex128)
-    turned = np.abs(balls[-1] - balls[0]), np.abs(balls[-1] - balls[0] - (rotor[-1] - rotor[0]))
-    whirling = balls[:, (turned[0] > 2.0 * np.pi) & (turned[1] > np.pi)]
-    if not whirling.size:
-        return np.asarray(z.mean(axis=0), np.complex128)
-    weight = np.sin(np.pi * (np.arange(rotor.size) + 0.5) / rotor.size)[:, None]
-    forward = np.exp(1j * np.column_stack([rotor, whirling]))
-    columns = np.hstack([np.ones((rotor.size, 1)), forward, forward.conj()])
-    found = np.linalg.lstsq(weight * columns, weight * z, rcond=SAME)[0]
-    return np.asarray(found[0], np.complex128)
+        return found
+    from autobalancer.kernels.measures import motion
+
+    count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
+    work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
+    small = np.zeros((columns, columns + z.shape[1]), np.complex128)
+    motion.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, found)
+    return found
+
+
+def complexes(values: Any) -> Complexes:
+    """x + i y as compiled functions take it."""
+    return np.require(values, np.complex128, ["C", "W"])
 
 
 def calm_mean(values: Complexes | Floats) -> Complexes:

@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.contact.touches import Touch
+from autobalancer.assembly.gauges import MOST, meetings_of
 from autobalancer.kernels.records.impacts import IMPACT
 from autobalancer.kernels.system import System
 from autobalancer.results.impacts import VARIABLES, Impacts
 from autobalancer.results.labels import label
-
-MOST = 200_000  # impacts that are kept
 
 
 class Noted:
@@ -46,17 +45,16 @@ class Noted:
         if not self._touches:
             return None
         rows = np.concatenate([IMPACT.rows(0), *self._kept])
-        speed, touch = np.array(rows["speed"], np.float64), np.array(rows["touch"], np.int64)
-        mass, left = np.zeros(speed.size), np.zeros(speed.size)
-        for number in np.unique(touch):
-            its = touch == number
-            mass[its], left[its] = self._touches[number].mass, self._touches[number].left(speed[its])
+        from autobalancer.kernels.measures.impacts import all_meant
+
+        touch, meant = np.array(rows["touch"], np.int64), np.zeros((2, rows.size))
+        all_meant(rows, *meetings_of(self._touches), meant)
         partners = np.array([(touch.one + 1, touch.other + 1) for touch in self._touches])  # 0: partition, -1: wall
         return Impacts(
             time=np.array(rows["time"], np.float64),
-            speed=speed,
-            lost=0.5 * mass * speed**2 * (1.0 - left**2),
-            impulse=mass * speed * (1.0 + left),
+            speed=np.array(rows["speed"], np.float64),
+            lost=meant[0],
+            impulse=meant[1],
             ball=partners[touch, 0],
             partner=partners[touch, 1],
         )

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contact.meetings import parallel, restitution
-from autobalancer.assembly.contact.rebound import least_rebound, restitution_at
+from autobalancer.assembly.contact.rebound import least_rebound
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import Ball
 from autobalancer.kernels.records import impacts as of
-from autobalancer.kernels.system import Floats
 from autobalancer.laws.rebound import rebound
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.rebound import Rebound
@@ -32,12 +31,6 @@ class Touch:
     restitution: float
     rebound: Rebound | None
     slowest: float  # m/s: no slower impact rebounds, because of the fluid
-
-    def left(self, speeds: Floats) -> Floats:
-        """Restitution of impacts at these speeds, m/s."""
-        if self.rebound is None:
-            return np.full_like(speeds, self.restitution)
-        return restitution_at((self.rebound, self.restitution, self.slowest), speeds)
 
 
 def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[Touch, ...]]:

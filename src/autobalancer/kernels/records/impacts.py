@@ -27,3 +27,15 @@ IMPACT = Record(
     Field("touch", "", "number of the contact", kind=np.int64),
 )
 """A contact that began."""
+
+MEETING = Record(
+    Field("mass", "kg", "reduced mass"),
+    Field("restitution", "1", "what an impact leaves of the speed, of slow ones where that falls with the speed"),
+    Field("yield_speed", "m/s", "above which it falls as a power; infinite: it does not"),
+    Field("exponent", "1", "of that power"),
+    Field("first", "", "number of the first of the measured points", kind=np.int64),
+    Field("points", "", "how many there are; 0: it was not measured", kind=np.int64),
+    Field("slowest", "m/s", "no slower impact rebounds, because of the fluid; 0 without one"),
+    Field("falls", "", "whether it depends on the speed at all", kind=np.int64),
+)
+"""What an impact means in a contact."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from autobalancer.results.chamber.balls import Floats
 from autobalancer.results.chamber.recorded import ChamberRecorded
-from autobalancer.results.measure_table import Measure
+from autobalancer.results.measure import Measure
 
 STEADY = "in steady state"  # ends the meaning of what is measured there
 STAGES = ("transient", "steady")

@@ -15,21 +15,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.kernels.measures.limits import LIMITS as bounds
+from autobalancer.kernels.measures.limits import SPEED_CHANGES, VIBRATION_CHANGES
+from autobalancer.results.series import compiled, plain
+
 Floats = NDArray[np.float64]
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT = "no verdict"
-LIMITS = ((0.1, BALANCED), (0.9, PARTLY), (1.1, NOT))
-SAME_SPEED = 0.01  # relative change over the last twentieth of a run
-SAME_VIBRATION = 1.2  # factor between the last two twentieths
-UNEVEN = 2.0  # the same where a ball goes round in the rotor, which is never even
+WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT)  # in the order of kernels/measures/limits.py
+LIMITS = tuple(zip(bounds, WORDS[:3], strict=True))
 
 
 def verdict_word(ratio: float) -> str:
     """The word for the vibration with balls over that without; ``"no verdict"`` for nan."""
-    if np.isnan(ratio):
-        return NO_VERDICT
-    return next((word for limit, word in LIMITS if ratio <= limit), WORSE)
+    from autobalancer.kernels.measures.verdict import class_of
+
+    return WORDS[class_of(ratio)]
 
 
 class Course(NamedTuple):
@@ -50,35 +52,27 @@ def changing_because(course: Course, without_balls: float) -> str:
 
     ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
     """
-    if speed_changes(course.time, course.speed, course.end):
+    from autobalancer.kernels.measures.verdict import changing, twentieth
+
+    envelope = plain(course.envelope_time), plain(course.low), plain(course.high)
+    before, after = (twentieth(*envelope, course.end, begin, course.centered) for begin in (0.9, 0.95))
+    moves = speed_changes(course.time, course.speed, course.end)
+    reason = changing(moves, course.uneven, before, after, without_balls)
+    if reason == SPEED_CHANGES:
         return (
             "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
             "not of a steady state; run longer"
         )
-    before, after = (_vibration(course, begin) for begin in (0.9, 0.95))
-    greater, smaller = max(before, after), min(before, after)
-    if greater > LIMITS[0][0] * without_balls and greater > (UNEVEN if course.uneven else SAME_VIBRATION) * smaller:
+    if reason == VIBRATION_CHANGES:
         return "the vibration still changes in the last tenth of the run; run longer"
     return ""
 
 
 def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
     """Whether the speed still changes in the last twentieth of a run of ``end`` seconds, so that it has no steady state."""
-    late = speed[time >= 0.95 * end]
-    return bool(late.size and np.ptp(late) > SAME_SPEED * np.abs(late).max())
+    return bool(compiled().speed_changes(plain(time), plain(speed), end))
 
 
 def goes_round(time: Floats, angle: Floats, end: float) -> bool:
     """Whether a ball makes a turn in the rotor in the last twentieth of a run; ``angle`` is (T, n) in the rotor, rad."""
-    late = angle[time >= 0.95 * end]
-    return bool(late.size and (np.abs(late[-1] - late[0]) > 2.0 * np.pi).any())
-
-
-def _vibration(course: Course, begin: float) -> float:
-    """Vibration at the reference station in the twentieth of the run from a share of it on, m; nan without envelope."""
-    time = course.envelope_time
-    inside = (time > begin * course.end) & (time <= (begin + 0.05) * course.end)
-    if not inside.any():
-        return np.nan
-    high, low = float(course.high[inside].max()), float(course.low[inside].min())
-    return high if course.centered else 0.5 * (high - low)
+    return bool(compiled().goes_round(plain(time), plain(angle), end))

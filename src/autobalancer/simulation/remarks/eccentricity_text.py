@@ -9,9 +9,9 @@ import xarray as xr
 from autobalancer.assembly.off_center import off_center
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.measures.limits import FASTEST
 from autobalancer.results.number_text import length_text
 from autobalancer.results.verdict.rule import LIMITS
-from autobalancer.simulation.saved.at_places import FASTEST
 
 MATTERS, _ = LIMITS[0]
 """Of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced."""

@@ -7,25 +7,27 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.drive import unbalances_at
+from autobalancer.assembly.gauges import gauges_of
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_VX, BALL_VY, BALL_X, BALL_Y
+from autobalancer.kernels.measures.gauges import Seen
+from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_X, BALL_Y
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
+from autobalancer.results.places import directions, sizes
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.saved.along_axis import axis_coordinates, couple_unbalance
 from autobalancer.simulation.saved.at_places import (
     at_the_end,
-    ball_moments,
     ball_states_of,
     mass_attributes,
     over_time,
     over_turns,
     place_names,
+    seen_at,
 )
 from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races, stored_in_forces
 from autobalancer.simulation.saved.resolved_walls import wall_contacts
@@ -53,12 +55,13 @@ def run_dataset(
     coordinates |= place_names(places) | axis_coordinates(places, assembly) | link_coordinates(places.machine)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)
-    count = int(state.counts[NEXT_SAMPLE])
+    gauges, count = gauges_of(assembly, places, centered=True), int(state.counts[NEXT_SAMPLE])
     if record.sample_times.size:
         coordinates["time"] = record.sample_times[:count]
-        data |= _states(record.samples[:count], record.sample_times[:count], assembly)
+        seen = seen_at(np.column_stack([record.sample_times[:count], record.samples[:count]]), assembly, gauges)
+        data |= _states(record.samples[:count], seen, assembly)
         data |= _at_stations("", "time", record.samples[:count], assembly)
-        data |= over_time(record.samples[:count], record.sample_times[:count], assembly, places)
+        data |= over_time(seen, places)
         data |= couple_unbalance(places, record.sample_times[:count])
         if has_real_races(assembly):
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
@@ -81,7 +84,7 @@ def run_dataset(
         data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
-        data |= over_turns(turns[:, 1:], turns[:, 0], assembly, places)
+        data |= over_turns(seen_at(turns, assembly, gauges), places)
         data["turn_ball_angle_in_rotor"] = (("turn", "ball"), ball_motion(turns[:, 1:], assembly)[0])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
@@ -90,7 +93,7 @@ def run_dataset(
         data["event_speed"] = ("event", log[:, 2 + SPEED])
         data["event_deflection"] = ("event", np.hypot(log[:, 2 + X], log[:, 2 + Y]))
         attributes = attributes | {"events_seen": record.event_seen.tolist(), "events_watched": events}
-    data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places)
+    data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places, gauges)
     dataset = label(Run(data, coordinates))
     dataset.attrs = {
         "title": f"Run of {attributes['machine_name']}",
@@ -113,11 +116,10 @@ def whole_bins(record: Record, state: Memory) -> tuple[Floats, Floats, Floats, M
     return edges, record.bin_low[:bins], record.bin_high[:bins], states
 
 
-def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
+def _states(states: Matrix, seen: Seen, assembly: Assembly) -> dict[str, Any]:
     z = deflection(states, assembly)
     angle, speed = ball_motion(states, assembly)
-    unbalance = unbalances_at(assembly.system, times)
-    residual = unbalance + ball_moments(states, assembly).sum(axis=1)
+    unbalance, residual = seen.unbalance[:, 0], seen.left[:, 0]
     resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
     return {
         "speed": ("time", states[:, SPEED]),
@@ -128,9 +130,9 @@ def _states(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]
         "ball_angle_in_rotor": (("time", "ball"), angle),
         "ball_speed_in_rotor": (("time", "ball"), speed),
         "ball_speed_in_space": (("time", "ball"), speed + states[:, SPEED, None]),
-        "unbalance": ("time", np.abs(unbalance)),
-        "unbalance_angle_in_rotor": ("time", np.angle(unbalance)),
-        "residual_unbalance": ("time", np.abs(residual)),
+        "unbalance": ("time", sizes(unbalance)),
+        "unbalance_angle_in_rotor": ("time", directions(unbalance)),
+        "residual_unbalance": ("time", sizes(residual)),
         **resolved,
     }
 
@@ -141,11 +143,11 @@ def ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
     if not assembly.resolved:
         return angle, speed
-    # the carried angle counts the turns; position and velocity are exact even where a ball passed close to the center
-    own = ball_states_of(states, assembly)
-    place, velocity = own[..., BALL_X] + 1j * own[..., BALL_Y], own[..., BALL_VX] + 1j * own[..., BALL_VY]
-    off = np.angle(place * np.exp(-1j * angle))
-    return angle + off, np.asarray((place.conj() * velocity).imag / np.maximum(np.abs(place) ** 2, 1e-30))
+    from autobalancer.kernels.measures.seen import ball_motion as resolved_motion
+
+    angle, speed = np.empty((len(states), n)), np.empty((len(states), n))
+    resolved_motion(np.ascontiguousarray(states), n, assembly.places.shape[2], 1, angle, speed)
+    return angle, speed
 
 
 def _resolved(states: Matrix, own: Any, assembly: Assembly) -> dict[str, Any]:

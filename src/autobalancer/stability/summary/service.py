@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalancer.assembly.gauges import gauges_of
 from autobalancer.assembly.place_response import plane_unbalances, without_balancing
-from autobalancer.assembly.places import Places, places_of, turning_mass
+from autobalancer.assembly.places import places_of, turning_mass
 from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.measures.gauges import Gauges
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine import Machine
 
@@ -39,13 +41,14 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
     if highest is None or not highest > 0.0:
         return None
     places = places_of(machine, assembly)
-    unbalance, several = _unbalance(machine, places, highest), len(places.planes) > 1
+    gauges = gauges_of(assembly, places, centered=True)
+    unbalance, several = _unbalance(machine, assembly, gauges, highest), len(places.planes) > 1
     if not (math.isfinite(unbalance) and unbalance > 0.0):
         return None
     grade = balance_grade(unbalance, turning_mass(places), highest)
     if machine.excitations:
         return Service(highest, unbalance, several, grade, (), ())
-    vibration, force = (found.tolist() for found in without_balancing(places, LATE, highest))
+    vibration, force = (found.tolist() for found in without_balancing(assembly, places, gauges, LATE, highest))
     return Service(
         highest,
         unbalance,
@@ -56,7 +59,7 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
     )
 
 
-def _unbalance(machine: Machine, places: Places, speed: float) -> float:
-    if len(places.planes) > 1:
-        return float(np.abs(plane_unbalances(places, np.array([LATE]), np.array([speed]))).sum())
+def _unbalance(machine: Machine, assembly: Assembly, gauges: Gauges, speed: float) -> float:
+    if gauges.capability.size > 1:
+        return float(np.abs(plane_unbalances(assembly, gauges, LATE, speed)).sum())
     return abs(unbalance_vector(machine, np.inf))

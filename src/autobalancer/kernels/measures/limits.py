@@ -1,0 +1,30 @@
+"""Numbers by which measures judge; no compiled code, so that whoever shows them loads none."""
+
+from __future__ import annotations
+
+import math
+
+SETTLED = math.radians(2.0)  # a ball within this of its last angle has settled, rad
+LAST = 0.05  # share of a run at its end in which the residual vibration is taken
+STALL_MARGIN = 0.02  # a ball can be called stalled only this far (relative) above the critical speed
+STALL_SHARE = 0.25  # and while it is less than this share of the way from there to the rotor speed
+CONSTANT = 1e-3  # a speed that differs by less (relative) from its last value is constant
+REST = 1e-3  # balls that in the mean are slower than this share of the rotor speed rest at the end of a run
+NEAR_CRITICAL = 0.1  # a rotor speed within this share of the critical speed is in its resonance
+SAME_SPEED = 0.01  # relative change over the last twentieth of a run
+SAME_VIBRATION = 1.2  # factor between the last two twentieths
+UNEVEN = 2.0  # the same where a ball goes round in the rotor, which is never even
+LIMITS = (0.1, 0.9, 1.1)  # of the vibration with balls over that without: balanced, partly balanced, not balanced
+SAME_MOTION = 1e-3  # relative singular value below which motions of two balls are one motion
+FASTEST = 1e12  # rad/s; a run that came here is on its way out of all numbers
+
+# from where the time of settling counts
+NOWHERE, START, JUMP, RUN_UP, RELEASE = range(5)
+# why there is no verdict
+STEADY, SPEED_CHANGES, VIBRATION_CHANGES = range(3)
+# verdicts; the first four in the order of LIMITS
+BALANCED, PARTLY, NOT, WORSE, NO_VERDICT = range(5)
+# how the motion of a machine with its balls held is found: not at all, from its matrices, by iteration in Python
+UNKNOWN, LINEAR, ITERATED = range(3)
+# places among the measures of impacts
+COUNT, SPEED, POWER, IMPULSE, LATE_RATE, LATE_POWER, OF_IMPACTS = range(7)

@@ -1,0 +1,230 @@
+"""All measures of a finished run as one row of numbers.
+
+For each run: ``start(desk)``, then after every call of the stepper ``take_impacts(p, gauges, desk)``, and at the end
+``measure_row(p, record, memory, gauges, desk, status, row)``. ``gauges`` are those of the machine (assembly/gauges.py); runs that
+differ only in drag, drive, unbalance or start share them. ``desk`` is room that each thread has for itself. ``row`` has
+``WIDTH + n`` numbers: those named in ``columns.py``, then for each of the n balls its final angle from the unbalance; nan stands
+for what a run cannot say. None of it needs Python or its lock. Only softening rubber asks for more afterwards: the vibration
+without balls, and with it the verdict, see ``completed`` in studies/sweep_row.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import float64, int64, njit, void
+
+from autobalancer.kernels.flags import EXACT
+from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
+from autobalancer.kernels.integrators.record import Record, record_type
+from autobalancer.kernels.integrators.runge_kutta import FINISHED
+from autobalancer.kernels.measures.columns import (
+    AFTER,
+    AT_RESONANCE,
+    BALL_SPEED,
+    BEFORE,
+    CHANGES,
+    END,
+    END_SPEED,
+    FORCE,
+    IMPACTS,
+    LEFT,
+    NEAR_PEAK,
+    PEAK,
+    PEAK_SPEED,
+    PEAK_TIME,
+    RELEASE_SPEED,
+    RELEASE_TIME,
+    RESIDUAL,
+    ROUND,
+    SETTLED_AT,
+    SETTLING,
+    SHARE,
+    STALLED,
+    STATIC,
+    STATUS,
+    VELOCITY,
+    VERDICT,
+    VIBRATION,
+    WIDTH,
+    WITHOUT,
+)
+from autobalancer.kernels.measures.gauges import (
+    CENTERED,
+    CRITICAL,
+    HELD,
+    RESOLVED,
+    Desk,
+    Gauges,
+    desk_type,
+    gauges_type,
+)
+from autobalancer.kernels.measures.impacts import impact_measures
+from autobalancer.kernels.measures.limits import FASTEST, LAST, LINEAR, NO_VERDICT, SETTLED, STEADY
+from autobalancer.kernels.measures.motion import mean_size, moved, standing
+from autobalancer.kernels.measures.response import with_balls_held
+from autobalancer.kernels.measures.seen import ball_at, see, turns_of
+from autobalancer.kernels.measures.series import (
+    counted,
+    end_of_run_up,
+    fastest,
+    goes_round,
+    greatest_at,
+    greatest_known,
+    last_deflection,
+    release_rows,
+    settled_from,
+    speed_changes,
+    stalled_times,
+    time_at_resonance,
+    time_near_peak,
+    value_at,
+    wrapped,
+)
+from autobalancer.kernels.measures.tables import unbalance_at
+from autobalancer.kernels.measures.verdict import changing, class_of, twentieth
+from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
+
+
+@njit(void(desk_type), **EXACT)
+def start(d: Desk) -> None:
+    """Before a run: forget the impacts of the one before."""
+    d.noted[0] = 0
+
+
+@njit(int64(record_type, memory_type, gauges_type, desk_type), **EXACT)
+def _bins(r: Record, m: Memory, g: Gauges, d: Desk) -> int:
+    """The whole bins, the last one cut off where the run ended early, to the desk; how many there are."""
+    count, n, size = m.counts[NEXT_BIN], g.ball_mass.size, g.rows.shape[0]
+    resolved = 1 if g.scalars[RESOLVED] != 0.0 else 0
+    whole, now = count, m.clock[TIME]
+    if count < r.bin_low.size and math.isfinite(r.bin_high[count]) and now > r.bin_edges[count]:
+        count += 1
+    for b in range(count):
+        y = r.bin_states[b] if b < whole else m.state
+        d.end[b] = r.bin_edges[b + 1] if b < whole else now
+        d.middle[b] = 0.5 * (r.bin_edges[b] + d.end[b])
+        d.width[b] = 2.0 * (d.end[b] - d.middle[b])
+        d.speed[b] = y[SPEED]
+        for i in range(n):
+            d.angle[b, i], d.rate[b, i] = ball_at(y, i, n, size, resolved)
+    return count
+
+
+@njit(void(system_type, record_type, gauges_type, desk_type, int64, float64, vector_type), **EXACT)
+def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, row: Floats) -> None:
+    """What the envelope says."""
+    time, middle, speed = d.end[:count], d.middle[:count], d.speed[:count]
+    low, high, angle, rate = r.bin_low[:count], r.bin_high[:count], d.angle[:count], d.rate[:count]
+    centered = 1 if g.scalars[CENTERED] != 0.0 else 0
+    peak = greatest_at(high)
+    row[PEAK], row[PEAK_SPEED], row[PEAK_TIME] = high[peak], speed[peak], middle[peak]
+    row[NEAR_PEAK] = time_near_peak(d.width[:count], high)
+    row[AT_RESONANCE] = time_at_resonance(time, speed, g.scalars[CRITICAL])
+    row[CHANGES] = 1.0 if speed_changes(time, speed, now) else 0.0
+    row[ROUND] = 1.0 if goes_round(time, angle, now) else 0.0
+    row[BEFORE] = twentieth(middle, low, high, now, 0.9, centered)
+    row[AFTER] = twentieth(middle, low, high, now, 0.95, centered)
+    if centered == 1:
+        row[RESIDUAL] = last_deflection(middle, high, now - LAST * now)
+    n = g.ball_mass.size
+    if n == 0:
+        return
+    begin, settled, rows = r.bin_edges[0], d.of_balls[0], d.of_balls[1]
+    released, duration, other = d.of_balls[2], d.of_balls[3], d.of_balls[4]
+    settled_from(time, angle, speed, SETTLED, settled)
+    release_rows(speed, rate, g.scalars[CRITICAL], rows)
+    for i in range(n):
+        released[i] = value_at(rows[i], time)
+    counted(settled, released, end_of_run_up(time, speed), begin, g.jumps, duration, d.origins)
+    last = greatest_at(settled)
+    row[SETTLING], row[SETTLED_AT] = duration[last], settled[last]
+    row[RELEASE_TIME] = greatest_known(released)
+    for i in range(n):
+        released[i] = value_at(rows[i], speed)
+    row[RELEASE_SPEED] = greatest_known(released)
+    stalled_times(begin, time, speed, rate, g.scalars[CRITICAL], other)
+    row[STALLED] = other[greatest_at(other)]
+    fastest(speed, rate, other)
+    row[BALL_SPEED] = other[greatest_at(other)]
+    x, y = unbalance_at(time[count - 1], p)
+    for i in range(n):
+        row[WIDTH + i] = wrapped(angle[count - 1, i] - math.atan2(y, x))
+
+
+@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, vector_type), **EXACT)
+def _turns(p: System, r: Record, m: Memory, g: Gauges, d: Desk, row: Floats) -> None:
+    """What the last revolutions say; nothing without a whole one."""
+    kept, written = r.turn_states.shape[0], m.counts[NEXT_TURN]
+    oldest, there = (written % kept, kept) if written > kept else (0, written)
+    for t in range(there):
+        d.rotor[t] = r.turn_states[(oldest + t) % kept, 1 + THETA]
+    count = turns_of(d.rotor[:there])
+    if count == 0:
+        return
+    places, supports, n = g.rows.shape[1] // 2, g.weight.size // 2, g.ball_mass.size
+    several = 1 if g.capability.size > 1 else 0
+    see(p, g, r.turn_states, (oldest + there - count) % kept, count, several, d)
+    seen, centered = d.seen, 1 if g.scalars[CENTERED] != 0.0 else 0
+    z, v, force = seen.z[:count], seen.v[:count], seen.force[:count]
+    standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    moved(z, v, count, d.mean, d.of_places)
+    static, velocity = 0.0, 0.0
+    for k in range(places):
+        static = max(static, math.sqrt(d.mean[k].real ** 2 + d.mean[k].imag ** 2))
+        velocity = max(velocity, d.of_places[2, k])
+    if centered == 0:
+        row[RESIDUAL] = d.of_places[0, 0]
+    elif row[RESIDUAL] > d.of_places[0, 0]:  # slow changes in the last twentieth count there too
+        d.of_places[0, 0] = row[RESIDUAL]
+    row[STATIC], row[VELOCITY], row[VIBRATION] = static, velocity, d.of_places[0, greatest_at(d.of_places[0, :places])]
+    standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    moved(force, force, count, d.mean, d.of_places)
+    row[FORCE] = d.of_places[0, greatest_at(d.of_places[0, :supports])] if supports > 0 else 0.0
+    if n == 0:
+        return
+    wanted, left = mean_size(seen.unbalance, 0, count), mean_size(seen.left, 0, count)
+    if several == 1:
+        for t in range(count):
+            total, rest = 0.0, 0.0
+            for k in range(g.capability.size):
+                one, two = seen.wanted[t, k], seen.wanted[t, k] + seen.held[t, k]
+                total += math.sqrt(one.real**2 + one.imag**2)
+                rest += math.sqrt(two.real**2 + two.imag**2)
+            seen.unbalance[t, 0], seen.left[t, 0] = total, rest
+        wanted, left = mean_size(seen.unbalance, 0, count), mean_size(seen.left, 0, count)
+    row[LEFT] = left
+    row[SHARE] = left / wanted if wanted > 0.0 else math.nan
+    if g.scalars[HELD] == LINEAR and abs(m.state[SPEED]) < FASTEST:
+        with_balls_held(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[3], d.of_places[4])
+        row[WITHOUT] = d.of_places[3, greatest_at(d.of_places[3, :places])]
+
+
+@njit(int64(vector_type), **EXACT)
+def judged(row: Floats) -> int:
+    """The verdict on a row that has everything else."""
+    without = row[WITHOUT]
+    if row[STATUS] != FINISHED or not without > 0.0:
+        return NO_VERDICT
+    reason = changing(row[CHANGES] != 0.0, row[ROUND] != 0.0, row[BEFORE], row[AFTER], without)
+    return class_of(row[VIBRATION] / without) if reason == STEADY else NO_VERDICT
+
+
+@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, int64, vector_type), **EXACT)
+def measure_row(p: System, r: Record, m: Memory, g: Gauges, d: Desk, status: int, row: Floats) -> None:
+    """Fill the row of a run that ended with ``status``; it kept an envelope and its last revolutions."""
+    for k in range(row.size):
+        row[k] = math.nan
+    now = m.clock[TIME]
+    row[STATUS], row[VERDICT], row[END], row[END_SPEED] = status, NO_VERDICT, now, m.state[SPEED]
+    count = _bins(r, m, g, d)
+    if count == 0:
+        return
+    _course(p, r, g, d, count, now, row)
+    _turns(p, r, m, g, d, row)
+    if p.touches.shape[0] > 0:
+        found, hits = d.found, d.hits
+        impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - LAST * now, now, found)
+        for k in range(found.size):
+            row[IMPACTS + k] = found[k]
+    row[VERDICT] = judged(row)

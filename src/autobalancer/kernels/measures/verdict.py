@@ -1,0 +1,59 @@
+"""Whether a run is balanced, by the rule of results/verdict/rule.py."""
+
+from __future__ import annotations
+
+import math
+
+from numba import boolean, float64, int64, njit
+
+from autobalancer.kernels.flags import EXACT
+from autobalancer.kernels.measures.limits import (
+    LIMITS,
+    NO_VERDICT,
+    SAME_VIBRATION,
+    SPEED_CHANGES,
+    STEADY,
+    UNEVEN,
+    VIBRATION_CHANGES,
+)
+from autobalancer.kernels.system import Floats, vector_type
+
+FIRST = LIMITS[0]
+
+
+@njit(float64(vector_type, vector_type, vector_type, float64, float64, int64), **EXACT)
+def twentieth(time: Floats, low: Floats, high: Floats, end: float, begin: float, centered: int) -> float:
+    """Vibration at the reference station in the twentieth of a run from a share of it on, m; nan without an envelope there."""
+    least, greatest, any_of = math.inf, -math.inf, False
+    for b in range(time.size):
+        if begin * end < time[b] <= (begin + 0.05) * end:
+            least, greatest, any_of = min(least, low[b]), max(greatest, high[b]), True
+    if not any_of:
+        return math.nan
+    return greatest if centered != 0 else 0.5 * (greatest - least)
+
+
+@njit(int64(boolean, boolean, float64, float64, float64), **EXACT)
+def changing(speed: bool, uneven: bool, before: float, after: float, without: float) -> int:
+    """Why a run has no verdict: its speed changes, or its vibration, ``before`` and ``after`` in the last two twentieths (m).
+
+    ``uneven``: a ball goes round in the rotor. ``without`` is the greatest vibration without balls (m): below a tenth of it a
+    vibration may change.
+    """
+    if speed:
+        return SPEED_CHANGES
+    greater, smaller = max(before, after), min(before, after)
+    if greater > FIRST * without and greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
+        return VIBRATION_CHANGES
+    return STEADY
+
+
+@njit(int64(float64), **EXACT)
+def class_of(ratio: float) -> int:
+    """The verdict on a vibration with balls over that without."""
+    if math.isnan(ratio):
+        return NO_VERDICT
+    for k in range(len(LIMITS)):
+        if ratio <= LIMITS[k]:
+            return k
+    return len(LIMITS)
