@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -129,7 +130,19 @@ def test_an_archived_run_of_cylinders_is_the_run_and_goes_on_to_the_same_bits(tm
     assert run.samples()["ball_length"].values == pytest.approx(np.full(10, 0.03))
     assert Archive(tmp_path).runs("body == 'cylinder'").sizes["run"] == 1
     assert "cylinders" in " ".join(ab.verdict(whole).notes)
-    assert "tilting" in ab.measures(whole)
+    told = ab.measures(whole)
+    assert "tilting" in told
+    texts = [one.attrs["long_name"] for one in told.data_vars.values()]
+    assert "settling time of the last cylinder" in texts
+    assert not [text for text in [*texts, *str(ab.verdict(whole)).splitlines()] if re.search(r"\bballs?\b", text)]
+
+
+@pytest.mark.parametrize("asked", [["bounds"], ["design", "--duration", "1 s", "--friction", "0.5"]])
+def test_a_chamber_question_that_refuses_a_machine_names_its_file(asked: list[str], tmp_path: Path) -> None:
+    path = save_machine(cylinder_machine(), tmp_path / "rolls.toml")
+    said = CliRunner().invoke(app, ["chamber", asked[0], str(path), *asked[1:]])
+    assert said.exit_code == 2
+    assert "rolls.toml: its" in "".join(said.output.split("\n"))
 
 
 def test_runs_of_balls_have_nothing_of_cylinders() -> None:

@@ -253,6 +253,17 @@ def test_a_torque_that_acts_at_once_loads_the_shaft_twice_as_much_as_a_slow_one(
     assert turns % 2 == 1  # at half a period, or any number of whole ones later
 
 
+def test_ten_samples_in_a_cycle_are_enough_for_the_greatest_torque() -> None:
+    period = 2.0 * np.pi / np.sqrt(2000.0 * (1.0 / ROTOR + 1.0 / MOTOR))
+    every = np.arange(0.15, 1.9, 0.1) * period  # the peaks are in the middle between two samples
+    run = simulate(sudden(3.0), duration=float(every[-1]), save=SampleTimes(tuple(every)))
+    wanted = 2.0 * 3.0 * ROTOR / (ROTOR + MOTOR)
+    assert float(np.abs(run["link_torque"]).max()) < 0.976 * wanted
+    found = measures(run)
+    assert float(found["peak_torque"][0]) == pytest.approx(wanted, rel=4e-3)
+    assert float(found["peak_twist"][0]) == pytest.approx(wanted / 2000.0, rel=4e-3)
+
+
 def test_the_twist_of_a_drive_train_is_drawn_and_refused_where_there_is_none(tmp_path: Path) -> None:
     file, picture = tmp_path / "sudden.nc", tmp_path / "twist.png"
     save_run(simulate(sudden(3.0), duration=0.2), file)

@@ -17,6 +17,7 @@ from autobalancer.results.measure import InSweep, Measure, OfAll, needed
 from autobalancer.results.recorded import Recorded
 from autobalancer.results.series import (
     Floats,
+    crests,
     greatest_at,
     greatest_known,
     mean,
@@ -217,8 +218,8 @@ MEASURES = (
     ),
     Measure(
         "peak_torque",
-        *("N m", "link", "greatest torque of a coupling, or of the stator on its mount, in the samples"),
-        lambda r: np.abs(r.links.torque).max(axis=0),
+        *("N m", "link", "greatest torque of a coupling, or of the stator on its mount"),
+        lambda r: np.abs(crests(r.links.time, r.links.torque)[1]),
     ),
     Measure(
         "peak_torque_speed",
@@ -227,8 +228,8 @@ MEASURES = (
     ),
     Measure(
         "peak_twist",
-        *("rad", "link", "greatest twist of a coupling, or angle of the stator, in the samples"),
-        lambda r: np.abs(r.links.twist).max(axis=0),
+        *("rad", "link", "greatest twist of a coupling, or angle of the stator"),
+        lambda r: np.abs(crests(r.links.time, r.links.twist)[1]),
     ),
     Measure(
         "peak_after_jump",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 LARGE = 1e4 * (1.0 + 1e-9)  # in one unit of an unbalance, from which on the next one is taken
 LENGTHS = (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
 
@@ -49,3 +51,8 @@ def force_text(value: float) -> str:
 def significant(value: float, digits: int = 3) -> str:
     """So many digits without an exponent where people would write none."""
     return f"{value:.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e6 else f"{value:.{digits}g}"
+
+
+def worded(text: str, bodies: str) -> str:
+    """A text about balls as one about these ``bodies``, such as "cylinders"."""
+    return re.sub(r"\bball(s?)\b", rf"{bodies[:-1]}\1", text)

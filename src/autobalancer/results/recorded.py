@@ -59,8 +59,9 @@ class Moved(NamedTuple):
 
 
 class Links(NamedTuple):
-    """Samples of the links between rotor and motor, (T, L): twist in rad, torque in N m; and the rotor speed, (T,) rad/s."""
+    """Samples of the links between rotor and motor, (T, L): twist in rad, torque in N m. Time (s), rotor speed (rad/s), (T,)."""
 
+    time: Floats
     speed: Floats
     twist: Floats
     torque: Floats

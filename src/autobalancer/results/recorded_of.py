@@ -34,7 +34,7 @@ def recorded_of(run: xr.Dataset) -> Recorded:
     if balls is not None and "unbalance_angle_in_rotor" in run:
         told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
     if "link_torque" in run and run["time"].size:
-        told["links"] = Links(*series(run, "speed", "twist", "link_torque"))
+        told["links"] = Links(*series(run, "time", "speed", "twist", "link_torque"))
     if "ball_floor_force" in run:
         time, speed, floor = series(run, "time", "speed", "ball_floor_force")
         told["lifted"] = lifted_from(time, floor), lifted_from(speed, floor)

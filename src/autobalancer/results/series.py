@@ -129,6 +129,27 @@ def share_of(part: ArrayLike, whole: ArrayLike) -> Floats:
     return np.asarray(np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0.0))
 
 
+def crests(time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Where the greatest of each column of samples (T, L) is in size, s, and its value there, both (L,).
+
+    Between samples it is the vertex of the parabola through the greatest one and its neighbors: of a sine with ten samples in a
+    cycle 0.4 % too low at most, where the greatest sample is up to 5 % too low.
+    """
+    at = np.abs(values).argmax(axis=0)
+    columns = np.arange(values.shape[1])
+    before, after = np.maximum(at - 1, 0), np.minimum(at + 1, len(time) - 1)
+    best, top = np.asarray(time[at], np.float64), values[at, columns]
+    inside = (before < at) & (at < after)
+    left, right = time[at] - time[before], time[after] - time[at]
+    rise, fall = top - values[before, columns], values[after, columns] - top
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = (fall / right - rise / left) / (left + right)
+        slope = (rise / left * right + fall / right * left) / (left + right)
+        shift = np.where(inside & (bend != 0.0), -0.5 * slope / bend, 0.0)
+        more = np.where(inside & (bend != 0.0), 0.5 * slope * shift, 0.0)
+    return best + shift, top + more
+
+
 def greatest_at(values: Floats) -> int:
     """Where the greatest is, the first one; nan is greater than all, so that of times it is the one that never comes."""
     return int(compiled().greatest_at(plain(values)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.runs.study import bar, chamber_machine, said_when_stopped
+from autobalancer.cli.runs.study import asked_of, bar, chamber_machine, said_when_stopped
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot
 from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
 from autobalancer.cli.terminal.quantities import optional, quantity
@@ -92,7 +92,7 @@ def design(
         for name, text in (_pair("--around", text, "unbalance=0.2") for text in around or ())
     }
     described = chamber_machine(machine)
-    with bar("runs") as update, said_when_stopped(archive is not None):
+    with asked_of(machine), bar("runs") as update, said_when_stopped(archive is not None):
         found = ab.chamber.design(
             described,
             {name: text for name, text in shelf.items() if text},
@@ -140,7 +140,8 @@ def bounds(
     from autobalancer.cli.terminal.sheet import print_facts
     from autobalancer.shown import rpm_and_si
 
-    found = ab.chamber.bounds(chamber_machine(machine))
+    with asked_of(machine):
+        found = ab.chamber.bounds(chamber_machine(machine))
     if as_json:
         print_json(found.as_dict())
         return

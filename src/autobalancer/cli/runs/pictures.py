@@ -18,6 +18,7 @@ Pictures = dict[str, "Callable[[], Figure]"]
 RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
+DESIGNS = ("designs",)
 ENSEMBLE = ("shares", "distribution")
 
 

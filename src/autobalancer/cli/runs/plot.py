@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from autobalancer.cli.runs.pictures import CHAMBER, ENSEMBLE, RACES, STUDY
+from autobalancer.cli.runs.pictures import CHAMBER, DESIGNS, ENSEMBLE, RACES, STUDY
 from autobalancer.cli.terminal.options import SpeedUnit, Unit
 
 KINDS = (
     f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}; "
-    f"of an ensemble {', '.join(ENSEMBLE)}"
+    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}"
 )
 
 
@@ -53,7 +53,7 @@ def plot(
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
-    if kind not in (*RACES, *CHAMBER, *STUDY, *ENSEMBLE, "all"):
+    if kind not in (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, "all"):
         raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
     if single:
         check_suffix("--out", out, PICTURE)
@@ -98,5 +98,5 @@ def plot(
 def _meant(kind: str) -> str:
     from difflib import get_close_matches
 
-    near = get_close_matches(kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, *ENSEMBLE, "all"), 1)
+    near = get_close_matches(kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, "all"), 1)
     return f" (did you mean {near[0]}?)" if near else ""

@@ -66,7 +66,7 @@ def amplitudes(
     one_form(as_json, as_csv)
     files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
     others = [Files(plot=path) for path in (means, carried)]
-    with bar("runs") as update, said_when_stopped(archive is not None):
+    with asked_of(machine), bar("runs") as update, said_when_stopped(archive is not None):
         found = ab.chamber.amplitudes(
             chamber_machine(machine),
             counts,
@@ -207,6 +207,20 @@ def chamber_machine(path: Path) -> Any:
     from autobalancer.files.machine_file import load_chamber_machine
 
     return load_chamber_machine(path)
+
+
+@contextmanager
+def asked_of(path: Path) -> Iterator[None]:
+    """While it lasts, an error of the machine names the file in place of the word "machine"."""
+    from autobalancer.errors import QuestionError
+
+    try:
+        yield
+    except QuestionError as refused:
+        of_machine, mark, reason = str(refused).partition("machine: ")
+        if of_machine or not mark:
+            raise
+        raise QuestionError(f"{path}: {reason}") from None
 
 
 def bar(text: str) -> Any:

@@ -16,7 +16,7 @@ from autobalancer.plots.chamber.bodies import rectangles
 from autobalancer.plots.chamber.view import COLORS, Floats, Poses, poses_of, speed_colors
 from autobalancer.plots.drawing.style import RACE, UNBALANCE, heading, look, picture
 from autobalancer.plots.run.body_shapes import CHAMFER
-from autobalancer.results.chamber.shape import ChamberShape, chambers_of, unbalance_of
+from autobalancer.results.chamber.shape import ChamberShape, bodies_of, chambers_of, unbalance_of
 from autobalancer.results.given import Given, given_chamber_run
 from autobalancer.units import list_argument
 
@@ -61,7 +61,7 @@ def chamber_arrangement(
     unbalance = unbalance_of(run)
     heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
     shape = shapes[chamber - 1]
-    body = "cylinder" if "ball_length" in run else "ball"
+    body = bodies_of(run)[:-1]
     inside = np.flatnonzero(run["chamber"].values.astype(int) == chamber)
     with look():
         poses = poses_of(

@@ -13,7 +13,7 @@ from autobalancer.plots.run.history import History, critical_speeds_of
 from autobalancer.plots.run.panels import speed_panel
 from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
 from autobalancer.results.chamber.measures import collision_statistics
-from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.chamber.shape import bodies_of, unbalance_of
 from autobalancer.results.display_units import length_axis, moment_axis, speed_axis
 from autobalancer.results.given import Given, given_chamber_run
 
@@ -103,7 +103,7 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
         rates, power, force = figure.subplots(3, 1, sharex=True)
         time = found["part_time"].values
         rates.step(
-            time, found["contacts_ball_rate"].values, where="mid", color=BALLS[0], label=f"between {_bodies(run)}"
+            time, found["contacts_ball_rate"].values, where="mid", color=BALLS[0], label=f"between {bodies_of(run)}"
         )
         rates.step(time, found["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
         rates.set_ylabel("contacts begun (1/s)")
@@ -121,11 +121,6 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
         figure.align_ylabels()
         heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
-
-
-def _bodies(run: xr.Dataset) -> str:
-    """What rolls in the chamber, as a word of a legend."""
-    return "cylinders" if "ball_length" in run else "balls"
 
 
 def _body(axes: Axes, run: xr.Dataset, wanted: str | None) -> None:
@@ -149,7 +144,7 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
         axes.axhline(side, color=UNBALANCE, lw=1.2, ls=":", label=label)
     count, looks = angle.shape[1], ball_looks(run)
     for i in range(count):
-        shown = BallLook(ALL_BALLS, f"{count} {_bodies(run)}" if i == 0 else "_") if count > FEW else looks[i]
+        shown = BallLook(ALL_BALLS, f"{count} {bodies_of(run)}" if i == 0 else "_") if count > FEW else looks[i]
         axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=shown.color, alpha=0.6, label=shown.label)
     axes.set_ylim(-186.0, 186.0)
     axes.set_yticks([-180, -90, 0, 90, 180])
@@ -162,7 +157,11 @@ def _left(axes: Axes, run: xr.Dataset) -> None:
     found = residual_of_balls(run, static, couple)
     unit = moment_axis(float(np.nanmax(found["static"].values, initial=abs(static))))
     axes.plot(
-        found["time"].values, unit.factor * found["static"].values, color=INK, lw=0.8, label=f"with the {_bodies(run)}"
+        found["time"].values,
+        unit.factor * found["static"].values,
+        color=INK,
+        lw=0.8,
+        label=f"with the {bodies_of(run)}",
     )
     if abs(static) > 0.0:
         axes.axhline(unit.factor * abs(static), color=UNBALANCE, lw=1.0, ls="--", label="of the rotor alone")

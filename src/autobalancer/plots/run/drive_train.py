@@ -13,6 +13,7 @@ from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, 
 from autobalancer.plots.run.history import SAVE_MORE, span_of
 from autobalancer.results.display_units import AxisUnit, significant, speed_axis
 from autobalancer.results.given import Given, given_race_run
+from autobalancer.results.series import crests
 from autobalancer.units import optional_argument
 
 STATOR = "stator"  # the name of a mount in every run
@@ -25,7 +26,7 @@ def drive_train(
     """Draw how the drive train of a run twists: speeds, torque and twist of every link over time.
 
     Where the speed changes, the torque is drawn over the speed as well. The greatest torque of each link has its number, as in
-    ``ab.measures(run)["peak_torque"]``. All are those of the samples.
+    ``ab.measures(run)["peak_torque"]``.
 
     Parameters
     ----------
@@ -73,10 +74,12 @@ def drive_train(
 
 
 def _speeds(axes: Axes, run: xr.Dataset, unit: AxisUnit) -> None:
-    axes.plot(run["time"], run["speed"] * unit.factor, color=INK, lw=1.6, label="rotor", zorder=3.0)
+    axes.plot(run["time"], run["speed"] * unit.factor, color=INK, lw=3.2, alpha=0.35, label="rotor")
     for i, link in enumerate(run["link"].values):
         if link != STATOR:
-            axes.plot(run["time"], run["link_speed"][:, i] * unit.factor, color=_color(i), lw=0.9, label=str(link))
+            axes.plot(
+                run["time"], run["link_speed"][:, i] * unit.factor, color=_color(i), lw=0.9, label=str(link), zorder=3.0
+            )
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_ylabel(f"speed ({unit.sign})")
     legend(axes)
@@ -87,11 +90,9 @@ def _links(axes: Axes, along: np.ndarray, values: xr.DataArray, text: str, peaks
         its = values.isel(link=i).values
         axes.plot(along, its, color=_color(i), lw=0.8, label=str(link))
         if peaks:
-            k = int(np.argmax(np.abs(its)))
-            axes.plot(along[k], its[k], "o", ms=3.5, color=_color(i))
-            label_point(
-                axes, f"{significant(its[k])} N m".replace("-", "\N{MINUS SIGN}"), along[k], its[k], color=_color(i)
-            )
+            (at,), (top,) = crests(along, its[:, None])
+            axes.plot(at, top, "o", ms=3.5, color=_color(i))
+            label_point(axes, f"{significant(top)} N m".replace("-", "\N{MINUS SIGN}"), at, top, color=_color(i))
     axes.set_ylabel(text)
     if peaks:
         legend(axes)

@@ -11,7 +11,8 @@ from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber.balls import window
 from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, STAGES, STEADY, UNITS
 from autobalancer.results.chamber.recorded import DIRECTIONS, ChamberRecorded
-from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.chamber.shape import bodies_of, unbalance_of
+from autobalancer.results.number_text import worded
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.verdict.rule import speed_changes
 from autobalancer.units import optional_argument
@@ -89,7 +90,10 @@ def chamber_measures(
     found = {}
     for measure in CHAMBER_MEASURES:
         if not measure.needs or getattr(recorded, measure.needs) is not None:
-            dims, about = (measure.along,) if measure.along else (), {"units": measure.unit, "long_name": measure.text}
+            dims, about = (
+                (measure.along,) if measure.along else (),
+                {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))},
+            )
             found[measure.name] = (dims, np.asarray(measure.of(recorded), np.float64), about)
     return Measured(found, {"stage": list(STAGES)}, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 

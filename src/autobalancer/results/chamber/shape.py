@@ -72,6 +72,11 @@ def _listed(entries: Any) -> list[dict[str, Any]]:
     return entries if isinstance(entries, list) else [entries]
 
 
+def bodies_of(run: xr.Dataset) -> str:
+    """What rolls in the chambers, as a word: "balls" or "cylinders"."""
+    return "cylinders" if "ball_length" in run.variables else "balls"
+
+
 def is_chamber_run(result: xr.Dataset) -> bool:
     """Whether its balls moved freely in chambers."""
     return "body_position" in result

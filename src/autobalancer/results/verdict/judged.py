@@ -74,7 +74,8 @@ class Verdict:
     ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
     ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
     between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
-    between jumps of the unbalance; none without a jump. ``without_held`` says that no run with held balls was given.
+    between jumps of the unbalance; none without a jump. ``without_held`` says that no run with held balls was given,
+    ``bodies`` what rolls, "balls" or "cylinders".
     """
 
     word: str
@@ -98,6 +99,7 @@ class Verdict:
     couple_unbalance: float = np.nan
     parts: tuple[RunPart, ...] = ()
     without_held: bool = False
+    bodies: str = "balls"
 
     @property
     def balanced(self) -> bool:

@@ -16,6 +16,7 @@ from autobalancer.results.number_text import (
     share_text,
     significant,
     velocity_text,
+    worded,
 )
 
 if TYPE_CHECKING:
@@ -82,13 +83,14 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         rows += _parts(found.parts, speed_text)
     elif found.settling is not None:
         rows.append(("balls settle", _settling(found.settling)))
+    rows = [(worded(label, found.bodies), worded(text, found.bodies)) for label, text in rows]
     return headline(found), rows, list(found.notes)
 
 
 def headline(found: Verdict) -> str:
     """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
     reason = found.because or f"vibration {share_text(found.ratio)} of that without balls"
-    return f"{found.word}: {reason}{_transient(found)}"
+    return worded(f"{found.word}: {reason}{_transient(found)}", found.bodies)
 
 
 def verdict_html(found: Verdict) -> str:

@@ -10,7 +10,7 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
-from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.chamber.shape import bodies_of, unbalance_of
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import Complexes, moved
 from autobalancer.results.standing import calm_mean
@@ -80,6 +80,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         peak_without_balls=None,
         settling=_settling(run, last),
         notes=_notes(run),
+        bodies=bodies_of(run),
     )
 
 
@@ -102,6 +103,7 @@ def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
         peak_without_balls=None,
         settling=None,
         notes=_notes(run),
+        bodies=bodies_of(run),
     )
 
 
