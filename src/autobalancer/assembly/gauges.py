@@ -104,7 +104,7 @@ def meetings_of(touches: Sequence[Touch]) -> tuple[Rows, Matrix]:
         row.first, row.falls = len(points), int(law is not None)
         if law is None:
             continue
-        row.slowest = touch.slowest
+        row.slowest, row.least = touch.slowest, touch.least
         if law.yield_speed is not None:
             row.yield_speed, row.exponent = float(law.yield_speed), float(law.exponent)
         elif law.speeds:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.bearings.hardening import bearings_of, has_hardening
-from autobalancer.assembly.contact.meetings import contact_rows, set_contacts
+from autobalancer.assembly.contact.meetings import contact_rows, has_rigid_friction, set_contacts
+from autobalancer.assembly.contact.rigid import rigid_room
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.excitations import excitations
 from autobalancer.assembly.fluids import FluidRows, Lags, mode_count
@@ -120,6 +121,7 @@ def assemble(
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
     general = general or is_linked(machine) or has_rubber(machine) or has_hardening(machine)
+    general = general or (contact and has_rigid_friction(machine))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = _pull(machine)
@@ -141,7 +143,8 @@ def assemble(
     if contact and balls:
         fastest = max(top_speed(machine) or 0.0, *critical)
         angles, rebounds = set_contacts(machine, balls, angles, system.contacts, fastest)
-        system = system._replace(rebounds=rebounds)
+        room = rigid_room(balls, system.contacts, BALLS + 2 * len(balls), fastest)
+        system = system._replace(rebounds=rebounds, **room)
     system = system._replace(**force_rows(machine, balls, angles))
     state = planar_start(machine, balls, system, first_speed(machine, system.drive), angles)
     scale, growing = planar_scales(machine, balls, system)
@@ -235,6 +238,7 @@ def assemble_general(
     state = np.append(state, start_of_links(machine, state[SPEED]))
     scale = np.append(scale, scale_of_links(machine, parts.frequency))
     growing = np.append(growing, np.zeros(state.size - growing.size))
+    system = system._replace(**rigid_room(balls, system.contacts, state.size, fastest))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
         parts.reduction, parts.places, parts.mounts, parts.hard,

@@ -29,7 +29,7 @@ from autobalancer.kernels.records.drive import LINK, PRESCRIBED, RIPPLE, SEGMENT
 from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
 from autobalancer.kernels.records.forces import FORCE, PLACE
 from autobalancer.kernels.records.friction import SLIP
-from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, WAVE
+from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, TIE, WAVE
 from autobalancer.kernels.records.hardening import HARDENING
 from autobalancer.kernels.records.impacts import IMPACT, TOUCH
 from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
@@ -139,6 +139,27 @@ class Bearings(NamedTuple):
     )  # (pieces, 5) distance where each begins; force by powers of the way from there, c3 to c0
 
 
+class Rigid(NamedTuple):
+    """Rigid contacts of guided balls, and work space for c of them at one instant; empty where contacts are soft."""
+
+    bound: Integers = np.zeros(1, np.int64)  # (1,) how many balls are held by contacts now
+    margin: Floats = np.zeros(
+        3
+    )  # (3,) least torque of a contact now, since a look, and the one that counts as a pull; N m
+    kinds: Integers = np.zeros(0, np.int64)  # (c,) of the contacts that are closed: records/impacts.py
+    balls: Integers = np.zeros(0, np.int64)  # (c,) number of the ball
+    chosen: Integers = np.zeros(0, np.int64)  # (c,) 1: takes part
+    active: Integers = np.zeros(0, np.int64)  # (c,) 1: presses
+    before: Floats = np.zeros(0)  # (c,) rates of the gaps before an impact
+    need: Floats = np.zeros(0)  # (c,)
+    impulse: Floats = np.zeros(0)  # (c,)
+    delassus: Matrix = np.zeros((0, 0))  # (c, c) acceleration of a gap over the torque of a contact
+    left: Matrix = np.zeros((0, 0))  # (c, c + 1) work
+    response: Matrix = np.zeros((0, 0))  # (c, w) what a torque of one does to the rates of the state
+    base: Floats = np.zeros(0)  # (w,) rates
+    middle: Floats = np.zeros(0)  # (w,) a state
+
+
 class System(NamedTuple):
     """Parameters of the equations of motion, SI, and their work space. What a machine does not have is empty."""
 
@@ -154,6 +175,8 @@ class System(NamedTuple):
     balls: Rows = BALL.rows(0)  # guided
     contacts: Rows = CONTACT.rows(0)
     guided: Rows = GUIDED.rows(0)
+    ties: Rows = TIE.rows(0)  # of guided balls whose contacts are rigid, else empty
+    rigid: Rigid = Rigid()
     free_balls: Rows = FREE_BALL.rows(0)  # resolved
     partitions: Rows = PARTITION.rows(0)
     free: Rows = FREE.rows(0)

@@ -22,6 +22,10 @@ PLANAR = Equations(planar)
 def equations(assembly: Assembly) -> Equations:
     """The equations of a machine; only those that it needs are loaded. Impacts are noted where there is room for them."""
     chosen = _equations(assembly)
+    if assembly.system.ties.size:
+        from autobalancer.kernels.balls.rigid.events import rigid_contact
+
+        return chosen._replace(switch=rigid_contact)
     if not assembly.system.touches.size:
         return chosen
     from autobalancer.kernels.balls import impacts

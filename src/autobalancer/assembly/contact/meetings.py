@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.contact.rebound import Tables, dampers, least_rebound
+from autobalancer.assembly.contact.rebound import Tables, dampers, least_rebound, remainders
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
 from autobalancer.kernels.laws.rebound import NONE
@@ -24,6 +24,9 @@ QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a 
 
 SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of the wall at the greatest frequency
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
+JAMMING = 0.9  # friction between balls from which on they can lock, so that no rigid contact tells how they move
+RIGID = False  # whether contacts without a stiffness are rigid
+FULL = 1e-9  # rad: play of a race below which its balls have none
 
 
 class Contacts(NamedTuple):
@@ -36,7 +39,7 @@ class Contacts(NamedTuple):
 def contact_rows(count: int) -> Rows:
     """Balls that touch nothing."""
     rows = CONTACT.rows(count)
-    rows.next, rows.wall_low, rows.wall_high = -1, -math.inf, math.inf
+    rows.next, rows.before, rows.wall_low, rows.wall_high = -1, -1, -math.inf, math.inf
     rows.rebound = rows.wall_rebound = NONE
     return rows
 
@@ -76,10 +79,22 @@ def restitution(race: Race) -> float:
     return float(race.contact.restitution) if race.contact is not None else CRITICAL
 
 
-def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None) -> int:
+def is_rigid(race: Race) -> bool:
+    """Whether balls meet in rigid contacts: where no stiffness is given, nor friction by which they could lock."""
+    return RIGID and (race.contact is None or (race.contact.stiffness is None and race.contact.friction < JAMMING))
+
+
+def has_rigid_friction(machine: Machine) -> bool:
+    """Whether balls rub on each other in rigid contacts."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    return any(race.contact is not None and race.contact.friction > 0.0 and is_rigid(race) for race in races)
+
+
+def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None, *, rigid: bool = False) -> int:
     """Where the table of a ball that meets another one, or a partition, begins."""
     rebound = race.contact.rebound if race.contact is not None else None
-    return tables.first(rebound, restitution(race), least_rebound(rebound, one, other))
+    kind = remainders if rigid else None
+    return tables.first(rebound, restitution(race), least_rebound(rebound, one, other), kind)
 
 
 def parallel(one: float, other: float) -> float:
@@ -114,13 +129,18 @@ def _set_neighbors(
 ) -> None:
     for i, j, wrap in ring(members, angles):
         one, other, row = balls[i], balls[j], rows[i]
-        row.next, row.wrap = j, wrap
+        row.next, row.wrap, rows[j].before = j, wrap, i
         row.touch = 0.5 * occupied_angle([one, other])
-        row.hard, row.soft, row.quick = _spring_and_damper(race, one, other, frequency)
-        row.rebound = meeting_table(tables, race, one, other)
+        if is_rigid(race):
+            row.rigid, row.left = 1, restitution(race)
+        else:
+            row.hard, row.soft, row.quick = _spring_and_damper(race, one, other, frequency)
+        row.rebound = meeting_table(tables, race, one, other, rigid=is_rigid(race))
         pair = touching_balls((one.orbit_radius, other.orbit_radius), (one.radius, other.radius))
         row.pace = 1.0 / pair.force
         _set_rubbing(race, one, pair, row, frequency)
+    if is_rigid(race) and 2.0 * math.pi - rows.touch[members].sum() < FULL:
+        rows.rigid[members] = 2
 
 
 def _set_rubbing(race: Race, ball: Ball, pair: TouchingBalls, row: Any, frequency: float) -> None:
@@ -143,9 +163,12 @@ def _set_walls(
 ) -> None:
     for i in members:
         # a wall is the mirror image of the ball, which overlaps it by twice the angle
-        hard, soft, rows[i].wall_quick = _spring_and_damper(race, balls[i], balls[i], frequency)
-        rows[i].wall_rebound = meeting_table(tables, race, balls[i])
-        rows[i].wall_hard, rows[i].wall_soft = 2.0 * hard, 2.0 * soft
+        if is_rigid(race):
+            rows[i].wall_rigid, rows[i].wall_left = 1, restitution(race)
+        else:
+            hard, soft, rows[i].wall_quick = _spring_and_damper(race, balls[i], balls[i], frequency)
+            rows[i].wall_hard, rows[i].wall_soft = 2.0 * hard, 2.0 * soft
+        rows[i].wall_rebound = meeting_table(tables, race, balls[i], rigid=is_rigid(race))
         half = 0.5 * occupied_angle([balls[i]])
         rows[i].wall_pace = balls[i].orbit_radius * math.cos(half)
         low, high = sector(race, balls[i], angles[i], half)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import Ball
-from autobalancer.kernels.laws.rebound import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, SIZE, TURNS
+from autobalancer.kernels.laws.rebound import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, TURNS
 from autobalancer.laws.rebound import LEAST, damping_ratio, slowest_rebound, wet_factor, yielding_factor
 from autobalancer.machine.rebound import Rebound
 
@@ -29,8 +29,8 @@ TURN = np.linspace(0.0, math.pi, TURNS)
 Law = tuple[Rebound, float, float]  # restitution of slow impacts, and the speed below which a fluid leaves none (m/s)
 
 
-def restitution_at(law: Law, speeds: Floats) -> Floats:
-    """Restitution of impacts at these speeds (m/s), 0.01 where it is less."""
+def restitution_at(law: Law, speeds: Floats, least_left: float = LEAST) -> Floats:
+    """Restitution of impacts at these speeds (m/s), ``least_left`` where it is less: 0.01 of contacts that are not rigid."""
     rebound, slow, least = law
     factor = np.ones_like(speeds)
     if rebound.yield_speed is not None:
@@ -39,7 +39,7 @@ def restitution_at(law: Law, speeds: Floats) -> Floats:
         factor = np.interp(speeds, rebound.speeds, rebound.factors)
     if least > 0.0:
         factor = factor * wet_factor(speeds, least)
-    return np.maximum(slow * factor, LEAST)
+    return np.maximum(slow * factor, least_left)
 
 
 def least_rebound(rebound: Rebound | None, one: Ball, other: Ball | None = None) -> float:
@@ -53,22 +53,31 @@ def least_rebound(rebound: Rebound | None, one: Ball, other: Ball | None = None)
 
 
 class Tables:
-    """The tables of a machine one behind the other; equal contacts share one. ``kind`` is ``dampers`` or ``shares``."""
+    """The tables of a machine one behind the other; equal contacts share one.
+
+    ``kind`` is ``dampers``, ``shares`` or, of rigid contacts, ``remainders``.
+    """
 
     def __init__(self, kind: Callable[[Law], Floats]) -> None:
         self._kind = kind
-        self._first: dict[Law, int] = {}
+        self._first: dict[tuple[Callable[[Law], Floats], Law], int] = {}
         self._tables: list[Floats] = []
 
-    def first(self, rebound: Rebound | None, slow: float, least: float) -> int:
-        """Where the table of a contact begins, NONE without one; restitution of slow impacts and speed without any (m/s)."""
+    def first(
+        self, rebound: Rebound | None, slow: float, least: float, kind: Callable[[Law], Floats] | None = None
+    ) -> int:
+        """Where the table of a contact begins, NONE without one; restitution of slow impacts and speed without any (m/s).
+
+        It may be of another ``kind``.
+        """
         if rebound is None:
             return NONE
+        kind = kind or self._kind
         law = (rebound, slow, float(f"{least:.9g}"))  # the same for equal balls, however it was rounded
-        if law not in self._first:
-            self._first[law] = SIZE * len(self._tables)
-            self._tables.append(self._kind(law))
-        return self._first[law]
+        if (kind, law) not in self._first:
+            self._first[kind, law] = sum(table.size for table in self._tables)
+            self._tables.append(kind(law))
+        return self._first[kind, law]
 
     @property
     def numbers(self) -> Floats:
@@ -103,6 +112,12 @@ def shares(law: Law) -> Floats:
     left = restitution_at(law, SPEEDS)[:, None]
     loss = np.where(np.cos(TURN) < 0.0, 1.0 / left**2, 1.0)
     return _over_the_plane(1.0 / np.sqrt(np.sin(TURN) ** 2 + np.cos(TURN) ** 2 * loss), left[:, 0] ** 2)
+
+
+@lru_cache(maxsize=64)
+def remainders(law: Law) -> Floats:
+    """Restitution over the logarithm of the speed, (LEVELS,)."""
+    return restitution_at(law, 10.0**LEVEL, 0.0)
 
 
 def _over_the_plane(kept: Floats, values: Floats) -> Floats:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.contact.meetings import parallel, restitution
+from autobalancer.assembly.contact.meetings import is_rigid, parallel, restitution
 from autobalancer.assembly.contact.rebound import least_rebound
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import Ball
 from autobalancer.kernels.records import impacts as of
-from autobalancer.laws.rebound import rebound
+from autobalancer.laws.rebound import LEAST, rebound
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.rebound import Rebound
 
@@ -31,6 +30,7 @@ class Touch:
     restitution: float
     rebound: Rebound | None
     slowest: float  # m/s: no slower impact rebounds, because of the fluid
+    least: float = LEAST  # restitution that counts for less; 0 of rigid contacts
 
 
 def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[Touch, ...]]:
@@ -49,14 +49,15 @@ def _guided(machine: Machine, assembly: Assembly) -> list[Touch]:
     found = []
     for i, (one, contact) in enumerate(zip(assembly.balls, assembly.system.contacts, strict=True)):
         race = _race(machine, one)
-        if contact.hard > 0.0:
+        least = 0.0 if is_rigid(race) else LEAST
+        if contact.hard > 0.0 or contact.rigid > 0:
             j = int(contact.next)
             other = assembly.balls[j]
             mass = parallel(one.inertia, other.inertia) / contact.pace**2
-            found.append(Touch(of.NEXT, i, j, mass, *_meeting(race, one, other)))
-        if contact.wall_hard > 0.0:
+            found.append(Touch(of.NEXT, i, j, mass, *_meeting(race, one, other), least=least))
+        if contact.wall_hard > 0.0 or contact.wall_rigid > 0:
             mass = one.inertia / contact.wall_pace**2
-            found += [Touch(kind, i, -1, mass, *_meeting(race, one)) for kind in (of.BEHIND, of.AHEAD)]
+            found += [Touch(kind, i, -1, mass, *_meeting(race, one), least=least) for kind in (of.BEHIND, of.AHEAD)]
     return found
 
 
@@ -85,6 +86,6 @@ def _race(machine: Machine, ball: Ball) -> Race:
     return machine.balancers[ball.balancer].races[ball.race]
 
 
-def _meeting(race: Race, one: Ball, other: Ball | None = None) -> tuple[Any, ...]:
+def _meeting(race: Race, one: Ball, other: Ball | None = None) -> tuple[float, Rebound | None, float]:
     falls = race.contact.rebound if race.contact is not None else None
     return restitution(race), falls, least_rebound(falls, one, other)

@@ -28,7 +28,7 @@ SLOWEST = 1e-5  # m/s: balls that rest touch again and again by rounding
 def impacts_of_guided(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of guided balls that never stop."""
     if ask == DUE:
-        _note(time, parameters, pair, False)
+        note(time, parameters, pair, False)
     return 0.0
 
 
@@ -36,7 +36,7 @@ def impacts_of_guided(ask: int, time: float, rates: Any, parameters: Any, pair: 
 def impacts_and_adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of guided balls on real races."""
     if ask == DUE:
-        _note(time, parameters, pair, False)
+        note(time, parameters, pair, False)
     return adherence(ask, time, rates, parameters, pair)
 
 
@@ -44,12 +44,13 @@ def impacts_and_adherence(ask: int, time: float, rates: Any, parameters: Any, pa
 def impacts_of_resolved(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of resolved balls."""
     if ask == DUE:
-        _note(time, parameters, pair, True)
+        note(time, parameters, pair, True)
     return 0.0
 
 
 @njit(**INLINE)
-def _note(time: float, parameters: Any, pair: Any, resolved: bool) -> None:
+def note(time: float, parameters: Any, pair: Any, resolved: bool) -> None:
+    """Note the contacts that have begun before the last step; rigid ones are noted where they strike."""
     p, (_, m) = behind(system_at(parameters)), behind(pair_at(pair))
     y = data(m.start)
     for k in range(p.touches.size):
@@ -57,6 +58,9 @@ def _note(time: float, parameters: Any, pair: Any, resolved: bool) -> None:
         if resolved:
             depth, approach = _between_resolved(y, p, touch)
         else:
+            contact = p.contacts[touch.one]
+            if (contact.rigid if touch.kind == NEXT else contact.wall_rigid) != 0:
+                continue
             depth, approach = _between_guided(y, p, touch)
         if depth <= 0.0:
             touch.known, touch.approach = 0, approach

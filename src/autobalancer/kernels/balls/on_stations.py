@@ -29,6 +29,7 @@ from autobalancer.kernels.balls.guided import (
     wavy,
 )
 from autobalancer.kernels.balls.path import orbit
+from autobalancer.kernels.balls.rigid.clusters import keep
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.choice import where
 from autobalancer.kernels.flags import INLINE
@@ -72,23 +73,43 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     if each == 4:
         its = tilting_row(its, ball.mass, path, motion, slope)
         part = tilting_share(part, ball.mass, path, motion, slope, rate)
-    felt, inverse = its, 1.0 / ball.inertia
+    felt, inverse, arm, weight = its, 1.0 / ball.inertia, 0.0, ball.inertia
     if rough:
         force = normal(ball.mass, path, motion, known, moving.outward)
         if each == 4:
             force = tilting_normal(force, ball.mass, path, motion, slope, rate)
-        felt = rubbed(its, force, rubbing_arm(ball, path, moving.mode, moving.normal if pressed else force.push))
-        inverse = where(moving.mode != 0.0, 1.0 / (ball.stretch * path.length * path.length), 0.0)
-        moving.held_push, moving.held_twist = its.push, its.spin
-        moving.held_lean_x, moving.held_lean_y, moving.held_lean_u, moving.held_lean_v = its.x, its.y, its.u, its.v
+        arm, weight = (
+            rubbing_arm(ball, path, moving.mode, moving.normal if pressed else force.push),
+            _stretched(ball, path),
+        )
+        felt = rubbed(its, force, arm)
+        inverse = where(moving.mode != 0.0, 1.0 / weight, 0.0)
+        _hold(moving, its)
         moving.normal_push, moving.normal_twist = force.push, force.twist
         moving.normal_x, moving.normal_y, moving.normal_u, moving.normal_v = force.x, force.y, force.u, force.v
+    if moving.bound != 0:  # it has no row of its own
+        _hold(moving, its)
+        keep(p.ties[b], felt, weight, arm)
+        inverse = 0.0
     found = solved(felt, inverse, motion.acceleration)
     moving.push, moving.twist = found.push, found.spin
     moving.lean_x, moving.lean_y, moving.lean_u, moving.lean_v = found.x, found.y, found.u, found.v
     _load(p, ball.station * each, each, motion.acceleration, part, its, found)
     _weigh(p, ball.station * each, each, ball.mass, path, its, found)
     return part.torque - its.spin * found.push, part.inertia - its.spin * found.spin
+
+
+@njit(**INLINE)
+def _stretched(ball: Any, path: Path) -> float:
+    """Inertia of the angle of a ball."""
+    return float(ball.stretch * path.length * path.length)
+
+
+@njit(**INLINE)
+def _hold(moving: Any, its: Row) -> None:
+    """Keep the row without friction."""
+    moving.held_push, moving.held_twist = its.push, its.spin
+    moving.held_lean_x, moving.held_lean_y, moving.held_lean_u, moving.held_lean_v = its.x, its.y, its.u, its.v
 
 
 @njit(**INLINE)
@@ -182,4 +203,6 @@ def recover(y, dy, p, motion, b, acceleration, kind) -> bool:  # type: ignore[no
         need -= moving.held_lean_u * u + moving.held_lean_v * v
         force -= moving.normal_u * u + moving.normal_v * v
     moving.need, moving.normal = need, force
-    return ball.rolling > 0.0 and moving.mode != 0.0 and (force > 0.0) != (moving.normal_push > 0.0)
+    return (
+        ball.rolling > 0.0 and moving.mode != 0.0 and moving.bound == 0 and (force > 0.0) != (moving.normal_push > 0.0)
+    )

@@ -38,14 +38,14 @@ def open_gaps(step: float, system: Any, amplitudes: Any) -> float:
     for i in range(a.balls):
         pair = p.contacts[i]
         angle, bend = load(values, (angles + i) * NODES), load(forces, (own + i) * NODES)
-        if pair.hard > 0.0:
+        if pair.hard > 0.0 or pair.rigid > 0:
             other = pair.next
             ahead = pair.wrap - pair.touch
             gap = load(values, (angles + other) * NODES) - angle + ahead
             turned = load(forces, (own + other) * NODES) - bend
             now = start[BALLS + other] - start[BALLS + i] + ahead
             until = min(until, _open_until(now, gap, turned, step, a))
-        if pair.wall_hard > 0.0:
+        if pair.wall_hard > 0.0 or pair.wall_rigid > 0:
             now = start[BALLS + i]
             until = min(until, _open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
             until = min(until, _open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))

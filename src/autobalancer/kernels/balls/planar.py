@@ -13,6 +13,8 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.balls.forces import push_planar
+from autobalancer.kernels.balls.rigid.clusters import bind_planar
+from autobalancer.kernels.balls.rigid.torques import press_planar
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.flags import EQUATIONS
 from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
@@ -92,6 +94,10 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
             torque += ex * gy - ey * gx - across * ball_speed * (in_space + speed)
         # the ball row, divided by its inertia, put into the rows of host and rotor
         inverse = 1.0 / ball.inertia
+        if moving.bound != 0:
+            its = p.ties[i]
+            its.push, its.spin, its.x, its.y, its.inertia = row, spin, lean_x, lean_y, ball.inertia
+            inverse = 0.0
         push, twist = row * inverse, spin * inverse
         share_x, share_y = lean_x * inverse, lean_y * inverse
         mass_xx -= lean_x * share_x
@@ -105,6 +111,12 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
         torque -= spin * push
         moving.push, moving.twist = push, twist
         moving.lean_x, moving.lean_y = share_x, share_y
+
+    if p.rigid.bound[0] > 0:
+        less = bind_planar(y, system)
+        mass_xx, mass_xy, mass_yy = mass_xx - less[0], mass_xy - less[1], mass_yy - less[2]
+        force_x, force_y, arm_x, arm_y = force_x - less[3], force_y - less[4], arm_x - less[5], arm_y - less[6]
+        inertia, torque = inertia - less[7], torque - less[8]
 
     # A = a - b w'; only one product waits for w', because it comes last and after a division
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
@@ -129,3 +141,5 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
         bound = moving.twist - moving.lean_x * bx - moving.lean_y * by
         dy[BALLS + i] = y[BALLS + count + i]
         dy[BALLS + count + i] = free - bound * acceleration
+    if p.rigid.bound[0] > 0:
+        press_planar(y, dy, system, ax - bx * acceleration, ay - by * acceleration, acceleration)

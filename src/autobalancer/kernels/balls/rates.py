@@ -7,12 +7,16 @@ A ball model gives three functions:
                                                         returns its torque and inertia there
 ``recover(y, dy, p, motion, b, acceleration, kind)``    the rates of ball b, once the accelerations of the stations
                                                         (``work.one``) and of the rotor are known; whether it was taken wrongly
+
+Rows of guided balls that rigid contacts join come in between.
 """
 
 from __future__ import annotations
 
 from numba import njit
 
+from autobalancer.kernels.balls.rigid.clusters import bind
+from autobalancer.kernels.balls.rigid.torques import press
 from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.host.acted import acted
 from autobalancer.kernels.host.linear import alone, together, write_rotor
@@ -37,10 +41,16 @@ def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # ty
         its_torque, its_inertia = gather(time, y, p, motion, b, kind)
         torque += its_torque
         inertia += its_inertia
+    if p.rigid.bound[0] > 0:
+        its_torque, its_inertia = bind(y, system, motion.acceleration)
+        torque += its_torque
+        inertia += its_inertia
     acceleration = together(system, motion.acceleration, torque, inertia)
     write_rotor(y, dy, system, motion.speed, acceleration)
     wrong = False
     for b in range(p.ball_count):
         wrong |= recover(y, dy, p, motion, b, acceleration, kind)
+    if p.rigid.bound[0] > 0:
+        wrong |= press(y, dy, system, acceleration)
     relax(y, dy, p.fluid, acceleration)
     return wrong

@@ -29,9 +29,9 @@ def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> 
     pair = pair_at(pair)
     p, (_, m) = behind(system_at(parameters)), behind(pair)
     if ask == TAKE:
-        _take(p, m)
+        take(p, m)
     elif ask == FORGET:
-        _forget(p, m)
+        forget(p, m)
     elif ask == DUE:
         return 1.0 if _due(p, m) else 0.0
     elif ask == CUT:
@@ -52,27 +52,27 @@ def _loose(ball: Any, moving: Any) -> bool:
 
 
 @njit(**INLINE)
-def _rubs(ball: Any) -> bool:
+def rubs(ball: Any) -> bool:
     return ball.rolling > 0.0 or ball.adherence > 0.0
 
 
 @njit(**INLINE)
-def _forget(p: System, m: Memory) -> None:
+def forget(p: System, m: Memory) -> None:
     """Every ball that does not move rests until it is found loose.
 
     One that is hit just as it breaks loose would else turn back within less time than angles have digits for.
     """
     for b in range(p.ball_count):
-        if _rubs(p.balls[b]) and m.state[BALLS + p.ball_count + b] == 0.0:
+        if rubs(p.balls[b]) and m.state[BALLS + p.ball_count + b] == 0.0:
             p.guided[b].mode = 0.0
 
 
 @njit(**INLINE)
-def _take(p: System, m: Memory) -> None:
+def take(p: System, m: Memory) -> None:
     """Every ball that moves rolls the way it moves."""
     for b in range(p.ball_count):
         speed, moving = m.state[BALLS + p.ball_count + b], p.guided[b]
-        if _rubs(p.balls[b]) and (moving.mode * speed < 0.0 or (moving.mode == 0.0 and speed != 0.0)):
+        if rubs(p.balls[b]) and (moving.mode * speed < 0.0 or (moving.mode == 0.0 and speed != 0.0)):
             moving.mode = math.copysign(1.0, speed)
 
 
@@ -82,7 +82,7 @@ def _due(p: System, m: Memory) -> bool:
     due = False
     for b in range(p.ball_count):
         ball, moving = p.balls[b], p.guided[b]
-        if _rubs(ball):
+        if rubs(ball):
             if moving.mode != 0.0:
                 due = due or moving.mode * m.state[BALLS + p.ball_count + b] < 0.0
             else:
@@ -91,7 +91,7 @@ def _due(p: System, m: Memory) -> bool:
 
 
 @njit(**COMPILED)
-def _crossing(place, way, pair):  # type: ignore[no-untyped-def]
+def crossing(place, way, pair):  # type: ignore[no-untyped-def]
     """Where a speed that ends on the other side passes zero for the last time; 0 if it was never seen on this side."""
     _, m = behind(pair)
     low, high = 0.0, 1.0
@@ -125,11 +125,11 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     first, resting = 1.0, False
     for b in range(p.ball_count):
         mode, place = p.guided[b].mode, BALLS + p.ball_count + b
-        if _rubs(p.balls[b]):
+        if rubs(p.balls[b]):
             if mode == 0.0:
                 resting = True
             elif mode * m.state[place] < 0.0:
-                first = min(first, _crossing(place, mode, pair))
+                first = min(first, crossing(place, mode, pair))
     if first == 0.0:
         return first
     if resting:
@@ -141,7 +141,7 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
             loose = False
             for b in range(p.ball_count):
                 ball, moving = p.balls[b], p.guided[b]
-                loose = loose or (moving.mode == 0.0 and _rubs(ball) and _loose(ball, moving))
+                loose = loose or (moving.mode == 0.0 and rubs(ball) and _loose(ball, moving))
             if loose:
                 high = x
             else:
@@ -152,8 +152,8 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
         first = high
     for b in range(p.ball_count):
         mode, place = p.guided[b].mode, BALLS + p.ball_count + b
-        passed = _rubs(p.balls[b]) and mode * m.state[place] < 0.0
-        if passed and _crossing(place, mode, pair) <= first:
+        passed = rubs(p.balls[b]) and mode * m.state[place] < 0.0
+        if passed and crossing(place, mode, pair) <= first:
             p.guided[b].mode = 0.0
     return first
 
@@ -163,11 +163,11 @@ def _pass(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """At the end of a cut step, which is in ``m.state``: balls that stopped rest or turn round, balls that are loose roll."""
     (_, m), p = behind(pair), behind(system_at(parameters))
     for b in range(p.ball_count):
-        if _rubs(p.balls[b]) and p.guided[b].mode == 0.0:
+        if rubs(p.balls[b]) and p.guided[b].mode == 0.0:
             m.state[BALLS + p.ball_count + b] = 0.0
     rhs(time, data(m.state), data(m.trial), parameters)
     m.counts[EVALUATIONS] += 1
     for b in range(p.ball_count):
         ball, moving = p.balls[b], p.guided[b]
-        if _rubs(ball) and moving.mode == 0.0 and _loose(ball, moving):
+        if rubs(ball) and moving.mode == 0.0 and _loose(ball, moving):
             moving.mode = math.copysign(1.0, moving.need)

@@ -1,5 +1,7 @@
 """Balls of one race that touch, and partitions of a race: springs and dampers that never pull, and friction.
 
+Rigid contacts are in the room ``rigid``.
+
 Rolling balls rub where they touch. Friction takes from each ball what its part of the slip gives it, laws/touching_balls.py.
 A ball at a partition hardly rolls, so nothing rubs there.
 """
@@ -25,8 +27,8 @@ def touch(y: Any, p: System) -> None:
     """
     count, moving = p.ball_count, p.guided
     for i in range(count):
-        moving[i].contact = 0.0
-        moving[i].outward = 0.0
+        moving[i].contact = moving[i].given
+        moving[i].outward = moving[i].given_out
     for i in range(count):
         angle, rate, pair = y[BALLS + i], y[BALLS + count + i], p.contacts[i]
         if pair.hard > 0.0:

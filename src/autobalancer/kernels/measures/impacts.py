@@ -12,8 +12,6 @@ from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LAT
 from autobalancer.kernels.records.impacts import IMPACT, MEETING
 from autobalancer.kernels.system import Floats, Matrix, Rows, System, matrix_type, system_type, vector_type
 
-LEAST = 0.01  # restitution below which a contact would be too stiff
-
 
 @njit(float64(MEETING.row_type, matrix_type, float64), **EXACT)
 def restitution(meeting: Rows, points: Matrix, speed: float) -> float:
@@ -33,7 +31,7 @@ def restitution(meeting: Rows, points: Matrix, speed: float) -> float:
             factor += rise * (speed - points[k, 0])
     if meeting.slowest > 0.0:
         factor *= 1.0 - meeting.slowest / max(speed, meeting.slowest)
-    return max(meeting.restitution * factor, LEAST)
+    return max(meeting.restitution * factor, meeting.least)
 
 
 @njit(types.UniTuple(float64, 2)(MEETING.row_type, matrix_type, float64), **EXACT)

@@ -63,6 +63,11 @@ CONTACT = Record(
     Field("arm_next", "1", "that of the next ball"),
     Field("out", "1/m", "what the contact presses this ball on the wall"),
     Field("out_next", "1/m", "what it presses the next one on the wall"),
+    Field("before", "", "number of the ball before it in its race", kind=np.int64),
+    Field("rigid", "", "1: the contact with the next ball is rigid, 2: and the balls fill their race", kind=np.int64),
+    Field("wall_rigid", "", "1: partitions are rigid", kind=np.int64),
+    Field("left", "1", "restitution of a rigid contact; with a table ``rebound`` has it over the speed"),
+    Field("wall_left", "1", "that of a rigid partition"),
 )
 """A ball with the next of its race and with the partitions beside it; friction after laws/touching_balls.py."""
 
@@ -90,6 +95,35 @@ GUIDED = Record(
     Field("normal_v", "kg m", "of the same"),
     Field("need", "N m", "torque that holds it at rest"),
     Field("normal", "N", "normal force of the race"),
+    Field("bound", "", "1: rigid contacts hold it, so its row belongs to a cluster", kind=np.int64),
+    Field("given", "N m", "torque from outside, in the search for what an impact does"),
+    Field("given_out", "N", "force onto the wall from outside, in the same"),
 )
-"""What a guided ball does, as found by the last evaluation; ``mode`` alone lasts. Its row is
+"""What a guided ball does, as found by the last evaluation; ``mode``, ``bound`` and what is given last. Its row is
 phi'' = push - lean.A - twist w', with A the acceleration of its station (u, v: of its slope)."""
+
+TIE = Record(
+    Field(
+        "joined", "", "1: it touches the next ball and moves with it, 2: in the last gap of a full race", kind=np.int64
+    ),
+    Field("low", "", "1: it touches the partition behind", kind=np.int64),
+    Field("high", "", "1: it touches the partition ahead", kind=np.int64),
+    Field("follows", "", "1: the ball before is joined with it", kind=np.int64),
+    Field("push", "N m", "of its row with friction: I phi'' = push - spin w' - (x, y, u, v).A"),
+    Field("spin", "kg m^2", "of the same"),
+    Field("x", "kg m", "of the same"),
+    Field("y", "kg m", "of the same"),
+    Field("u", "kg m^2", "of the same"),
+    Field("v", "kg m^2", "of the same"),
+    Field("inertia", "kg m^2", "I of the same"),
+    Field("arm", "m", "of rolling resistance"),
+    Field("back", "1", "torque against this ball over that of the contact with the next one"),
+    Field("ahead", "1", "torque on the next ball over the same"),
+    Field("rest", "N m", "what the contacts must add to this ball, negative"),
+    Field("press", "N m", "torque of the contact with the next ball; never negative"),
+    Field("press_low", "N m", "torque of the partition behind"),
+    Field("press_high", "N m", "torque of the partition ahead"),
+    Field("least", "N m", "at rest: least torque that this ball may pass on to the next one"),
+    Field("most", "N m", "at rest: greatest torque that it may pass on"),
+)
+"""What rigid contacts do at a guided ball; the first four last."""

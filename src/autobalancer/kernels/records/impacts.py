@@ -36,6 +36,7 @@ MEETING = Record(
     Field("first", "", "number of the first of the measured points", kind=np.int64),
     Field("points", "", "how many there are; 0: it was not measured", kind=np.int64),
     Field("slowest", "m/s", "no slower impact rebounds, because of the fluid; 0 without one"),
+    Field("least", "1", "what counts for less; 0 of rigid contacts"),
     Field("falls", "", "whether it depends on the speed at all", kind=np.int64),
 )
 """What an impact means in a contact."""

@@ -1,0 +1,47 @@
+"""Room for rigid contacts of guided balls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from autobalancer.catalog.resolve import Ball
+from autobalancer.kernels.records.guided import TIE
+from autobalancer.kernels.system import Rigid, Rows
+
+PULL = 1e-13  # torque that counts as a pull, over inertia and frequency squared
+
+
+def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: float) -> dict[str, Any]:
+    """The fields of a system with rigid contacts, nothing without; its states have ``size`` components.
+
+    ``frequency`` is the greatest of the machine, rad/s.
+    """
+    count = int((contacts.rigid == 1).sum() + 2 * (contacts.wall_rigid > 0).sum())
+    if not (contacts.rigid.any() or contacts.wall_rigid.any()):
+        return {}
+    ties = TIE.rows(len(balls))
+    full = np.flatnonzero(contacts.rigid == 2)
+    ties.joined[full] = 1
+    for race in {(balls[i].balancer, balls[i].race) for i in full}:  # a ring is a row whose last contact closes it
+        members = [i for i in full if (balls[i].balancer, balls[i].race) == race]
+        ties.joined[members[-1]] = 2
+    pull = PULL * max(ball.inertia for ball in balls) * frequency**2
+    room = Rigid(
+        bound=np.zeros(1, np.int64),
+        margin=np.array([1e300, 1e300, pull]),
+        kinds=np.zeros(count, np.int64),
+        balls=np.zeros(count, np.int64),
+        chosen=np.zeros(count, np.int64),
+        active=np.zeros(count, np.int64),
+        before=np.zeros(count),
+        need=np.zeros(count),
+        impulse=np.zeros(count),
+        delassus=np.zeros((count, count)),
+        left=np.zeros((count, count + 1)),
+        response=np.zeros((count, size)),
+        base=np.zeros(size),
+        middle=np.zeros(size),
+    )
+    return {"ties": ties, "rigid": room}
