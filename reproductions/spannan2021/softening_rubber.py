@@ -23,6 +23,7 @@ import autobalancer as ab
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import look, picture
+from autobalancer.studies.in_threads import in_threads
 from reproductions import Found, compared_all
 from reproductions.spannan2021 import _five_speeds_on_the_rig as table
 from reproductions.spannan2021._five_speeds import STARTS, lines, lines_of, meets_all, profile, soft_rubber
@@ -43,7 +44,7 @@ NOT_PRINTED = "blow and own unbalance are not printed and were chosen"
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Frequency and decay after a blow, the passage in the run-up, and how many starts meet the five speeds."""
     frequency, decay = frequency_and_decay(after_a_blow())
-    met = {name: starts_that_meet(**case) for name, case in cases().items()}
+    met = dict(zip(cases(), in_threads(lambda case: starts_that_meet(**case), list(cases().values())), strict=True))
     draw({"stand-in": met} | {f"rig, {balls} balls": table.starts_that_meet(balls) for balls in BALL_MODELS}, out)
     rows = [
         Found("fitted", "frequency after a blow of 0.4 N s", "Hz", FREQUENCY, frequency, 0.1, NOT_PRINTED),

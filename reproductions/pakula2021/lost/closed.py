@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from autobalancer.laws.deep_chamber.pick_up import lift
 from reproductions.pakula2021.lost.candidate import DEPTH, Candidate
 
 
@@ -41,13 +42,8 @@ def sliding_rise(radius: float, friction: float, gravity: float = 9.80665) -> fl
 
 
 def lifted_share(friction: float, angle: float) -> float:
-    """v²/(g s) of a ball that slid all the way from rest at the bottom of a fixed drum (s = R - r) up to ``angle``.
-
-    With N = m (g cos + v²/s) and friction mu N forward, u = v²/(g s) follows u' = 2 mu u + 2 mu cos - 2 sin, u(0) = 0.
-    """
-    square = 1.0 + 4.0 * friction**2
-    even, odd = (2.0 - 4.0 * friction**2) / square, 6.0 * friction / square
-    return even * (math.cos(angle) - math.exp(2.0 * friction * angle)) + odd * math.sin(angle)
+    """v²/(g s) of a ball that slid all the way from rest at the bottom of a fixed drum (s = R - r) up to ``angle``."""
+    return 2.0 * lift(friction, angle=angle)
 
 
 def lifting_friction() -> float:

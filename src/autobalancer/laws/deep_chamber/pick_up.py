@@ -24,10 +24,11 @@ from scipy.optimize import brentq
 from autobalancer.errors import QuestionError
 
 
-def lift(friction: float, drag_ratio: float = 0.0) -> float:
-    """Energy at the height of the axis of a ball that slid up there from rest, over m g rho; negative if it does not get there.
+def lift(friction: float, drag_ratio: float = 0.0, angle: float = 0.5 * math.pi) -> float:
+    """u of a ball that slid from rest at the bottom up to an ``angle`` (rad); negative if it does not get there.
 
-    ``friction`` is the coefficient of sliding friction, ``drag_ratio`` the force of the fluid on a ball at rest over its weight.
+    ``friction`` is the coefficient of sliding friction, ``drag_ratio`` the force of the fluid on a ball at rest over its weight;
+    the ``angle`` is by default that of the height of the axis.
 
     Raises
     ------
@@ -36,10 +37,10 @@ def lift(friction: float, drag_ratio: float = 0.0) -> float:
     """
     if friction < 0.0 or drag_ratio < 0.0:
         raise QuestionError(f"friction, drag_ratio: given {friction:g}, {drag_ratio:g}; must not be below zero")
-    growth = math.pi * friction
-    fluid = 0.5 * math.pi * (math.expm1(growth) / growth if growth else 1.0)
-    square = friction**2
-    return (3.0 * friction - (1.0 - 2.0 * square) * math.exp(growth)) / (1.0 + 4.0 * square) + drag_ratio * fluid
+    growth, square = 2.0 * friction * angle, friction**2
+    fluid = angle * (math.expm1(growth) / growth if growth else 1.0)
+    even = (1.0 - 2.0 * square) * (math.cos(angle) - math.exp(growth))
+    return (even + 3.0 * friction * math.sin(angle)) / (1.0 + 4.0 * square) + drag_ratio * fluid
 
 
 def least_friction(drag_ratio: float = 0.0) -> float:
