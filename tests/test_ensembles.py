@@ -16,8 +16,10 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS
 from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
-from autobalancer.studies.ensemble import room
-from autobalancer.studies.ensemble.members import with_starts
+from autobalancer.studies.ensemble import follow, room
+from autobalancer.studies.ensemble.columns import columns_of
+from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.members import Members, with_starts
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 STALL = MACHINES / "stall_and_release.toml"
@@ -82,14 +84,62 @@ def test_seeds_draw_the_starts_as_an_ordinary_run_does() -> None:
     same(found, 3, alone(ab.with_parameter(free, "drag", DRAG[1]), seed=8))
 
 
-@pytest.mark.parametrize("name", ["rigid_rotor", "real_race", "resolved_balls", "variant_partitions"])
-def test_every_kind_of_rotor_and_ball_runs_in_an_ensemble(name: str) -> None:
+@pytest.mark.parametrize(
+    "name", ["rigid_rotor", "real_race", "resolved_balls", "variant_partitions", "two_plane_rotor"]
+)
+def test_a_member_of_every_kind_of_rotor_and_ball_is_its_run(name: str) -> None:
     machine = ab.load_machine(MACHINES / f"{name}.toml")
     end = 0.2
     found = ab.ensemble(
         machine, {"unbalances[1].angle": [0.1, 0.2]}, duration=end, tolerance=TOLERANCE, bins=20, keep_states=True
     )
     same(found, 1, alone(ab.with_parameter(machine, "unbalances[1].angle", 0.2), end=end))
+
+
+@pytest.mark.parametrize(
+    ("columns", "seeds"),
+    [
+        ({"drag": [1e-4, 2e-4, 3e-4], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, None),
+        ({"balancers[1].races[1].drag.beta": [1e-4, 2e-4, 3e-4], "unbalance": [2e-4, 3e-4, 4e-4]}, None),
+        ({"drag": [1e-4, 2e-4]}, 3),
+        ({"ball_angle[1]": [0.1, 0.2, 5.0], "ball_angle[2]": [1.0, 4.0, 2.0], "ball_speed[1]": [0.0, 1.0, 2.0]}, None),
+    ],
+)
+def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(columns: Any, seeds: int | None) -> None:
+    machine = ab.load_machine(STALL)
+    given = columns_of(machine, columns)
+    drawn = None if seeds is None else np.arange(seeds)
+    asked = Members(machine, given, drawn, 0, "member")
+    (one,), (other,) = (
+        asked._sorted(Plan(END, 1e-6, 20, 100), "refuse", follow=follow)[0].all for follow in (True, False)
+    )
+    for group in (one, other):
+        places, words = group.words()
+        blocks = np.tile(group.fresh, (len(group.numbers), 1))
+        blocks[:, places] = words
+        group.blocks = blocks
+    assert (one.blocks == other.blocks).all()
+
+
+def test_a_member_that_would_follow_wrongly_is_assembled(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = members(STALL, {"drag": DRAG})
+    monkeypatch.setattr(follow, "_bits", lambda value: 4607182418800017408)  # 1.0
+    wrong = members(STALL, {"drag": DRAG})
+    assert wrong["peak_deflection"].equals(right["peak_deflection"])
+
+
+def test_a_member_in_long_steps_is_its_run_too() -> None:
+    found = members(STALL, {"rotor.mass": [9.0, 11.0]}, method="exponential_collocation")
+    machine = ab.with_parameter(ab.load_machine(STALL), "rotor.mass", 11.0)
+    run = ab.simulate(
+        machine,
+        duration=END,
+        tolerance=TOLERANCE,
+        method="exponential_collocation",
+        save=[ab.Envelope(20), ab.LastRevolutions()],
+    )
+    same(found, 1, run)
+    assert found.attrs["lanes"] == run.attrs["lanes"]
 
 
 def test_two_threads_give_the_bits_of_one() -> None:

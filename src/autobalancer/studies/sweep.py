@@ -11,10 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.mass_spread import MASS_SPREAD
-from autobalancer.assembly.places import Places, places_of
-from autobalancer.assembly.system import Assembly
-from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
@@ -24,10 +21,12 @@ from autobalancer.results.answers.swept import Swept
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
-from autobalancer.simulation.prepare import prepare
-from autobalancer.studies.ensemble.one import Plan, run_member
-from autobalancer.studies.in_threads import in_threads
-from autobalancer.studies.variations import coordinate, listed, variation_text, with_variation
+from autobalancer.studies.ensemble.columns import Columns
+from autobalancer.studies.ensemble.execute import run_groups
+from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.members import Members
+from autobalancer.studies.sweep_row import named
+from autobalancer.studies.variations import coordinate, listed
 from autobalancer.units import optional_argument
 
 
@@ -101,28 +100,21 @@ def sweep(
     if seeds is not None and (seeds < 1 or vary_seed):
         raise QuestionError(f"seeds: given {seeds}; must be at least 1, and is taken in place of vary_seed")
     shape, points = _points(variations, grid) if variations or seeds is None else ((), [()])
-    start_seeds = range(seed, seed + seeds) if seeds is not None else None
-    if start_seeds is not None:
-        shape, points = (*shape, len(start_seeds)), [point for point in points for _ in start_seeds]
-    prepared = []
-    for number, point in enumerate(points):
-        own = seed + number % len(start_seeds) if start_seeds is not None else seed + number * vary_seed
-        try:
-            varied = with_variation(machine, variations, point)
-            assembly = prepare(varied, end, seed=own, mass_spread=MASS_SPREAD, max_steps=max_steps)
-            prepared.append((assembly, places_of(varied, assembly)))
-        except (MachineError, UnitError) as error:
-            kind = UnitError if isinstance(error, UnitError) else MachineError
-            raise kind(f"{variation_text(variations, point)}{error}") from None
-
-    plan = Plan(end, tolerance, bins, max_steps)
-
-    def one(ready: tuple[Assembly, Places]) -> dict[str, Any]:
-        return run_member(*ready, plan)
-
-    rows = in_threads(one, prepared, workers, progress)
+    shape = (*shape, seeds) if seeds is not None else shape
+    lists: dict[str, Sequence[Any]] = {name: [point[i] for point in points] for i, name in enumerate(variations)}
+    own = np.arange(seed, seed + len(points)) if vary_seed else None
+    columns = Columns(len(points), lists, seeds=own)
+    drawn = np.arange(seed, seed + seeds) if seeds is not None else None
+    groups, _ = Members(machine, columns, drawn, seed, "").sorted(Plan(end, tolerance, bins, max_steps), "refuse")
+    ran, _, interrupted = run_groups(groups, workers, progress)
+    if interrupted:
+        raise KeyboardInterrupt
+    rows: list[dict[str, Any]] = [{}] * (len(points) * (seeds or 1))
+    for one in ran:
+        for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
+            rows[number] = named(row, end, int(steps))
     found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
-    return Swept.of(found.assign_coords(seed=list(start_seeds)) if start_seeds is not None else found)
+    return Swept.of(found.assign_coords(seed=drawn) if drawn is not None else found)
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.system import BALLS
+from autobalancer.kernels.measures.columns import STATUS, VERDICT, WIDTH
+from autobalancer.kernels.measures.limits import NO_VERDICT
 from autobalancer.machine.plain_names import dimension_of
-from autobalancer.results.answers.ensemble import NOT_RUN
-from autobalancer.results.measure_table import SWEPT
+from autobalancer.results.answers.ensemble import IMPOSSIBLE, NOT_RUN
+from autobalancer.results.measure_table import SWEPT, in_row
 from autobalancer.results.provenance import provenance
-from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT
+from autobalancer.results.verdict.rule import BALANCED, WORDS
+from autobalancer.simulation.outcome import outcome
 from autobalancer.stability.basins.starts import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_count, ball_of
+from autobalancer.studies.ensemble.execute import Ran
+from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members
-from autobalancer.studies.ensemble.one import Plan
 from autobalancer.studies.variations import coordinate
 
-Row = dict[str, Any]
 
-
-def ensemble_dataset(members: Members, rows: list[Row], plan: Plan) -> xr.Dataset:
+def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], plan: Plan) -> xr.Dataset:
     """The dataset; a member that did not run has no numbers."""
-    count, balls = members.count, ball_count(members.machine)
+    count, balls = members.count, max((one.group.balls for one in ran), default=ball_count(members.machine))
     found = xr.Dataset(
         coords={"member": ("member", np.arange(1, count + 1), {"long_name": "number of the member"})},
         attrs={
@@ -40,30 +42,47 @@ def ensemble_dataset(members: Members, rows: list[Row], plan: Plan) -> xr.Datase
         },
     )
     found = found.assign_coords(_coordinates(members))
-    for measure in SWEPT:
-        label = {"long_name": measure.text, "units": measure.unit}
-        if measure.per_ball:
-            values = np.array([row.get(measure.name, np.full(balls, np.nan)) for row in rows])
-            found[measure.name] = (("member", "ball"), values.reshape(count, balls), label)
-        else:
-            numbers = [float(row.get(measure.name, np.nan)) for row in rows]
-            found[measure.name] = ("member", np.array(numbers), label)
-    found["outcome"] = ("member", _texts(rows, "outcome", NOT_RUN))
-    found["verdict"] = ("member", _texts(rows, "verdict", NO_VERDICT))
-    balanced = found["verdict"].values == BALANCED
-    found["balanced"] = ("member", balanced.astype(bool), {"long_name": "whether the verdict is 'balanced'"})
-    if any("text" in row and row["text"] for row in rows):
-        found["reason"] = ("member", _texts(rows, "text", ""), {"long_name": "why the member is impossible"})
-    steps = np.array([row.get("steps", 0) for row in rows], np.int64)
+    numbers, starts = np.full((count, WIDTH + balls), np.nan), np.full((count, balls), np.nan)
+    steps, outcomes = np.zeros(count, np.int64), np.full(count, NOT_RUN, dtype=object)
+    states = np.full((count, max((one.found.states.shape[1] for one in ran), default=0)), np.nan)
+    for one in ran:
+        where = np.array(one.group.numbers, np.int64)
+        numbers[where, : one.found.rows.shape[1]], starts[where, : one.starts.shape[1]] = one.found.rows, one.starts
+        steps[where] = one.found.counts[:, 0]
+        if one.found.states.size:
+            states[where, : one.found.states.shape[1]] = one.found.states
+    outcomes[list(reasons)] = IMPOSSIBLE
+    for number in np.flatnonzero(steps):
+        outcomes[number] = _outcome(int(numbers[number, STATUS]))
+    words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
+    for measure, values in zip(SWEPT, in_row(numbers).values(), strict=True):
+        dims = ("member", "ball") if measure.per_ball else ("member",)
+        found[measure.name] = (dims, values, {"long_name": measure.text, "units": measure.unit})
+    found["outcome"] = ("member", outcomes)
+    found["verdict"] = ("member", np.array(WORDS, dtype=object)[words])
+    found["balanced"] = (
+        "member",
+        found["verdict"].values == BALANCED,
+        {"long_name": "whether the verdict is 'balanced'"},
+    )
+    if reasons:
+        texts = np.full(count, "", dtype=object)
+        texts[list(reasons)] = list(reasons.values())
+        found["reason"] = ("member", texts, {"long_name": "why the member is impossible"})
     found["steps"] = ("member", steps, {"long_name": "accepted steps"})
     if balls:
-        starts = [row["start"][BALLS : BALLS + balls] if "start" in row else np.full(balls, np.nan) for row in rows]
-        found["start_ball_angle_in_rotor"] = (("member", "ball"), np.array(starts), START_ANGLE)
-    if any("state" in row for row in rows):
-        found["final_state"] = (("member", "component"), _states(rows), {"long_name": "state at the end"})
-    ran = steps[steps > 0]
-    found.attrs["steps_per_member"] = float(ran.mean()) if ran.size else 0.0
+        found["start_ball_angle_in_rotor"] = (("member", "ball"), starts, START_ANGLE)
+    if states.size:
+        found["final_state"] = (("member", "component"), states, {"long_name": "state at the end"})
+    ran_steps = steps[steps > 0]
+    found.attrs["steps_per_member"] = float(ran_steps.mean()) if ran_steps.size else 0.0
     return found
+
+
+@cache
+def _outcome(status: int) -> str:
+    """How a run ended, by the stepper's word."""
+    return outcome(status, 0.0, 0.0, interrupted=False, steps=0).name
 
 
 def _coordinates(members: Members) -> dict[str, Any]:
@@ -76,17 +95,4 @@ def _coordinates(members: Members) -> dict[str, Any]:
         unit = STARTS[ball_of(name)[0]]
         found[dimension_of(name)] = ("member", starts[rows], {"long_name": axis_name(name), "units": unit})
     found["seed"] = ("member", members.seeds, {"long_name": "seed of the start"})
-    return found
-
-
-def _texts(rows: list[Row], name: str, other: str) -> Any:
-    return np.array([row.get(name, other) for row in rows], dtype=object)
-
-
-def _states(rows: list[Row]) -> Any:
-    size = max(row["state"].size for row in rows if "state" in row)
-    found = np.full((len(rows), size), np.nan)
-    for number, row in enumerate(rows):
-        if "state" in row:
-            found[number, : row["state"].size] = row["state"]
     return found

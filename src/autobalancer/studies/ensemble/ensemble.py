@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,15 +11,17 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
+from autobalancer.kernels.wide import NODES
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
-from autobalancer.results.answers.ensemble import IMPOSSIBLE, NOT_RUN, Ensemble
+from autobalancer.results.answers.ensemble import Ensemble
+from autobalancer.simulation.steppers import Method
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.dataset import ensemble_dataset
-from autobalancer.studies.ensemble.members import Impossible, Members
-from autobalancer.studies.ensemble.one import Plan, run_member
+from autobalancer.studies.ensemble.execute import run_groups
+from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
 from autobalancer.studies.ensemble.room import refuse_what_does_not_fit
-from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import optional_argument
 
 
@@ -33,6 +34,7 @@ def ensemble(
     seed: int = 0,
     duration: float | str | None = None,
     tolerance: float = 1e-7,
+    method: Method = "auto",
     bins: int = 500,
     impossible: Impossible = "refuse",
     keep_states: bool = False,
@@ -57,7 +59,7 @@ def ensemble(
         not count then, nor with a column ``seed``.
     seed
         For the start positions of balls that have none.
-    duration, tolerance
+    duration, tolerance, method
         As for :func:`autobalancer.simulate`.
     bins
         Resolution in time of the measures.
@@ -102,36 +104,19 @@ def ensemble(
     end = _duration(machine, duration)
     drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
     refuse_what_does_not_fit(machine, given.count * (seeds or 1), keep_states)
-    members = Members(machine, given, drawn, seed, end, max_steps)
-    reasons = members.impossible(impossible)
-    plan = Plan(end, tolerance, bins, max_steps)
-    rows: list[dict[str, Any]] = [{"outcome": NOT_RUN, "text": ""} for _ in range(members.count)]
-    for number, text in reasons.items():
-        rows[number] = {"outcome": IMPOSSIBLE, "text": text}
-    possible = [number for number in range(members.count) if number not in reasons]
-    spent = np.zeros(members.count)
-
-    def one(number: int) -> None:
-        ready = members.ready(number)
-        begin = time.thread_time()
-        row = run_member(ready.assembly, ready.places, plan)
-        spent[number] = time.thread_time() - begin
-        if not keep_states:
-            del row["state"]
-        rows[number] = row
-
-    interrupted = False
-    try:
-        in_threads(one, possible, workers, progress)
-    except KeyboardInterrupt:
-        if not keep_on_interrupt:
-            raise
-        interrupted = True
-    found = ensemble_dataset(members, rows, plan)
-    done = spent[spent > 0.0]
+    if drawn is not None or given.seeds is not None:
+        machine = without_start_angles(machine)
+    members, plan = Members(machine, given, drawn, seed, "member"), Plan(end, tolerance, bins, max_steps, method)
+    groups, reasons = members.sorted(plan, impossible)
+    ran, seconds, interrupted = run_groups(groups, workers, progress, keep_states)
+    if interrupted and not keep_on_interrupt:
+        raise KeyboardInterrupt
+    found = ensemble_dataset(members, ran, reasons, plan)
+    done = int((found["steps"].values > 0).sum())
     found.attrs |= {
-        "run_time_per_member": float(done.mean()) if done.size else math.nan,
-        "lanes": 1,
+        "run_time_per_member": seconds / done if done else math.nan,
+        "method": ", ".join(sorted({one.group.stepper.method for one in ran})),
+        "lanes": max((NODES if one.group.stepper.long is not None else 1 for one in ran), default=1),
         "outcome": "interrupted" if interrupted else "finished",
     }
     return Ensemble.of(found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -17,31 +16,24 @@ from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.kernels.system import Integers
 from autobalancer.machine import Machine
 from autobalancer.simulation.prepare import prepare
+from autobalancer.studies.ensemble.classes import Class, Differs, class_of, followed
 from autobalancer.studies.ensemble.columns import Columns, ball_of
+from autobalancer.studies.ensemble.groups import Groups
+from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.variations import variation_text, with_variation
 
 Impossible = Literal["refuse", "record"]
 KEPT = 64  # machines between two looks at their members
 
 
-@dataclass(frozen=True)
-class Ready:
-    """A member that can run."""
-
-    assembly: Assembly
-    places: Places
-
-
 class Members:
-    """All members of an ensemble, row by row and in each row seed by seed; machines are made when they are asked for."""
+    """All members of an ensemble, row by row and in each row seed by seed; machines are made when they are asked for.
 
-    def __init__(
-        self, machine: Machine, columns: Columns, seeds: Integers | None, seed: int, end: float, max_steps: int
-    ) -> None:
-        self.machine, self.columns, self.end, self._max_steps = machine, columns, end, max_steps
-        own = columns.seeds if columns.seeds is not None else seeds
-        if own is not None:
-            self.machine = without_start_angles(machine)
+    ``seed`` is that of all where there are no others; ``named`` is what a message calls one, such as ``"member"``, if anything.
+    """
+
+    def __init__(self, machine: Machine, columns: Columns, seeds: Integers | None, seed: int, named: str) -> None:
+        self.machine, self.columns, self._name = machine, columns, named
         self._each = 1 if seeds is None else seeds.size  # members of a row
         self.count = columns.count * self._each
         if columns.seeds is not None:
@@ -58,7 +50,7 @@ class Members:
         """The machine of a member, with its start."""
         return self._machine(self.row(number))
 
-    def ready(self, number: int) -> Ready:
+    def ready(self, number: int, plan: Plan) -> tuple[Assembly, Places]:
         """A member ready to run.
 
         Raises
@@ -68,34 +60,49 @@ class Members:
         """
         machine = self.machine_of(number)
         seed = int(self.seeds[number])
-        assembly = prepare(machine, self.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=self._max_steps)
-        return Ready(assembly, places_of(machine, assembly))
+        assembly = prepare(machine, plan.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=plan.max_steps)
+        return assembly, places_of(machine, assembly)
 
-    def impossible(self, how: Impossible) -> dict[int, str]:
-        """Why some members cannot run, by their numbers; nothing runs for it.
+    def sorted(self, plan: Plan, how: Impossible) -> tuple[Groups, dict[int, str]]:
+        """All members made ready, and why some of them cannot run; nothing runs for it.
 
         Raises
         ------
         MachineError, UnitError, QuestionError
-            For the first of them, unless they are to be recorded.
+            For the first that cannot run, unless those are to be recorded.
         """
-        found: dict[int, str] = {}
+        try:
+            return self._sorted(plan, how, follow=True)
+        except Differs:
+            return self._sorted(plan, how, follow=False)
+
+    def _sorted(self, plan: Plan, how: Impossible, *, follow: bool) -> tuple[Groups, dict[int, str]]:
+        groups, reasons, classes = Groups(plan), dict[int, str](), dict[Any, Class]()
+        names: list[str] | None = None
         for number in range(self.count):
             try:
-                self.ready(number)
+                if follow and names is None:
+                    names = followed(self, number, plan)
+                key = class_of(self, number, names or [])
+                if not follow:
+                    groups.add(number, *self.ready(number, plan))
+                else:
+                    if key not in classes:
+                        classes[key] = Class(self, groups, names or [])
+                    classes[key].take(number)
             except (MachineError, UnitError, QuestionError) as error:
                 text = f"{self._named(number)}{error}"
                 if how == "refuse":
                     kinds = (UnitError, QuestionError, MachineError)
                     raise next(kind for kind in kinds if isinstance(error, kind))(text) from None
-                found[number] = text
-        return found
+                reasons[number] = text
+        return groups, reasons
 
     def _named(self, number: int) -> str:
         row = self.row(number)
         starts = {name: values[row] for name, values in self.columns.starts.items()}
         told = variation_text([*self.columns.parameters, *starts], (*self.columns.row(row), *starts.values()))
-        return f"member {number + 1}{', ' + told if told else ': '}"
+        return f"{self._name} {number + 1}{', ' + told if told else ': '}" if self._name else told
 
     def _of_row(self, row: int) -> Machine:
         varied = with_variation(self.machine, self.columns.parameters, self.columns.row(row))

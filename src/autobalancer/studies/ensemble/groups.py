@@ -1,0 +1,105 @@
+"""Members whose numbers lie alike in memory: one fresh run, and the words in which each member differs from it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.places import Places
+from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.measures.gauges import HELD
+from autobalancer.kernels.measures.limits import ITERATED
+from autobalancer.kernels.system import BALLS, Floats, Integers
+from autobalancer.simulation.steppers import Stepper
+from autobalancer.studies.ensemble.integration import (
+    APART,
+    Bench,
+    Found,
+    Integration,
+    Plan,
+    fresh_integration,
+    kind_of,
+)
+from autobalancer.studies.ensemble.layout import Layout
+
+
+class Group:
+    """Members of one layout. ``numbers`` are theirs in the ensemble."""
+
+    def __init__(self, first: Integration, stepper: Stepper, balls: int) -> None:
+        self.first, self.stepper, self.balls = first, stepper, balls
+        self.layout = Layout(first, kind_of(first), APART)
+        fresh = self.layout.packed(first)
+        assert fresh is not None
+        self.fresh: Integers = fresh
+        self.numbers: list[int] = []
+        self.later: dict[int, tuple[Assembly, Places]] = {}  # members that are not measured by compiled code alone
+        self._places: list[Integers] = []
+        self._values: list[Integers] = []
+
+    def takes(self, one: Integration, stepper: Stepper, number: int) -> bool:
+        """Take a member, if its numbers lie like those of the others and it is integrated as they are."""
+        if (stepper.method, stepper.moving) != (self.stepper.method, self.stepper.moving):
+            return False
+        block = self.layout.packed(one)
+        if block is None:
+            return False
+        self.add(number, where := np.flatnonzero(block != self.fresh), block[where])
+        return True
+
+    def add(self, number: int, places: Integers, values: Integers) -> None:
+        """Take a member by words among which are all in which it differs."""
+        other = values != self.fresh[places]
+        self.numbers.append(number)
+        self._places.append(places[other])
+        self._values.append(values[other])
+
+    def differences(self, row: int) -> dict[int, int]:
+        """The words in which the member in this row differs from the fresh run."""
+        return dict(zip(self._places[row].tolist(), self._values[row].tolist(), strict=True))
+
+    def words(self) -> tuple[Integers, Any]:
+        """Where members differ from the fresh run, and what stands there, (members, places)."""
+        places = np.unique(np.concatenate([*self._places, np.zeros(0, np.int64)]))
+        words = np.tile(self.fresh[places], (len(self.numbers), 1))
+        for row, (where, values) in enumerate(zip(self._places, self._values, strict=True)):
+            words[row, np.searchsorted(places, where)] = values
+        return places, words
+
+    def starts(self, places: Integers, words: Any) -> Floats:
+        """Ball angles at the start, (members, balls)."""
+        first = self.layout.place("memory.state", BALLS) if self.balls else 0
+        found = np.tile(self.fresh[first : first + self.balls], (len(self.numbers), 1))
+        for ball in range(self.balls):
+            where = np.flatnonzero(places == first + ball)
+            if where.size:
+                found[:, ball] = words[:, where[0]]
+        return found.view(np.float64)
+
+    def bench(self) -> Bench:
+        """A place for one thread."""
+        return Bench(self.first, self.stepper, self.layout)
+
+    def room(self, keep_states: bool) -> Found:
+        """Room for what all members leave."""
+        return Found.room(len(self.numbers), self.balls, self.first.memory.state.size if keep_states else 0)
+
+
+class Groups:
+    """All members, sorted by their layout."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.all = plan, list[Group]()
+
+    def add(self, number: int, assembly: Assembly, places: Places) -> Group:
+        """Take an assembled member; the group into which it goes."""
+        one, stepper = fresh_integration(assembly, places, self.plan)
+        group = next((group for group in self.all if group.takes(one, stepper, number)), None)
+        if group is None:
+            group = Group(one, stepper, len(assembly.balls))
+            self.all.append(group)
+            group.takes(one, stepper, number)
+        if one.gauges.scalars[HELD] == ITERATED:
+            group.later[number] = assembly, places
+        return group
