@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
@@ -132,6 +131,8 @@ def _curve(ball: Ball) -> UniformTable:
 
 def uniform_table(times: Floats, values: Floats) -> UniformTable:
     """A uniform table through these points, monotone between them; zero slope where it ends."""
+    from scipy.interpolate import PchipInterpolator  # only where needed: it takes a tenth of a second to load
+
     step = float(np.diff(times).min())
     count = round((times[-1] - times[0]) / step) + 1
     if count > LONGEST_TABLE:

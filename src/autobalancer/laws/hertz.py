@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipkm1
-
 from autobalancer.errors import QuestionError
 
 DURATION = (
@@ -77,6 +74,9 @@ def _ellipse(radius: float, wall_radius: float) -> tuple[float, float, float, fl
     mean = 1.0 / math.sqrt(sharp * blunt)
     if sharp / blunt < 1.0 + 1e-9:
         return mean, 1.0, 0.5 * math.pi, 0.5 * math.pi
+
+    from scipy.optimize import brentq  # only where needed: it takes a tenth of a second to load
+    from scipy.special import ellipe, ellipkm1
 
     def ratio(axes: float) -> float:  # of the curvatures that make an ellipse with these axes, b/a, (4.28)
         first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +20,10 @@ def damping_ratio(restitution: float) -> float:
     """
     if restitution >= 1.0:
         return 0.0
-    return float(brentq(lambda z: rebound(z) - max(restitution, LEAST), 0.0, 20.0, xtol=1e-14))
+    wanted, low, high = max(restitution, LEAST), 0.0, 20.0
+    while low < (middle := 0.5 * (low + high)) < high:  # to the last digit; the rebound falls as the ratio grows
+        low, high = (middle, high) if rebound(middle) > wanted else (low, middle)
+    return high
 
 
 def rebound(ratio: float) -> float:

@@ -9,6 +9,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from autobalancer.errors import UnitError
+from autobalancer.units.common import common
 
 LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
 _POWER = re.compile(
@@ -124,6 +125,16 @@ def read_text(value: str, unit: str) -> Given:
         raise UnitError(
             f"given {value!r} without a unit; give one, such as {sample(unit)}, or as a plain number in {unit}"
         )
+    known = common(number, written, unit)
+    si = _converted(value, number, written, unit) if known is None else known
+    si = float(f"{si:.15g}")  # no 1.9999999999999998e-05 from the conversion
+    if not math.isfinite(si):
+        raise UnitError(f"given {value!r}, which is not a finite number")
+    return Given(value, si)
+
+
+def _converted(value: str, number: float, written: str, unit: str) -> float:
+    """A number in any unit of the library, in the SI ``unit``; infinite where that is too large."""
     source = _unit(written) if written else _unit(unit)
     target = _unit(unit)
     if source.dimensionality != target.dimensionality:
@@ -133,13 +144,9 @@ def read_text(value: str, unit: str) -> Given:
             else f'given {value!r}, but a number without a unit is wanted here, such as 0.02 or "2 %"'
         )
     try:
-        quantity = _registry().Quantity(number, source).to(target)
-        si = float(f"{float(quantity.magnitude):.15g}")  # no 1.9999999999999998e-05 from the conversion
+        return float(_registry().Quantity(number, source).to(target).magnitude)
     except (ArithmeticError, ValueError):
-        si = math.inf
-    if not math.isfinite(si):
-        raise UnitError(f"given {value!r}, which is not a finite number")
-    return Given(value, si)
+        return math.inf
 
 
 def from_si(value: float, si_unit: str, unit: str) -> float:

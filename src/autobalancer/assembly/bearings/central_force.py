@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PchipInterpolator
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +68,8 @@ class CentralForce:
 def _pieces(points: Floats) -> Floats:
     if not len(points):
         return np.zeros((0, 5))
+    from scipy.interpolate import PchipInterpolator  # only where needed: it takes a tenth of a second to load
+
     if points[0, 0] > 0.0:
         points = np.vstack([[0.0, 0.0], points])
     curve = PchipInterpolator(points[:, 0], points[:, 1])

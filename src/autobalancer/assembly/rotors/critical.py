@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh, eigvalsh
-from scipy.optimize import brentq
 
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 
@@ -99,6 +98,8 @@ class _Dynamic(NamedTuple):
 
     def _over_tables(self, speeds: Floats, limit: float, intervals: int) -> list[tuple[float, Complexes]]:
         """Roots of the ordered eigenvalues of D(w), sought between the speeds of the tables and finer."""
+        from scipy.optimize import brentq  # only where needed: it takes a tenth of a second to load
+
         grid = np.union1d(np.linspace(0.0, limit, intervals + 1), speeds[speeds < limit])
 
         def dynamic(speed: float) -> Complexes:
