@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-from numba import njit
+from autobalancer.kernels.wide import select
 
-from autobalancer.kernels.flags import INLINE
-
-
-@njit(**INLINE)
-def where(condition: bool, one: float, other: float) -> float:
-    """``one`` if the condition holds, else ``other``."""
-    return one if condition else other
+where = select  # (condition, one, other): ``one`` if the condition holds, else ``other``

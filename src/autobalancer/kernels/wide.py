@@ -11,7 +11,7 @@ array of NumPy.
 ``select(condition, one, other)``
     ``one`` where the condition holds, else ``other``; also of plain numbers.
 ``rounded(value)``, ``root(value)``, ``amount(value)``
-    Nearest integer, square root and absolute value of each lane.
+    Nearest integer, square root and absolute value of each lane, or of a plain number.
 ``greater(one, other)``
     The greater of two, lane by lane.
 ``total(value)``, ``greatest(value)``, ``lane(value, i)``
@@ -197,9 +197,10 @@ def _called(name: str, count: int) -> Any:
 
     def typed(value: Any, generate_arguments: int) -> Any:
         def generate(context: Any, builder: Any, its: Any, arguments: Any) -> Any:
-            vector = _vector(value.lanes)
+            wide = isinstance(value, Wide)
+            vector, size = (_vector(value.lanes), f"v{value.lanes}f64") if wide else (ir.DoubleType(), "f64")
             kind = ir.FunctionType(vector, [vector] * generate_arguments)
-            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{value.lanes}f64")
+            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.{size}")
             return builder.call(function, arguments)
 
         return value(*[value] * generate_arguments), generate

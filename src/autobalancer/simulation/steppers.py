@@ -81,10 +81,14 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
         )
     pair = tableaus.tsitouras() if method == "tsitouras" else tableaus.dormand_prince_8()
     memory, moving = memory_for(assembly, end, tolerance, pair), equations(assembly)
-    if method == "exponential_collocation":
-        from autobalancer.simulation.long_steps import amplitudes_of, why_no_long_steps
+    if method == "exponential_collocation" or (method == "auto" and assembly.general):
+        from autobalancer.simulation.long_steps import NEARLY_THE_SAME, long_steps, why_no_long_steps
 
-        if obstacle := why_no_long_steps(assembly):
+        obstacle, long = why_no_long_steps(assembly), None
+        if not obstacle and (long := long_steps(assembly, memory)) is None:
+            obstacle = NEARLY_THE_SAME
+        if obstacle and method != "auto":
             raise QuestionError(f"method: 'exponential_collocation' is not possible here: {obstacle}; take 'auto'")
-        return Stepper(method, moving, pair, memory, amplitudes_of(assembly, memory))
+        if long is not None:
+            return Stepper("exponential_collocation", moving, pair, memory, long)
     return Stepper("dormand_prince_8" if method == "auto" else method, moving, pair, memory)

@@ -22,7 +22,6 @@ Everything here is a function of numbers; kernels/balls/rates.py has the arrays.
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from numba import njit
@@ -30,6 +29,7 @@ from numba import njit
 from autobalancer.kernels.choice import where
 from autobalancer.kernels.flags import INLINE
 from autobalancer.kernels.host.linear import Motion
+from autobalancer.kernels.wide import root
 
 
 class Path(NamedTuple):
@@ -110,7 +110,7 @@ def circle(orbit: float, ex: float, ey: float, nx: float, ny: float) -> Path:
 def wavy(radius: float, first: float, second: float, ex: float, ey: float, nx: float, ny: float) -> Path:
     """A path with this radius and its derivatives with respect to the angle."""
     tx, ty = first * nx - radius * ny, first * ny + radius * nx
-    length = math.sqrt(radius * radius + first * first)
+    length = root(radius * radius + first * first)
     return Path(
         ex + radius * nx, ey + radius * ny, tx, ty,
         (second - radius) * nx - 2.0 * first * ny, (second - radius) * ny + 2.0 * first * nx,

@@ -23,7 +23,8 @@ from autobalancer.kernels.wide import NODES
 # places in Amplitudes.held
 FROZEN, FROZEN_BEFORE, LENGTH_BEFORE, LENGTH_KNOWN, FROZEN_KNOWN, DECAY_KNOWN = range(6)
 PAIR_STEP, SINCE = 6, 7  # step of the explicit pair when it was used last; when the work of long steps was counted last
-HELD = 8
+BASIS = 8  # number of the modes in force, collocation/bases.py; -1: none yet
+HELD = 9
 # places in Amplitudes.tallies
 SWEEPS, RENEWED, UNSETTLED, LONG_STEPS, EXPLICIT, LEFT, CHUNK, IN_A_ROW, SWEEPS_THEN, HANDED = range(10)
 TALLIES = 10
@@ -41,6 +42,7 @@ class Amplitudes(NamedTuple):
     shapes: Floats  # (2 K 2 K) row by row: coordinates from amplitudes
     inverse: Floats  # (2 K 2 K) amplitudes from coordinates
     numbers: Floats  # own numbers of the equations at the nodes
+    bases: Floats  # modes at several speeds, collocation/bases.py; (0,) where they are the same at any speed
     held: Floats  # (HELD,)
     tallies: Integers  # (TALLIES,)
     begin: Floats  # (2 K,) amplitudes at the begin of a step
@@ -62,9 +64,12 @@ class Amplitudes(NamedTuple):
 
 
 WORK = 20 * NODES + 64
+NO_BASES = np.zeros(0)
 amplitudes_type = types.NamedTuple(
     [types.int64] * 3
-    + [radau_type, vector_type, integers_type, vector_type, vector_type, vector_type, vector_type, integers_type]
+    + [radau_type, vector_type, integers_type]
+    + [vector_type] * 5
+    + [integers_type]
     + [vector_type] * 16,
     Amplitudes,
 )
@@ -76,7 +81,15 @@ watch_type = types.FunctionType(types.float64(types.float64, types.voidptr, type
 
 
 def amplitudes(
-    exponents: np.ndarray, shapes: Floats, places: Integers, balls: int, numbers: Floats, size: int, *, turning: bool
+    exponents: np.ndarray,
+    shapes: Floats,
+    places: Integers,
+    balls: int,
+    numbers: Floats,
+    size: int,
+    *,
+    turning: bool,
+    bases: Floats = NO_BASES,
 ) -> Amplitudes:
     """Fresh ones.
 
@@ -105,7 +118,8 @@ def amplitudes(
         shapes=np.array(shapes, np.float64).ravel(),
         inverse=np.asarray(np.linalg.inv(shapes), np.float64).ravel(),
         numbers=np.array(numbers, np.float64),
-        held=np.full(HELD, np.nan),
+        bases=bases,
+        held=np.append(np.full(HELD - 1, np.nan), -1.0),
         tallies=np.zeros(TALLIES, np.int64),
         begin=np.zeros(2 * modes),
         weights=np.zeros(values),

@@ -31,6 +31,7 @@ from autobalancer.kernels.integrators.collocation.amplitudes import (
     nodes_type,
     watch_type,
 )
+from autobalancer.kernels.integrators.collocation.bases import take_basis
 from autobalancer.kernels.integrators.collocation.exponentials import decay, exponentials
 from autobalancer.kernels.integrators.collocation.inside import pieces_needed, values_inside, write_piece
 from autobalancer.kernels.integrators.collocation.sweep import go_on, stand, sweep
@@ -186,6 +187,7 @@ def advance_long(
             stop = min(stop, segments[now[0] + 1].start)
         if m.counts[FRESH] == 0:
             a.held[FROZEN] = m.state[SPEED]
+            take_basis(inner)
             if m.clock[STEP] == 0.0:
                 m.clock[STEP] = min(0.5 / (abs(m.state[SPEED]) + quick), stop - time)
         step, left = min(m.clock[STEP], m.clock[LONGEST]), stop - time
@@ -200,6 +202,7 @@ def advance_long(
             m.start[i] = a.origin[i] = m.state[i]
         if abs(m.state[SPEED] - a.held[FROZEN]) * step > RENEW:
             a.held[FROZEN] = m.state[SPEED]
+            take_basis(inner)
         _weigh(a, m)
         _know_modes(step, a)
         sweeps = 0

@@ -8,6 +8,7 @@ from numba import njit
 
 from autobalancer.kernels.flags import MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import LENGTH_BEFORE
+from autobalancer.kernels.integrators.collocation.bases import drift
 from autobalancer.kernels.integrators.collocation.exponentials import SQUARE
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import BALLS, SPEED, THETA
@@ -100,5 +101,6 @@ def go_on(step: float, shift: float, a: Any) -> None:
         for mode in range(a.modes):
             real, imaginary = (2 * mode) * NODES, (2 * mode + 1) * NODES
             its, beside = _summed(matrix, 0, amplitudes, 2 * mode), _summed(matrix, 0, amplitudes, 2 * mode + 1)
-            store(load(forces, real) - beside * shift, forces, real)
-            store(load(forces, imaginary) + its * shift, forces, imaginary)
+            grown, turned = shift * drift(2 * mode, a), shift * (drift(2 * mode + 1, a) - a.turning)
+            store(load(forces, real) - its * grown + beside * turned, forces, real)
+            store(load(forces, imaginary) - beside * grown - its * turned, forces, imaginary)

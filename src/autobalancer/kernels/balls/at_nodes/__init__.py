@@ -1,0 +1,1 @@
+"""Guided balls at the stations of a linear rotor, at all nodes of a long step."""

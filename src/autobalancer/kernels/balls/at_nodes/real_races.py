@@ -1,0 +1,160 @@
+"""The equations of :mod:`autobalancer.kernels.balls.rough_races` at all nodes of a long step, for balls that touch nothing.
+
+Every ball rolls the way it rolled at the begin, or rests; :func:`open_and_rolling` says how far this holds.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.balls.at_nodes.stations import (
+    kept_at,
+    load_station,
+    rate_at_nodes,
+    recover_at_nodes,
+    stations_at,
+)
+from autobalancer.kernels.balls.guided import (
+    Normal,
+    Row,
+    known_acceleration,
+    normal,
+    row,
+    rubbed,
+    rubbing_arm,
+    share,
+    solved,
+    wavy,
+)
+from autobalancer.kernels.balls.open_gaps import open_gaps
+from autobalancer.kernels.flags import COMPILED, EQUATIONS, MERGED
+from autobalancer.kernels.host.linear_nodes import alone_at_nodes, together_at_nodes, write_forces
+from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
+from autobalancer.kernels.laws.curves import drag_force, table_value
+from autobalancer.kernels.pointers import behind, data
+from autobalancer.kernels.records.fluid import NONE
+from autobalancer.kernels.system import BALLS, system_at
+from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
+from autobalancer.kernels.wide import NODES, all_lanes, load, store
+
+# rows that are kept of a ball after those of stations.py; PUSHED is the known part of the normal force
+LENGTH, HELD, HELD_TWIST, HELD_X, HELD_Y, PUSHED, TWIST, NORMAL_X, NORMAL_Y = range(5, 14)
+
+
+@njit(**EQUATIONS)
+def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
+    """Balls that feel the deflection of their station, with friction, any drag and any path."""
+    p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    motion = alone_at_nodes(time, step, False, p, a)
+    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    for b in range(a.balls):
+        ball, moving, rate = p.balls[b], p.guided[b], rate_at_nodes(b, a)
+        s, c = sine_cosine_of_lanes(load(data(a.values), (2 * a.modes + 2 + b) * NODES))
+        radius, first, second = _orbit(p.waves, ball, c, s)
+        nx, ny = motion.cosine * c - motion.sine * s, motion.sine * c + motion.cosine * s
+        ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
+        ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
+        path = wavy(radius, first, second, ex, ey, nx, ny)
+        known = known_acceleration(path, motion.speed, rate)
+        its = row(ball, path, motion, rate, _drag(time, step, path.length, rate, b, p, a), 0.0)
+        part = share(ball, path, motion, known, rate)
+        force = normal(ball.mass, path, motion, known, 0.0)
+        felt = rubbed(its, force, rubbing_arm(ball, path, moving.mode, force.push))
+        inverse = 1.0 / (path.length * path.length * ball.stretch)
+        if moving.mode == 0.0:
+            inverse = all_lanes(0.0)
+        found = solved(felt, inverse, motion.acceleration)
+        load_station(b, motion, path, its, part, found, p, a)
+        _keep(b, path.length, its, force, p, a)
+        torque += part.torque - its.spin * found.push
+        inertia += part.inertia - its.spin * found.spin
+    acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
+    write_forces(motion.speed, acceleration, p, a)
+    recover_at_nodes(acceleration, p, a)
+
+
+@njit(**MERGED)
+def _orbit(waves: Any, ball: Any, c: Any, s: Any) -> tuple[Any, Any, Any]:
+    """Radius and its first two derivatives, as in balls/path.py."""
+    radius, first, second = all_lanes(ball.orbit), all_lanes(0.0), all_lanes(0.0)
+    cosine, sine = c, s
+    for h in range(1, ball.waves + 1):
+        wave = waves[ball.first_wave + h - 1]
+        along, across = cosine * wave.cosine + sine * wave.sine, cosine * wave.sine - sine * wave.cosine
+        radius += along
+        first += across * h
+        second -= along * (h * h)
+        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+    return radius, first, second
+
+
+@njit(**MERGED)
+def _drag(time: float, step: float, length: Any, rate: Any, b: int, p: Any, a: Any) -> Any:
+    """Drag force on a ball, N."""
+    ball, work, nodes = p.balls[b], data(a.work), data(a.radau.nodes)
+    lag = all_lanes(0.0)
+    if ball.lag_table != NONE:
+        for i in range(NODES):
+            work[i] = table_value(p.fluid, ball.lag_table, time + nodes[i] * step)
+        lag = load(work, 0)
+    through = length * (rate + lag)
+    if ball.drag_curve == NONE:
+        return through * ball.viscous
+    store(through, work, 0)
+    for i in range(NODES):
+        work[NODES + i] = drag_force(p.fluid, ball.drag_curve, ball.viscous, work[i])
+    return load(work, NODES)
+
+
+@njit(**MERGED)
+def _keep(b: int, length: Any, its: Row, force: Normal, p: Any, a: Any) -> None:
+    kept, place = data(a.numbers), kept_at(b, p)
+    store(length, kept, place + LENGTH * NODES)
+    store(its.push, kept, place + HELD * NODES)
+    store(its.spin, kept, place + HELD_TWIST * NODES)
+    store(its.x, kept, place + HELD_X * NODES)
+    store(its.y, kept, place + HELD_Y * NODES)
+    store(force.push, kept, place + PUSHED * NODES)
+    store(force.twist, kept, place + TWIST * NODES)
+    store(force.x, kept, place + NORMAL_X * NODES)
+    store(force.y, kept, place + NORMAL_Y * NODES)
+
+
+@njit(**MERGED)
+def _seen(first: int, b: int, p: Any, a: Any) -> Any:
+    """Push, less what the accelerations take from it, of the rows from ``first`` on."""
+    kept, place, at = data(a.numbers), kept_at(b, p) + first * NODES, stations_at(p) + 2 * p.balls[b].station * NODES
+    taken = load(kept, place + NODES) * load(data(a.forces), 2 * a.modes * NODES)
+    for i in range(2):
+        taken += load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
+    return load(kept, place) - taken
+
+
+@njit(**COMPILED)
+def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
+    """The fraction of a long step up to which all contacts stay open and no ball stops, turns round or breaks loose."""
+    until = float(open_gaps(step, system, amplitudes))
+    p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    values, work, nodes, kept = data(a.values), data(a.work), data(a.radau.nodes), data(a.numbers)
+    for b in range(a.balls):
+        ball, mode, start = p.balls[b], p.guided[b].mode, a.origin[BALLS + a.balls + b]
+        if ball.rolling > 0.0 or ball.adherence > 0.0:
+            place = kept_at(b, p)
+            store(_seen(PUSHED, b, p, a), work, 0)
+            store(_seen(HELD, b, p, a), work, NODES)
+            if mode * start < 0.0 or (mode == 0.0 and start != 0.0):
+                until = 0.0
+            for i in range(NODES):
+                force, known = work[i], kept[place + PUSHED * NODES + i]
+                pressed = max(force, -ball.pulls * force)
+                rests = (
+                    mode == 0.0 and abs(work[NODES + i]) <= ball.adherence * kept[place + LENGTH * NODES + i] * pressed
+                )
+                rate = values[(2 * a.modes + 2 + a.balls + b) * NODES + i]
+                rolls = mode * rate > 0.0 and (force > 0.0) == (known > 0.0) and (force > 0.0) == (work[0] > 0.0)
+                if not (rests or rolls):
+                    until = min(until, nodes[i - 1] if i > 0 else 0.0)
+                    break
+    return until

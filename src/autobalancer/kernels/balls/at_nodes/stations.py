@@ -1,0 +1,206 @@
+"""The equations of :mod:`autobalancer.kernels.balls.smooth_races` at all nodes of a long step, for balls that touch nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.balls.guided import (
+    Path,
+    Row,
+    Share,
+    Slope,
+    circle,
+    known_acceleration,
+    row,
+    share,
+    solved,
+    tilting_row,
+    tilting_share,
+)
+from autobalancer.kernels.flags import EQUATIONS, MERGED
+from autobalancer.kernels.host.linear import Motion
+from autobalancer.kernels.host.linear_nodes import (
+    KEPT,
+    PARTS,
+    ROOM,
+    Q,
+    V,
+    alone_at_nodes,
+    times,
+    together_at_nodes,
+    write_forces,
+)
+from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
+from autobalancer.kernels.pointers import behind, data
+from autobalancer.kernels.records.drive import PRESCRIBED
+from autobalancer.kernels.system import system_at
+from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
+from autobalancer.kernels.wide import NODES, load, store
+
+
+@njit(**EQUATIONS)
+def station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
+    """Balls that feel the deflection of their station."""
+    p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    motion = alone_at_nodes(time, step, False, p, a)
+    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    for b in range(a.balls):
+        path, its, part = _flat(b, motion, p, a)
+        found = solved(its, 1.0 / p.balls[b].inertia, motion.acceleration)
+        load_station(b, motion, path, its, part, found, p, a)
+        torque += part.torque - its.spin * found.push
+        inertia += part.inertia - its.spin * found.spin
+    acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
+    write_forces(motion.speed, acceleration, p, a)
+    recover_at_nodes(acceleration, p, a)
+
+
+@njit(**EQUATIONS)
+def tilting_station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
+    """The same where balls feel the tilt of their race too."""
+    p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    motion = alone_at_nodes(time, step, True, p, a)
+    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    for b in range(a.balls):
+        ball, slope = p.balls[b], _slope(p.balls[b].station, p, a)
+        path, flat, level = _flat(b, motion, p, a)
+        its = tilting_row(flat, ball.mass, path, motion, slope)
+        part = tilting_share(level, ball.mass, path, motion, slope, rate_at_nodes(b, a))
+        found = solved(its, 1.0 / ball.inertia, motion.acceleration)
+        load_station(b, motion, path, its, part, found, p, a)
+        _load_tilt(b, motion, path, its, part, found, p, a)
+        torque += part.torque - its.spin * found.push
+        inertia += part.inertia - its.spin * found.spin
+    acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
+    write_forces(motion.speed, acceleration, p, a)
+    recover_at_nodes(acceleration, p, a)
+
+
+@njit(**MERGED)
+def rate_at_nodes(b: int, a: Any) -> Any:
+    """The speed of a ball in the rotor."""
+    return load(data(a.values), (2 * a.modes + 2 + a.balls + b) * NODES)
+
+
+@njit(**MERGED)
+def _flat(b: int, motion: Motion, p: Any, a: Any) -> tuple[Path, Row, Share]:
+    """Path, row and share of a ball on a race that does not tilt."""
+    ball, rate = p.balls[b], rate_at_nodes(b, a)
+    s, c = sine_cosine_of_lanes(load(data(a.values), (2 * a.modes + 2 + b) * NODES))
+    nx, ny = motion.cosine * c - motion.sine * s, motion.sine * c + motion.cosine * s
+    ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
+    ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
+    path = circle(ball.orbit, ex, ey, nx, ny)
+    known = known_acceleration(path, motion.speed, rate)
+    its = row(ball, path, motion, rate, rate * (ball.viscous * path.length), 0.0)
+    return path, its, share(ball, path, motion, known, rate)
+
+
+@njit(**MERGED)
+def _slope(station: int, p: Any, a: Any) -> Slope:
+    size, at, rows, numbers = p.host.size, (4 * station + 2) * p.host.width, data(p.host.rows), data(a.numbers)
+    q, v = ROOM + Q * NODES * size, ROOM + V * NODES * size
+    return Slope(
+        times(rows, at, numbers, q, size), times(rows, at + p.host.width, numbers, q, size),
+        times(rows, at, numbers, v, size), times(rows, at + p.host.width, numbers, v, size), p.host.axial_gravity,
+    )  # fmt: skip
+
+
+@njit(**MERGED)
+def _add(value: Any, numbers: Any, place: int) -> None:
+    store(load(numbers, place) + value, numbers, place)
+
+
+@njit(**MERGED)
+def _places(p: Any) -> tuple[int, int, int, int]:
+    """Where push, arm, turn and inertia of the stations are."""
+    push, rows = ROOM + PARTS * NODES * p.host.size, NODES * p.host.rows.shape[0]
+    return push, push + rows, push + 2 * rows, push + 3 * rows
+
+
+@njit(**MERGED)
+def load_station(b: int, motion: Motion, path: Path, its: Row, part: Share, found: Row, p: Any, a: Any) -> None:
+    """Force on the station, what w' adds to it and to the torque, the inertia that the station feels; keep the row."""
+    numbers, each, mass = data(a.numbers), p.work.inert.shape[1], p.balls[b].mass
+    push, arm, turn, inert = _places(p)
+    at = p.balls[b].station * each * NODES
+    _add(part.x - motion.acceleration * part.arm_x - its.x * found.push, numbers, push + at)
+    _add(part.y - motion.acceleration * part.arm_y - its.y * found.push, numbers, push + at + NODES)
+    if p.drive.kind != PRESCRIBED:
+        _add(part.arm_x - its.x * found.spin, numbers, arm + at)
+        _add(part.arm_y - its.y * found.spin, numbers, arm + at + NODES)
+        _add(part.arm_x - its.spin * found.x, numbers, turn + at)
+        _add(part.arm_y - its.spin * found.y, numbers, turn + at + NODES)
+    inert += at * each
+    line = each * NODES
+    _add(mass - its.x * found.x, numbers, inert)
+    _add(-its.x * found.y, numbers, inert + NODES)
+    _add(-its.y * found.x, numbers, inert + line)
+    _add(mass - its.y * found.y, numbers, inert + line + NODES)
+    kept, place = numbers, kept_at(b, p)
+    store(found.push, kept, place)
+    store(found.spin, kept, place + NODES)
+    store(found.x, kept, place + 2 * NODES)
+    store(found.y, kept, place + 3 * NODES)
+
+
+@njit(**MERGED)
+def _load_tilt(b: int, motion: Motion, path: Path, its: Row, part: Share, found: Row, p: Any, a: Any) -> None:
+    """What the slope of the station adds."""
+    numbers, mass = data(a.numbers), p.balls[b].mass
+    push, arm, turn, inert = _places(p)
+    at = (4 * p.balls[b].station + 2) * NODES
+    _add(part.u - motion.acceleration * part.arm_u - its.u * found.push, numbers, push + at)
+    _add(part.v - motion.acceleration * part.arm_v - its.v * found.push, numbers, push + at + NODES)
+    if p.drive.kind != PRESCRIBED:
+        _add(part.arm_u - its.u * found.spin, numbers, arm + at)
+        _add(part.arm_v - its.v * found.spin, numbers, arm + at + NODES)
+        _add(part.arm_u - its.spin * found.u, numbers, turn + at)
+        _add(part.arm_v - its.spin * found.v, numbers, turn + at + NODES)
+    i = inert + 16 * p.balls[b].station * NODES
+    _add(-its.x * found.u, numbers, i + 2 * NODES)
+    _add(-its.x * found.v, numbers, i + 3 * NODES)
+    _add(-its.y * found.u, numbers, i + 6 * NODES)
+    _add(-its.y * found.v, numbers, i + 7 * NODES)
+    _add(-its.u * found.x, numbers, i + 8 * NODES)
+    _add(-its.u * found.y, numbers, i + 9 * NODES)
+    _add(path.x * path.x * mass - its.u * found.u, numbers, i + 10 * NODES)
+    _add(path.x * path.y * mass - its.u * found.v, numbers, i + 11 * NODES)
+    _add(-its.v * found.x, numbers, i + 12 * NODES)
+    _add(-its.v * found.y, numbers, i + 13 * NODES)
+    _add(path.x * path.y * mass - its.v * found.u, numbers, i + 14 * NODES)
+    _add(path.y * path.y * mass - its.v * found.v, numbers, i + 15 * NODES)
+    kept, place = numbers, kept_at(b, p)
+    store(found.u, kept, place + 4 * NODES)
+    store(found.v, kept, place + 5 * NODES)
+
+
+@njit(**MERGED)
+def kept_at(b: int, p: Any) -> int:
+    """Where the rows of a ball are."""
+    rows, each = p.host.rows.shape[0], p.work.inert.shape[1]
+    return ROOM + NODES * (PARTS * p.host.size + rows * (5 + each + rows) + KEPT * b)
+
+
+@njit(**MERGED)
+def stations_at(p: Any) -> int:
+    """Where the accelerations of the stations are."""
+    rows, each = p.host.rows.shape[0], p.work.inert.shape[1]
+    return ROOM + NODES * (PARTS * p.host.size + rows * (3 + each))
+
+
+@njit(**MERGED)
+def recover_at_nodes(acceleration: Any, p: Any, a: Any) -> None:
+    """Accelerations of the balls from those of their stations."""
+    kept, forces, each = data(a.numbers), data(a.forces), p.work.inert.shape[1]
+    one = stations_at(p)
+    for b in range(a.balls):
+        place, at = kept_at(b, p), one + p.balls[b].station * each * NODES
+        rate = load(kept, place)
+        if p.drive.kind != PRESCRIBED:
+            rate -= load(kept, place + NODES) * acceleration
+        for i in range(each):
+            rate -= load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
+        store(rate, forces, (2 * a.modes + 1 + b) * NODES)
