@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.test_places import DRUM, SHAFT, laid_down_rig
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_machine
+from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
 from autobalancer.kernels.measures.columns import COLUMNS, STATUS
 from autobalancer.machine import Machine
@@ -58,5 +59,68 @@ def test_a_row_of_a_sweep_has_the_numbers_of_the_run_to_the_last_bit(
     assert_same(*both(load_machine(MACHINES / f"{name}.toml"), 0.4, monkeypatch))
 
 
+def at_speed(machine: Machine, speed: str, **parts: Any) -> Machine:
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": speed}}
+    return ab.with_parameter(machine.model_copy(update=parts), "drive", drive)
+
+
+def with_slow_balls(machine: Machine) -> Machine:
+    """Balls that hardly feel the fluid and turn at half the speed."""
+    race = "balancers[1].races[1]"
+    slow = ab.with_parameter(machine, f"{race}.balls[1].start_speeds", [-250.0, -260.0])
+    return ab.with_parameter(slow, f"{race}.drag.beta", 1e-6)
+
+
+STEADY = {
+    "two planes": lambda: at_speed(load_machine(MACHINES / "two_plane_rotor.toml"), "3000 rpm"),
+    "two planes and a motor": lambda: ab.with_parameter(
+        load_machine(MACHINES / "two_plane_rotor.toml").model_copy(update={"start": {"speed": 300.0}}),
+        "drive",
+        {"kind": "torque", "torque": 0.1, "damping": 1e-4},
+    ),
+    "drum, lying": lambda: parse_machine(DRUM),
+    "balls that whirl, lying": lambda: with_slow_balls(
+        at_speed(load_machine(MACHINES / "stall_and_release.toml"), "500 rad/s", axis="horizontal")
+    ),
+    "shaft": lambda: parse_machine(SHAFT),
+    "several bodies": laid_down_rig,
+    "resolved": lambda: at_speed(load_machine(MACHINES / "resolved_balls.toml"), "900 rpm"),
+    "rubber": lambda: at_speed(load_machine(MACHINES / "rubber.toml"), "900 rpm"),
+    "bearings": lambda: at_speed(load_machine(MACHINES / "coupled_drive.toml"), "900 rpm"),
+}
+
+
+@pytest.mark.parametrize("name", STEADY)
+def test_so_it_has_where_whole_revolutions_were_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    run, row = both(STEADY[name](), 0.6, monkeypatch)
+    assert_same(run, row)
+    assert row["vibration"] > 0.0
+    if name == "balls that whirl, lying":
+        turned = run["turn_ball_angle_in_rotor"]
+        assert (abs(turned[-1] - turned[0]) > np.pi).all()
+
+
 def test_every_measure_of_a_sweep_is_a_column_of_a_row() -> None:
     assert [m.name for m in SWEPT if not m.per_ball] == list(COLUMNS[:STATUS])
+
+
+def test_a_rotor_crosses_the_range_of_its_resonance_as_fast_as_its_ramp() -> None:
+    ramp = {"kind": "ramp", "start": 0.0, "end": 500.0, "duration": 2.0}
+    machine = ab.with_parameter(
+        load_machine(MACHINES / "stall_and_release.toml"), "drive", {"kind": "speed", "profile": ramp}
+    )
+    found = ab.measures(ab.simulate(machine, duration=3.0, save=ab.Envelope(77)))
+    assert float(found["time_at_resonance"]) == pytest.approx(0.2 * 250.0 / 250.0, rel=1e-9)  # w_c = 250 rad/s
+
+
+def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_release() -> None:
+    run = ab.simulate(MACHINES / "stall_and_release.toml", save=[ab.Samples(20_001), ab.Envelope(500)])
+    found = ab.measures(run)
+    speed, time = run["speed"].values, run["time"].values
+    released = np.interp(found["release_speed"].values, speed[time <= 15.0], time[time <= 15.0])
+    np.testing.assert_allclose(found["release_time"], released, rtol=1e-9)
+    from_here = np.interp(1.02 * 250.0, speed[time <= 15.0], time[time <= 15.0])  # where a ball can be called stalled
+    assert (found["stalled_time"] >= found["release_time"] - from_here - 0.2).all()
+    assert (found["stalled_time"] <= found["release_time"] - from_here + 1.0).all()
+    faster = found["greatest_ball_speed"].values
+    np.testing.assert_array_equal(faster, np.abs(run["ball_speed_in_space"].values).max(axis=0))

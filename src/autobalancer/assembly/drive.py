@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.assembly.torsion.links import link_rows, ripple_rows
 from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, SEGMENT, TORQUE
-from autobalancer.kernels.system import Drive, Rows, System
+from autobalancer.kernels.system import Drive, Rows
 from autobalancer.machine import AsynchronousDrive, ConstantTorque, Machine, PrescribedSpeed, TargetTorque, TorqueTable
 
 
@@ -45,20 +44,6 @@ def steady(speed: float, unbalance: complex) -> Drive:
     segments = SEGMENT.rows(1)
     segments.value, segments.unbalance_x, segments.unbalance_y = speed, unbalance.real, unbalance.imag
     return Drive(PRESCRIBED, 0.0, np.zeros((0, 2)), segments, np.zeros(1, np.int64), motor=PRESCRIBED)
-
-
-def unbalance_at(system: System, time: float) -> complex:
-    """Resultant unbalance in the rotor at a time (just after a jump), kg m."""
-    return complex(unbalances_at(system, np.array([time], np.float64))[0])
-
-
-def unbalances_at(system: System, times: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """The same at several times, (times,)."""
-    rows = system.drive.segments
-    own = rows[np.maximum(np.searchsorted(rows.start, times, side="right") - 1, 0)]
-    since = times - own.start
-    x, y = own.unbalance_x + since * own.unbalance_rate_x, own.unbalance_y + since * own.unbalance_rate_y
-    return np.asarray(x + 1j * y, np.complex128)
 
 
 def first_speed(machine: Machine, drive: Drive) -> float:

@@ -146,33 +146,6 @@ def deflections(places: Places, q: Matrix) -> Complexes:
     return np.asarray(both[:, 0::2] + 1j * both[:, 1::2])
 
 
-def rubber_forces(states: Matrix, assembly: Assembly) -> Matrix:
-    """Force of all elements of each piece of rubber along its two directions, without its springs, (T, 2 M) N."""
-    rubber = assembly.system.rubber
-    first = int(rubber.elements.state[0]) if rubber.elements.size else 0
-    own = states[:, first : first + 2 * rubber.elements.size]
-    if assembly.system.rotating:
-        own = _turned(own, states[:, THETA])
-    pairs = own.reshape(states.shape[0], rubber.elements.size, 2)
-    total = (
-        np.add.reduceat(pairs, rubber.mounts.first, axis=1) if rubber.mounts.size else np.zeros((states.shape[0], 0, 2))
-    )
-    return np.asarray(total.reshape(states.shape[0], 2 * rubber.mounts.size))
-
-
-def support_forces(places: Places, speed: Floats, q: Matrix, v: Matrix, rubber: Matrix) -> Complexes:
-    """Force of the rotor on each support, including its weight, x + i y in N, (T, S); ``rubber`` as of :func:`rubber_forces`."""
-    total = np.einsum("sdm,tm->tsd", places.rubber_rows, rubber)
-    for i, share in enumerate(table_shares(places.speeds, speed)):
-        if share.any():
-            now = np.einsum("sdr,tr->tsd", places.run_stiffness[i], q) + np.einsum(
-                "sdr,tr->tsd", places.run_damping[i], v
-            )
-            total += share[:, None, None] * now
-    total += places.weight
-    return np.asarray(total[..., 0] + 1j * total[..., 1])
-
-
 def in_frame(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Coordinates of the rotor and their velocities in space, (T, R) each, in the axes of the frame."""
     rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2] if assembly.general else 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.assembly.host import padded_size
-from autobalancer.assembly.rotors.hardening import HardPlace, central_force, hardenings
+from autobalancer.assembly.rotors.hardening import central_force, hardenings
 from autobalancer.assembly.rotors.model import Matrix
 from autobalancer.assembly.spatial import Parts
 from autobalancer.kernels.records.hardening import HARDENING
@@ -37,19 +37,6 @@ def hardening_force(hardening: Hardening, moved: Matrix) -> Matrix:
     distance = np.hypot(way[:, 0], way[:, 1])
     size = central_force(hardening).force(distance)
     return np.asarray(way * (size / np.where(distance > 0.0, distance, 1.0))[:, None])
-
-
-def hardening_forces(hard: tuple[HardPlace, ...], rows: Matrix, q: Matrix) -> Matrix:
-    """Force of the rotor on each bearing along its two directions, as far as it is not at rest, (T, 2 H) N.
-
-    ``rows`` (2 H, R) give the deflections in the bearings for coordinates ``q`` (T, R).
-    """
-    found = [np.zeros((len(q), 0))]
-    for i, place in enumerate(hard):
-        moved = q @ rows[2 * i : 2 * i + 2].T
-        rest = hardening_force(place.hardening, np.zeros((1, 2)))
-        found.append(hardening_force(place.hardening, moved) - rest)
-    return np.hstack(found)
 
 
 def has_hardening(machine: Machine) -> bool:
