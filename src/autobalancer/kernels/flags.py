@@ -28,6 +28,8 @@ COMPILED: dict[str, Any] = {
 }
 # nothing is contracted: the same bits alone and as a part of another function
 EXACT: dict[str, Any] = {"cache": KEPT, "nogil": True, "error_model": "numpy", "_nrt": False}
+# a part of such a function that Python never calls: without the code that would take a machine apart for it
+INNER: dict[str, Any] = EXACT | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 EQUATIONS: dict[str, Any] = COMPILED | {"fastmath": {"contract", "nsz", "arcp"}}
 # parts of a compiled kernel: MERGED into its caller by LLVM, and APART from it, as it is called at several places
 APART: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "fastmath": {"contract"}}

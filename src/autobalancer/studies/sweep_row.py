@@ -17,7 +17,7 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.measures.columns import END, END_SPEED, STATUS, VERDICT, VIBRATION, WIDTH, WITHOUT
 from autobalancer.kernels.measures.gauges import HELD, Gauges
 from autobalancer.kernels.measures.limits import FASTEST, ITERATED
-from autobalancer.kernels.measures.row import judged, measure_row, start
+from autobalancer.kernels.measures.row import judged, measure_row
 from autobalancer.kernels.system import Floats
 from autobalancer.results.impacts import Impacts
 from autobalancer.results.measure_table import in_row
@@ -39,7 +39,7 @@ def sweep_row(
     gauges = gauges_for(assembly, places, end)
     hits = impacts.time.size if impacts is not None else 0
     desk = desk_for(gauges, record.turn_states.shape[0], record.bin_low.size, hits)
-    start(desk)
+    desk.noted[0] = 0
     if impacts is not None:
         desk.hits[:], desk.noted[0] = (impacts.time, impacts.speed, impacts.lost, impacts.impulse), hits
     row = np.empty(WIDTH + len(assembly.balls))

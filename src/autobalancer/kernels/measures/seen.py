@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import int64, njit, types, void
 
-from autobalancer.kernels.flags import EXACT, INLINE
+from autobalancer.kernels.flags import EXACT, INLINE, INNER
 from autobalancer.kernels.host.hardening import central
 from autobalancer.kernels.measures.gauges import RESOLVED, Desk, Gauges, desk_type, gauges_type
 from autobalancer.kernels.measures.response import plane_unbalances
@@ -46,7 +46,7 @@ def turns_of(angle: Floats) -> int:
     return (count - 1) // each * each if each > 0 else 0
 
 
-@njit(ball_type(vector_type, int64, int64, int64, int64), **EXACT)
+@njit(ball_type(vector_type, int64, int64, int64, int64), **INNER)
 def ball_at(y: Floats, i: int, count: int, size: int, resolved: int) -> tuple[float, float]:
     """Angle and speed of ball i of ``count`` in the rotor, for R = ``size`` coordinates.
 
@@ -89,7 +89,7 @@ def _rotor(y: Any, p: System, size: int, s: float, c: float, d: Desk) -> None:
         d.move[r], d.move[r + 1] = y[to] * c - y[to + 1] * s, y[to] * s + y[to + 1] * c
 
 
-@njit(void(vector_type, system_type, gauges_type, types.float64, types.float64, desk_type), **EXACT)
+@njit(void(vector_type, system_type, gauges_type, types.float64, types.float64, desk_type), **INNER)
 def _supports(y: Floats, p: System, g: Gauges, s: float, c: float, d: Desk) -> None:
     """Force of the rotor on each support, its weight included, to ``d.push``; coordinates are known."""
     wide, count = g.weight.size, p.bearings.springs.shape[0]
