@@ -124,3 +124,10 @@ def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_r
     assert (found["stalled_time"] <= found["release_time"] - from_here + 1.0).all()
     faster = found["greatest_ball_speed"].values
     np.testing.assert_array_equal(faster, np.abs(run["ball_speed_in_space"].values).max(axis=0))
+
+
+def test_the_greatest_force_on_a_support_is_that_of_its_spring_and_damper_at_the_peak() -> None:
+    run = ab.simulate(MACHINES / "stall_and_release.toml", duration=10.0, hold_balls=True)
+    spring, damper = 625_000.0 * float(run["deflection"].max()), 100.0 * 250.0 / 625_000.0  # share of it near resonance
+    found = float(ab.measures(run)["peak_force"][0])
+    assert spring < found < spring * (1.0 + damper**2)

@@ -14,6 +14,7 @@ import numpy as np
 from autobalancer.kernels.measures.columns import COLUMNS, WIDTH
 from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
 from autobalancer.results.measure import InSweep, Measure, OfAll, needed
+from autobalancer.results.places import sizes
 from autobalancer.results.recorded import Recorded
 from autobalancer.results.series import (
     Floats,
@@ -122,6 +123,12 @@ MEASURES = (
         "vibrating_force_rms",
         *("N", "support", f"root mean square of the vibrating force {LAST}"),
         lambda r: r.pushed.rms,
+    ),
+    Measure(
+        "peak_force",
+        *("N", "support", "greatest force on the support in the samples, static part included"),
+        lambda r: sizes(r.pushes).max(axis=0),
+        needs="pushes",
     ),
     Measure(
         "settling_time",

@@ -95,6 +95,7 @@ class Recorded:
         None  # x + iy (m), x' + iy' (m/s), (T, places); static part (m)
     )
     forces: tuple[Complexes, Complexes] | None = None  # on the supports x + iy, (T, supports) N, and their static part
+    pushes: Complexes | None = None  # forces on the supports in the samples, (T, supports) N
     planes: tuple[Floats, Floats] | None = None  # unbalance of each plane and what its balls leave of it, (T, P) kg m
     rotor: tuple[Floats, Floats] | None = None  # unbalance and what is left: of several planes the sums, (T,) kg m
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m

@@ -35,6 +35,8 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
     if "link_torque" in run and run["time"].size:
         told["links"] = Links(*series(run, "time", "speed", "twist", "link_torque"))
+    if "support_force_x" in run and run["time"].size and run.sizes["support"]:
+        told["pushes"] = _vectors(run, "support_force_", "x", "y")
     if "ball_floor_force" in run:
         time, speed, floor = series(run, "time", "speed", "ball_floor_force")
         told["lifted"] = lifted_from(time, floor), lifted_from(speed, floor)

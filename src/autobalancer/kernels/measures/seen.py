@@ -71,12 +71,12 @@ def ball_motion(states: Matrix, count: int, size: int, resolved: int, angle: Mat
 
 
 @njit(**INLINE)
-def _add(total: Any, weight: float, rows: Any, values: Any) -> None:
-    """Add the rows, each times its value."""
-    for k in range(rows.shape[0]):
-        share = weight * values[k]
-        for i in range(rows.shape[1]):
-            total[i] += share * rows[k, i]
+def _dot(one: Any, at: int, step: int, values: Any, count: int) -> float:
+    """Sum of every ``step``-th number from a place on, each times its value."""
+    total = 0.0
+    for k in range(count):
+        total += one[at + k * step] * values[k]
+    return total
 
 
 @njit(**INLINE)
@@ -89,18 +89,19 @@ def _rotor(y: Any, p: System, size: int, s: float, c: float, d: Desk) -> None:
         d.move[r], d.move[r + 1] = y[to] * c - y[to + 1] * s, y[to] * s + y[to + 1] * c
 
 
-@njit(void(vector_type, system_type, gauges_type, types.float64, types.float64, desk_type), **INNER)
-def _supports(y: Floats, p: System, g: Gauges, s: float, c: float, d: Desk) -> None:
+@njit(**INLINE)
+def _supports(y: Any, p: System, g: Gauges, s: float, c: float, d: Desk) -> None:
     """Force of the rotor on each support, its weight included, to ``d.push``; coordinates are known."""
-    wide, count = g.weight.size, p.bearings.springs.shape[0]
-    push = d.push
+    wide, size, push, weight = g.weight.size, g.rows.shape[0], data(d.push), data(g.weight)
+    place, move, stiffness, damping = data(d.place), data(d.move), data(g.stiffness), data(g.damping)
     for i in range(wide):
-        push[i] = g.weight[i]
-    for k in range(g.speeds.size):
-        share = share_of(k, g.speeds, y[SPEED])
-        if share != 0.0:
-            _add(push, share, g.stiffness[k], d.place)
-            _add(push, share, g.damping[k], d.move)
+        total = weight[i]
+        for k in range(g.speeds.size):
+            share = share_of(k, g.speeds, y[SPEED])
+            if share != 0.0:
+                at = k * size * wide + i
+                total += share * (_dot(stiffness, at, wide, place, size) + _dot(damping, at, wide, move, size))
+        push[i] = total
     for m in range(p.rubber.mounts.shape[0]):
         mount, a, b = p.rubber.mounts[m], 0.0, 0.0
         for e in range(mount.first, mount.first + mount.elements):
@@ -109,11 +110,11 @@ def _supports(y: Floats, p: System, g: Gauges, s: float, c: float, d: Desk) -> N
         a, b = a * c - b * s, a * s + b * c
         for i in range(wide):
             push[i] += a * g.rubber[2 * m, i] + b * g.rubber[2 * m + 1, i]
-    for h in range(count):
+    for h in range(p.bearings.springs.shape[0]):
         a, b = 0.0, 0.0
-        for r in range(g.rows.shape[0]):
-            a += p.bearings.rows[2 * h, r] * d.place[r]
-            b += p.bearings.rows[2 * h + 1, r] * d.place[r]
+        for r in range(size):
+            a += p.bearings.rows[2 * h, r] * place[r]
+            b += p.bearings.rows[2 * h + 1, r] * place[r]
         a, b = central(row(p.bearings.springs, h), data(p.bearings.tables), a, b)
         for i in range(wide):
             push[i] += a * g.hard[2 * h, i] + b * g.hard[2 * h + 1, i]
@@ -122,30 +123,27 @@ def _supports(y: Floats, p: System, g: Gauges, s: float, c: float, d: Desk) -> N
 @njit(void(system_type, gauges_type, matrix_type, int64, int64, int64, desk_type), **EXACT)
 def see(p: System, g: Gauges, ring: Matrix, first: int, count: int, planes: int, d: Desk) -> None:
     """Fill ``d.seen`` and ``d.rotor`` from ``count`` states; ``planes`` 1: work out what each plane has to balance, too."""
-    size, n, seen = g.rows.shape[0], g.ball_mass.size, d.seen
-    before, speed_before = -1, 0.0
+    size, n, seen, wide = g.rows.shape[0], g.ball_mass.size, d.seen, g.rows.shape[1]
+    rows, place, move, push, states = data(g.rows), data(d.place), data(d.move), data(d.push), data(ring)
+    at_z, at_v, at_force, length = data(seen.z), data(seen.v), data(seen.force), ring.shape[1]
+    places, supports, speed_before, before = wide // 2, g.weight.size // 2, 0.0, -1
     resolved = 1 if g.scalars[RESOLVED] != 0.0 else 0
     for t in range(count):
-        whole = ring[(first + t) % ring.shape[0]]
-        time, y = whole[0], whole[1:]
+        number = (first + t) % ring.shape[0]
+        time, y = states[number * length], ring[number, 1:]
         s, c = 0.0, 1.0
         if p.rotating == 1:
             s, c = sine_cosine(y[THETA])
         d.rotor[t] = y[THETA]
         _rotor(y, p, size, s, c, d)
-        push = d.push
-        for i in range(g.rows.shape[1]):
-            push[i] = 0.0
-        _add(push, 1.0, g.rows, d.place)
-        for k in range(g.rows.shape[1] // 2):
-            seen.z[t, k] = complex(push[2 * k], push[2 * k + 1])
-            push[2 * k] = push[2 * k + 1] = 0.0
-        _add(push, 1.0, g.rows, d.move)
-        for k in range(g.rows.shape[1] // 2):
-            seen.v[t, k] = complex(push[2 * k], push[2 * k + 1])
+        for k in range(places):
+            x, z = _dot(rows, 2 * k, wide, place, size), _dot(rows, 2 * k + 1, wide, place, size)
+            at_z[t * places + k] = complex(x, z)
+            x, z = _dot(rows, 2 * k, wide, move, size), _dot(rows, 2 * k + 1, wide, move, size)
+            at_v[t * places + k] = complex(x, z)
         _supports(y, p, g, s, c, d)
-        for k in range(g.weight.size // 2):
-            seen.force[t, k] = complex(push[2 * k], push[2 * k + 1])
+        for k in range(supports):
+            at_force[t * supports + k] = complex(push[2 * k], push[2 * k + 1])
         x, z = unbalance_at(time, p)
         seen.unbalance[t, 0] = complex(x, z)
         for k in range(g.capability.size):
