@@ -14,6 +14,7 @@ from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import plane_vectors, residual_unbalance, support_forces, vibration, whole_turns
 from autobalancer.results.recorded_of import recorded_of
+from autobalancer.results.series import mean
 from autobalancer.results.standing import NONE, load_of
 from autobalancer.results.verdict.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
 from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
@@ -273,7 +274,7 @@ def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, f
         return sum(plane.unbalance for plane in planes), sum(plane.residual for plane in planes)
     if "turn_unbalance" not in last:
         return np.nan, np.nan
-    return float(last["turn_unbalance"].mean()), float(last["turn_residual_unbalance"].mean())
+    return mean(last["turn_unbalance"].values), mean(last["turn_residual_unbalance"].values)
 
 
 def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
