@@ -174,7 +174,7 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
     fine = ab.measures(run)
     np.testing.assert_allclose(swept["ball_angle_to_unbalance"], fine["final_ball_angle_to_unbalance"], rtol=1e-9)
     of_balls = ["settling_time", "settled_at", "release_speed", "final_ball_angle_to_unbalance", "counted_from"]
-    of_balls += ["release_time", "stalled_time", "greatest_ball_speed"]
+    of_balls += ["release_time", "stalled_time", "greatest_ball_speed", "peak_force"]
     kept, again = (each.drop_vars(of_balls, errors="ignore") for each in (found, fine))
     xr.testing.assert_allclose(kept, again, rtol=1e-9)
     assert abs(float(swept["settled_at"]) - float(fine["settled_at"].max())) <= 2.0 * duration / 500
