@@ -51,6 +51,26 @@ def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     assert "given 'speed'" in told("chamber", "archive", "runs", "--where", "speed > 1", code=2)
 
 
+def test_a_study_that_cannot_be_measured_is_refused_before_it_runs(machine: Path) -> None:
+    asked = ("chamber", "amplitudes", str(machine), "--balls", "2,3", "--archive", "runs", "--friction")
+    assert "last: given 1 s; must be above zero and within the 0.1 s" in told(
+        *asked, "0.5", "--duration", "0.1 s", "--last", "1 s", code=2
+    )
+    assert "duration: given 0 s; a run to measure must be" in told(*asked, "0.5", "--duration", "0 s", code=2)
+    assert "contact.friction: given -0.5; must be between" in told(*asked, "0.5,-0.5", "--duration", "0.1 s", code=2)
+    none = ("--balls", "none", "--single", "none", "--friction", "0.5", "--duration", "0.1 s")
+    assert "--balls, --single: given none for both" in told("chamber", "amplitudes", str(machine), *none, code=2)
+    once = ("--duration", "0.1 s", "--archive", "runs", "--last", "1 s")
+    assert "within the 0.1 s of a run" in told("chamber", "reactions", str(machine), *once, code=2)
+    assert not Path("runs").exists()
+
+
+def test_bounds_say_each_speed_once_and_in_one_unit(machine: Path) -> None:
+    said = told("chamber", "bounds", str(machine))
+    assert "speed 1500 rpm, highest critical speed" in said
+    assert "(" not in said[said.index("highest critical speed") : said.index("unbalance")]
+
+
 def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(machine: Path) -> None:
     ran = told("simulate", str(machine), "--duration", "0.1 s", "--out", "x.nc")
     assert "finished: reached 0.1 s" in ran
@@ -134,21 +154,14 @@ def test_what_cannot_be_is_refused_with_its_place_and_leaves_nothing(
     assert not Path("small.nc").exists()
 
 
-def test_a_study_lists_the_points_that_have_no_result_and_fails_where_none_has(machine: Path) -> None:
-    asked = (
-        "chamber",
-        "amplitudes",
-        str(machine),
-        "--single",
-        "none",
-        "--balls",
-        "2",
-        "--duration",
-        "0.02 s",
-        "--friction",
-    )
-    assert "no result at layers deep, friction 9.0, balls 2, seed 0: does not fit" in told(*asked, "0.5,9")
-    assert "no point of the study has a result" in told(*asked, "9", code=2)
+def test_a_study_lists_the_points_that_have_no_result_and_fails_where_none_has(tmp_path: Path) -> None:
+    heavy = {"radius": 0.1, "depth": 0.2, "balls": [{"count": 1, "density": 7800.0, "mass": 20.0}]}
+    file = save_machine(small_machine(chambers=[heavy]), tmp_path / "heavy.toml")
+    out = str(tmp_path / "found.nc")
+    asked = ("chamber", "amplitudes", str(file), "--balls", "none", "--duration", "0.02 s", "--friction", "0.5")
+    said = told(*asked, "--single", "1,3", "--out", out)
+    assert "no result at layers single, friction 0.5, balls 3, seed 0: does not fit" in said
+    assert "no point of the study has a result" in told(*asked, "--single", "3", "--out", out, code=2)
 
 
 def test_a_machine_with_chambers_is_read_from_a_text_and_changed_at_a_path() -> None:

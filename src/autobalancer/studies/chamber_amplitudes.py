@@ -16,6 +16,7 @@ from autobalancer.patience import shows_progress
 from autobalancer.results.archive.folder import Archive
 from autobalancer.studies.chamber_machines import variant
 from autobalancer.studies.chamber_many import Cell, Job, Many, gathered, measured_runs
+from autobalancer.studies.chamber_runs import refuse_unmeasurable
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.ranges import listed, whole
 
@@ -70,7 +71,9 @@ def amplitudes(
     Raises
     ------
     QuestionError
-        For an empty list, or a machine with several chambers.
+        For an empty list, a machine with several chambers, or runs that are too short to be measured.
+    MachineError
+        For a friction that is not possible.
     """
     counts = whole("counts", counts) if isinstance(counts, str) else counts
     frictions = listed("frictions", frictions, "") if isinstance(frictions, str) else frictions
@@ -83,6 +86,10 @@ def amplitudes(
     for name, values in (("counts", numbers), ("frictions", frictions), ("layers", layers), ("seeds", seeds)):
         if len(values) == 0:
             raise QuestionError(f"{name}: given none; give at least one")
+    refuse_unmeasurable(duration, sample, last)
+    own = machine.chambers[0]
+    for friction in frictions:  # refused here, not noted as a gap
+        variant(machine, balls=own.balls[0].count, friction=friction, layers="single" if own.depth is None else "deep")
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
 

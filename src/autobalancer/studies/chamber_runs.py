@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.given import balls_in_chambers
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.chamber import ChamberMachine
@@ -67,7 +67,7 @@ def archived_run(
     Raises
     ------
     QuestionError
-        If the archive has a run of this name with other settings.
+        If the archive has a run of this name with other settings, or the run is too short for its measures.
     ResultError
         If the disk is full; what was written is kept. If another process writes the run; the message names it.
     """
@@ -76,6 +76,7 @@ def archived_run(
     sample = argument("sample", sample, "s")
     last = optional_argument("last", last, "s")
     machine = balls_in_chambers(machine)
+    refuse_unmeasurable(duration, sample, last)
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)
@@ -87,6 +88,22 @@ def archived_run(
         elif run.note.get(LAST, "") != last:  # measured over another time, or by a version that did not note it
             _measured(run, last)
     return run
+
+
+def refuse_unmeasurable(duration: float, sample: float, last: float | None) -> None:
+    """Refuse, before it begins, a run that is too short for its measures.
+
+    Raises
+    ------
+    QuestionError
+        If it has fewer than two samples, or ``last`` is not within it.
+    """
+    if not duration >= sample * (1.0 - 1e-9):
+        raise QuestionError(
+            f"duration: given {duration:g} s; a run to measure must be {sample:g} s or longer, one sample"
+        )
+    if last is not None and not 0.0 < last <= duration * (1.0 + 1e-9):
+        raise QuestionError(f"last: given {last:g} s; must be above zero and within the {duration:g} s of a run")
 
 
 def measured_run(

@@ -138,14 +138,14 @@ def bounds(
     Example: autobalancer chamber bounds deep_chamber.toml
     """
     from autobalancer.cli.terminal.sheet import print_facts
-    from autobalancer.shown import rpm_and_si
+    from autobalancer.cli.terminal.words import speed_text
 
     with asked_of(machine):
         found = ab.chamber.bounds(chamber_machine(machine))
     if as_json:
         print_json(found.as_dict())
         return
-    print_facts(found.rows(rpm_and_si), found.name)
+    print_facts(found.rows(speed_text), found.name)
 
 
 def _pair(option: str, text: str, sample: str) -> tuple[str, str]:

@@ -58,10 +58,13 @@ def amplitudes(
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
+    from autobalancer.errors import QuestionError
     from autobalancer.studies.chamber_means import optimal_means
 
     deep = [] if balls == "none" else whole("--balls", balls)
     other = [] if single == "none" else whole("--single", single) if single else deep
+    if not deep and not other:
+        raise QuestionError("--balls, --single: given none for both; give numbers of balls for one of them")
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
     one_form(as_json, as_csv)
     files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
