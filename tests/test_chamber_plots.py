@@ -167,6 +167,13 @@ def study() -> xr.Dataset:
     return xr.Dataset({"vertical_amplitude": (("layers", "friction", "balls"), values)}, coords)
 
 
+def test_numbers_of_balls_are_whole_on_their_axis_even_if_there_is_one() -> None:
+    figure = ab.plot.chamber_amplitudes(study().sel(balls=[3]))
+    for panel in figure.axes:
+        assert all(tick == round(tick) for tick in panel.get_xticks())
+    drawn(figure)
+
+
 def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
     drawn(ab.plot.chamber_amplitudes(study()))
     means = optimal_means(study())

@@ -45,7 +45,7 @@ def chamber_amplitudes(study: Given, *, measure: str = "vertical_amplitude", tit
                 _curve(panel, study["balls"], values, ball_color(i), f"friction {friction:g}")
             panel.set_title(NAMES.get(layer, layer), pad=20.0)
             panel.set_xlabel("number of balls")
-            panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+            panel.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
             panel.set_yscale("log")
             plain_log_ticks(panel, "y")
         axes[0].set_ylabel(f"{measure.replace('_', ' ')} ({unit.sign})")
@@ -229,7 +229,7 @@ def chamber_archive(
         panel.set_ylabel(up.label)
         for axis, shown in ((panel.xaxis, along), (panel.yaxis, up)):
             if np.array_equal(shown.values, np.round(shown.values)) and not log:
-                axis.set_major_locator(MaxNLocator(integer=True))
+                axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         if log:
             panel.set_yscale("log")
             plain_log_ticks(panel, "y")
