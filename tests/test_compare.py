@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.references.chamber_machines import small_machine
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -120,3 +121,23 @@ def test_a_file_of_values_has_a_row_for_each_machine_in_si(three, tmp_path):
 def test_a_comparison_shows_itself_as_a_table(three):
     assert "Springs along the race" in repr(three)
     assert "<table>" in three._repr_html_()
+
+
+def test_deep_chambers_are_compared_by_their_verdicts_measures_and_bearing_forces():
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 150.0}}
+    three = small_machine(name="three balls", drive=drive)
+    five = ab.chamber.variant(three, balls=5, friction=0.5).model_copy(update={"name": "five balls"})
+    found = compare([three, five], at=[150.0], duration=0.2, workers=1)
+    run = ab.simulate(three, duration=0.2)
+    said, row = ab.verdict(run), found.sel(machine="three balls")
+    assert str(row["verdict"].values) == said.word
+    assert float(row["vibration"]) == said.places[0].vibration
+    assert float(row["peak_deflection"]) == said.peak.deflection == float(row["deflection"].max())
+    assert float(row["support_force"]) == max(one.vibrating for one in said.supports) > 0.0
+    late = np.abs(found["deflection"].values[0][found["time_in_run"].values[0] > 0.1]).max()
+    assert float(row["deflection_at"][0]) == pytest.approx(late, rel=1e-12)
+    heads = [column.head for column in found.columns()]
+    assert "bearing force" in heads
+    assert "exact border" not in heads
+    assert not found.remarks()
+    assert ab.plot.comparison(found).axes[0].get_title(loc="left") == "three balls"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,27 +11,23 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
-from autobalancer.files.given import balls_in_races
+from autobalancer.files.given import any_machine, balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.comparison import Comparison
-from autobalancer.results.measure_table import SWEPT, numbers
+from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.provenance import provenance
-from autobalancer.results.recorded_of import recorded_of
-from autobalancer.results.verdict.judged import verdict
+from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
-from autobalancer.stability.maps.speeds import borders
+from autobalancer.studies.compare_rows import MEASURES, chamber_row, race_row
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import list_argument, optional_argument
 
-NEAR = 0.01  # of a speed: the rotor counts as running at it
-LATE = 0.5  # of the time at a speed: the balls have had the rest of it to settle
-BORDER = "exact border"
-MEASURES = ("peak_deflection", "peak_speed", "vibration", "vibration_without_balls", "settling_time", "release_speed")
-
-Given = Machine | str | Path
+AnyMachine = Machine | ChamberMachine
+Given = AnyMachine | str | Path
 
 
 @shows_progress
@@ -52,13 +47,13 @@ def compare(
     Parameters
     ----------
     machines
-        Machines with balls in races or the paths of their files, in the order of the table; a mapping gives them names of its
-        own, else each has the name in its file.
+        Machines, or the paths of their files, in the order of the table; a mapping gives them names of its own, else each has
+        the name in its file. Balls run in races or in deep chambers.
     at
         Rotor speeds, rad/s or texts with units or a range, at which the deflection is wanted too, such as one below the
         critical speed.
     duration, tolerance, seed
-        As for :func:`autobalancer.simulate`.
+        As for :func:`autobalancer.simulate`; a deep chamber has steps in place of a tolerance.
     bins
         Resolution in time of the deflection.
     workers
@@ -72,7 +67,8 @@ def compare(
         A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``vibration`` (m) at the end and
         ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``; ``deflection_at`` (m) over ``speed``,
         the greatest in the second half of the time at this speed (within 1 %); ``exact_border`` (rad/s), above which the balanced
-        state is stable, with ``border_note``; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
+        state is stable, with ``border_note``; ``support_force`` (N), how far the force of the hardest loaded support gets from
+        its mean at the end; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
 
     Raises
     ------
@@ -87,7 +83,9 @@ def compare(
     if not np.isfinite(speeds).all():
         raise QuestionError(f"at: given {', '.join(f'{speed:g}' for speed in speeds)} rad/s; must be finite speeds")
 
-    def one(machine: Machine) -> dict[str, Any]:
+    def one(machine: AnyMachine) -> dict[str, Any]:
+        if isinstance(machine, ChamberMachine):
+            return chamber_row(simulate_chamber(machine, duration=duration, seed=seed), speeds, bins)
         run = simulate_races(
             machine,
             duration=duration,
@@ -96,7 +94,7 @@ def compare(
             save=[Envelope(bins), LastRevolutions()],
             progress=False,  # type: ignore[arg-type]
         )
-        return _row(machine, run, speeds)
+        return race_row(machine, run, speeds)
 
     with warnings.catch_warnings():  # which does not say of which machine
         warnings.simplefilter("ignore", RangeWarning)
@@ -107,12 +105,17 @@ def compare(
     return _dataset(named, rows, speeds)
 
 
-def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, Machine]:
+def _read(given: Given) -> AnyMachine:
+    machine = any_machine(given)
+    return machine if isinstance(machine, ChamberMachine) else balls_in_races(machine)
+
+
+def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, AnyMachine]:
     if isinstance(machines, Mapping):
-        named = {str(name): balls_in_races(machine) for name, machine in machines.items()}
+        named = {str(name): _read(machine) for name, machine in machines.items()}
     else:
-        given = [machines] if isinstance(machines, str | Path | Machine) else list(machines)
-        read = [balls_in_races(machine) for machine in given]
+        given = [machines] if isinstance(machines, str | Path | Machine | ChamberMachine) else list(machines)
+        read = [_read(machine) for machine in given]
         names = [machine.name for machine in read]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -125,41 +128,7 @@ def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, Machine
     return named
 
 
-def _row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict[str, Any]:
-    recorded = recorded_of(run)
-    row: dict[str, Any] = dict.fromkeys(MEASURES, math.nan)
-    row |= {name: value for name, value in numbers(recorded).items() if name in MEASURES}
-    bins = recorded.bins
-    row["course"] = (bins.time, bins.high, bins.speed)
-    row["deflection_at"] = [_at(bins.speed, bins.high, speed) for speed in speeds]
-    try:
-        row["verdict"] = verdict(run).word
-    except QuestionError:
-        row["verdict"] = "no verdict"
-    row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
-    row["exact_border"], row["border_note"] = _border(machine)
-    return row
-
-
-def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
-    """Greatest deflection in the later part of the first stay at this speed; nan if the rotor never has it."""
-    near = np.flatnonzero(np.abs(speed - wanted) <= NEAR * abs(wanted))
-    if not near.size:
-        return math.nan
-    stay = near[: np.argmax(np.diff(near, append=speed.size + 1) > 1) + 1]
-    return float(high[stay[int(LATE * stay.size) :]].max())
-
-
-def _border(machine: Machine) -> tuple[float, str]:
-    """Speed and note of the exact border."""
-    try:
-        found = borders(machine, only=(BORDER,))
-    except QuestionError as refused:
-        return math.nan, f"border not known, {refused}"
-    return (found[0].speed, found[0].note) if found else (math.nan, "")
-
-
-def _dataset(named: Mapping[str, Machine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
+def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
     about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
     found = xr.Dataset(
         {name: ("machine", [float(row[name]) for row in rows], about[name]) for name in MEASURES},
@@ -175,6 +144,8 @@ def _dataset(named: Mapping[str, Machine], rows: Sequence[dict[str, Any]], speed
     )
     border = {"long_name": "exact border", "units": "rad/s"}
     found["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
+    pushed = {"long_name": "greatest vibrating force of a support at the end", "units": "N"}
+    found["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
     for name in ("verdict", "border_note"):
         found[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
     longest = max(row["course"][0].size for row in rows)

@@ -20,10 +20,19 @@ class Comparison(Answer):
     needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
 
     def columns(self, unit: str = "") -> list[Column]:
-        """Deflections in micrometers; what is left in percent of the vibration without balls."""
+        """Deflections in micrometers; what is left in percent of the vibration without balls.
+
+        Deep chambers have no exact border, so that their table has the force on their bearings in its place.
+        """
         shown, length = speed_axis(unit or self.shown_in), length_axis("um", 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
+        known = np.isfinite(self["exact_border"].values) | (self["border_note"].values.astype(str) != "")
+        last = (
+            self.scaled("exact_border", "exact border", unit, ".4g")
+            if known.any() or "support_force" not in self
+            else Column("bearing force", self["support_force"].values, "N", ".3g")
+        )
         at = [
             Column(f"at {speed * shown.factor:.4g} {shown.sign}", values * length.factor, length.sign, ".4g")
             for speed, values in zip(self["speed"].values, self["deflection_at"].values.T, strict=True)
@@ -36,7 +45,7 @@ class Comparison(Answer):
             Column("left", left, "%", ".2f"),
             Column("settled after", self["settling_time"].values, "s", ".3g"),
             self.texts("verdict", "verdict"),
-            self.scaled("exact_border", "exact border", unit, ".4g"),
+            last,
         ]
 
     def in_si(self) -> xr.Dataset:

@@ -54,7 +54,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     last = optional_argument("last", last, "s")
     steady = window(run, last)
     z, time = _across(run, "body_position"), run["time"].values
-    if last is None and speed_changes(time, run["speed"].values, float(time[-1])):
+    if last is None and _speed_changes(run):
         return _under_way(run, z, abs(described[0]))
     static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
     vibration, _, velocity = moved(z[steady, None], rate, static)
@@ -82,6 +82,20 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         notes=_notes(run),
         bodies=bodies_of(run),
     )
+
+
+def middle_deflection(run: xr.Dataset) -> Complexes:
+    """Of the middle of the rotor across its axis, y + i z over time, m: from its mean position at the end of the run.
+
+    From the rest position of the machine without balls, if the speed still changes.
+    """
+    z = _across(run, "body_position")
+    return z if _speed_changes(run) else z - calm_mean(z[window(run), None])[0]
+
+
+def _speed_changes(run: xr.Dataset) -> bool:
+    time = run["time"].values
+    return speed_changes(time, run["speed"].values, float(time[-1]))
 
 
 def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
