@@ -11,6 +11,7 @@ from tests.references.spatial import Spatial, split
 from tests.references.spatial_machines import tilting, turned
 
 import autobalancer as ab
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.rigs import rig
@@ -161,3 +162,19 @@ def test_a_ball_that_stops_and_breaks_loose_does_so_at_the_same_instant() -> Non
     assert not held.all()
     assert miss(found, exact, 2) < 1e-6
     assert 0 < stepper.attributes()["long_steps"] < stepper.memory.counts[ACCEPTED]
+
+
+def test_balls_in_rigid_contact_stay_in_long_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the first resonance the balls of both planes gather and touch for seconds; the pair only makes the impacts."""
+    monkeypatch.setattr("autobalancer.assembly.contact.meetings.RIGID", True)
+    profile = {"kind": "ramp", "start": 0.0, "end": "4000 rpm", "duration": "60 s"}
+    machine = with_value_at(ab.load_machine("examples/machines/two_plane_rotor.toml"), "drive.profile", profile)
+    times = np.linspace(0.0, 18.0, 181)
+    exact, pair = states(machine, times, PAIR, 1e-12)
+    found, stepper = states(machine, times, LONG, 1e-9)
+    rates = exact[:, BALLS + 4 : BALLS + 8]
+    together = (rates[:, 2] == rates[:, 3]) & (rates[:, 2] != 0.0)
+    assert together.sum() > 20
+    assert miss(found, exact, 4) < 1e-6
+    assert stepper.attributes()["long_steps"] > 100
+    assert stepper.memory.counts[ACCEPTED] < 0.5 * pair.memory.counts[ACCEPTED]

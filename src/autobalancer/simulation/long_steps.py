@@ -74,9 +74,10 @@ def _equations(assembly: Assembly) -> tuple[Any, Any]:
         from autobalancer.kernels.balls.at_nodes.real_races import open_and_rolling, rough_station_nodes
 
         return rough_station_nodes, open_and_rolling
+    from autobalancer.kernels.balls.at_nodes.contacts import contacts_at_nodes
     from autobalancer.kernels.balls.at_nodes.stations import station_nodes, tilting_station_nodes
 
-    return (tilting_station_nodes if assembly.model is Model.TILTING else station_nodes), open_gaps
+    return (tilting_station_nodes if assembly.model is Model.TILTING else station_nodes), contacts_at_nodes
 
 
 def _planar(assembly: Assembly) -> Amplitudes:

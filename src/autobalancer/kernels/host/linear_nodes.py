@@ -32,7 +32,7 @@ ROOM = 8  # where the room for work begins: rows of lanes, one for each coordina
 Q, V, F, LINEAR, G, OWN_G, DRIVEN, PARTS = 0, 1, 2, 3, 4, 5, 6, 8
 
 
-KEPT = 14  # rows of a ball: its row, what it needs at rest, its normal force
+KEPT = 18  # rows of a ball, balls/at_nodes/rows.py
 
 
 def room(size: int, rows: int, each: int, balls: int) -> int:

@@ -9,13 +9,10 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.at_nodes.stations import (
-    kept_at,
-    load_station,
-    rate_at_nodes,
-    recover_at_nodes,
-    stations_at,
-)
+from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes
+from autobalancer.kernels.balls.at_nodes.contacts import contacts_at_nodes
+from autobalancer.kernels.balls.at_nodes.rows import LENGTH, NORMAL, OWN, WEIGHT, keep, kept_at, left
+from autobalancer.kernels.balls.at_nodes.stations import load_station, rate_at_nodes, recover_at_nodes
 from autobalancer.kernels.balls.guided import (
     Normal,
     Row,
@@ -28,7 +25,6 @@ from autobalancer.kernels.balls.guided import (
     solved,
     wavy,
 )
-from autobalancer.kernels.balls.open_gaps import open_gaps
 from autobalancer.kernels.flags import COMPILED, EQUATIONS, MERGED
 from autobalancer.kernels.host.linear_nodes import alone_at_nodes, together_at_nodes, write_forces
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
@@ -38,9 +34,6 @@ from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.system import BALLS, system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
 from autobalancer.kernels.wide import NODES, all_lanes, load, store
-
-# rows that are kept of a ball after those of stations.py; PUSHED is the known part of the normal force
-LENGTH, HELD, HELD_TWIST, HELD_X, HELD_Y, PUSHED, TWIST, NORMAL_X, NORMAL_Y = range(5, 14)
 
 
 @njit(**EQUATIONS)
@@ -63,13 +56,18 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         force = normal(ball.mass, path, motion, known, 0.0)
         felt = rubbed(its, force, rubbing_arm(ball, path, moving.mode, force.push))
         inverse = 1.0 / (path.length * path.length * ball.stretch)
-        if moving.mode == 0.0:
+        if moving.mode == 0.0 or moving.bound != 0:
             inverse = all_lanes(0.0)
         found = solved(felt, inverse, motion.acceleration)
         load_station(b, motion, path, its, part, found, p, a)
+        keep(found, 0, 2, b, p, a)
         _keep(b, path.length, its, force, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
+    if p.rigid.bound[0] > 0:
+        its_torque, its_inertia = bind_at_nodes(motion, p, a)
+        torque += its_torque
+        inertia += its_inertia
     acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
     write_forces(motion.speed, acceleration, p, a)
     recover_at_nodes(acceleration, p, a)
@@ -111,43 +109,31 @@ def _drag(time: float, step: float, length: Any, rate: Any, b: int, p: Any, a: A
 @njit(**MERGED)
 def _keep(b: int, length: Any, its: Row, force: Normal, p: Any, a: Any) -> None:
     kept, place = data(a.numbers), kept_at(b, p)
+    keep(its, OWN, 2, b, p, a)
+    store(length * length * p.balls[b].stretch, kept, place + WEIGHT * NODES)
     store(length, kept, place + LENGTH * NODES)
-    store(its.push, kept, place + HELD * NODES)
-    store(its.spin, kept, place + HELD_TWIST * NODES)
-    store(its.x, kept, place + HELD_X * NODES)
-    store(its.y, kept, place + HELD_Y * NODES)
-    store(force.push, kept, place + PUSHED * NODES)
-    store(force.twist, kept, place + TWIST * NODES)
-    store(force.x, kept, place + NORMAL_X * NODES)
-    store(force.y, kept, place + NORMAL_Y * NODES)
-
-
-@njit(**MERGED)
-def _seen(first: int, b: int, p: Any, a: Any) -> Any:
-    """Push, less what the accelerations take from it, of the rows from ``first`` on."""
-    kept, place, at = data(a.numbers), kept_at(b, p) + first * NODES, stations_at(p) + 2 * p.balls[b].station * NODES
-    taken = load(kept, place + NODES) * load(data(a.forces), 2 * a.modes * NODES)
-    for i in range(2):
-        taken += load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
-    return load(kept, place) - taken
+    store(force.push, kept, place + NORMAL * NODES)
+    store(force.twist, kept, place + (NORMAL + 1) * NODES)
+    store(force.x, kept, place + (NORMAL + 2) * NODES)
+    store(force.y, kept, place + (NORMAL + 3) * NODES)
 
 
 @njit(**COMPILED)
 def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
     """The fraction of a long step up to which all contacts stay open and no ball stops, turns round or breaks loose."""
-    until = float(open_gaps(step, system, amplitudes))
+    until = float(contacts_at_nodes(step, system, amplitudes))
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
     values, work, nodes, kept = data(a.values), data(a.work), data(a.radau.nodes), data(a.numbers)
     for b in range(a.balls):
         ball, mode, start = p.balls[b], p.guided[b].mode, a.origin[BALLS + a.balls + b]
         if ball.rolling > 0.0 or ball.adherence > 0.0:
             place = kept_at(b, p)
-            store(_seen(PUSHED, b, p, a), work, 0)
-            store(_seen(HELD, b, p, a), work, NODES)
+            store(left(NORMAL, 2, b, p, a), work, 0)
+            store(left(OWN, 2, b, p, a), work, NODES)
             if mode * start < 0.0 or (mode == 0.0 and start != 0.0):
                 until = 0.0
             for i in range(NODES):
-                force, known = work[i], kept[place + PUSHED * NODES + i]
+                force, known = work[i], kept[place + NORMAL * NODES + i]
                 pressed = max(force, -ball.pulls * force)
                 rests = (
                     mode == 0.0 and abs(work[NODES + i]) <= ball.adherence * kept[place + LENGTH * NODES + i] * pressed

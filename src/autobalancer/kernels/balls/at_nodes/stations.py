@@ -6,6 +6,8 @@ from typing import Any
 
 from numba import njit
 
+from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes
+from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, accelerations_at, add, keep, kept_at, station_places
 from autobalancer.kernels.balls.guided import (
     Path,
     Row,
@@ -22,8 +24,6 @@ from autobalancer.kernels.balls.guided import (
 from autobalancer.kernels.flags import EQUATIONS, MERGED
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.linear_nodes import (
-    KEPT,
-    PARTS,
     ROOM,
     Q,
     V,
@@ -37,7 +37,7 @@ from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
-from autobalancer.kernels.wide import NODES, load, store
+from autobalancer.kernels.wide import NODES, all_lanes, load, store
 
 
 @njit(**EQUATIONS)
@@ -48,10 +48,16 @@ def station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> Non
     torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
     for b in range(a.balls):
         path, its, part = _flat(b, motion, p, a)
-        found = solved(its, 1.0 / p.balls[b].inertia, motion.acceleration)
+        found = solved(its, freedom(b, p), motion.acceleration)
         load_station(b, motion, path, its, part, found, p, a)
+        keep(found, 0, 2, b, p, a)
+        keep_bound(its, 2, b, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
+    if p.rigid.bound[0] > 0:
+        its_torque, its_inertia = bind_at_nodes(motion, p, a)
+        torque += its_torque
+        inertia += its_inertia
     acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
     write_forces(motion.speed, acceleration, p, a)
     recover_at_nodes(acceleration, p, a)
@@ -68,14 +74,34 @@ def tilting_station_nodes(time: float, step: float, system: Any, amplitudes: Any
         path, flat, level = _flat(b, motion, p, a)
         its = tilting_row(flat, ball.mass, path, motion, slope)
         part = tilting_share(level, ball.mass, path, motion, slope, rate_at_nodes(b, a))
-        found = solved(its, 1.0 / ball.inertia, motion.acceleration)
+        found = solved(its, freedom(b, p), motion.acceleration)
         load_station(b, motion, path, its, part, found, p, a)
         _load_tilt(b, motion, path, its, part, found, p, a)
+        keep(found, 0, 4, b, p, a)
+        keep_bound(its, 4, b, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
+    if p.rigid.bound[0] > 0:
+        its_torque, its_inertia = bind_at_nodes(motion, p, a)
+        torque += its_torque
+        inertia += its_inertia
     acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
     write_forces(motion.speed, acceleration, p, a)
     recover_at_nodes(acceleration, p, a)
+
+
+@njit(**MERGED)
+def freedom(b: int, p: Any) -> float:
+    """One over the inertia of a ball; 0 where rigid contacts hold it."""
+    return 0.0 if p.guided[b].bound != 0 else 1.0 / p.balls[b].inertia
+
+
+@njit(**MERGED)
+def keep_bound(its: Row, each: int, b: int, p: Any, a: Any) -> None:
+    """Keep the row of a ball whose row belongs to a cluster."""
+    if p.guided[b].bound != 0:
+        keep(its, OWN, each, b, p, a)
+        store(all_lanes(p.balls[b].inertia), data(a.numbers), kept_at(b, p) + WEIGHT * NODES)
 
 
 @njit(**MERGED)
@@ -109,93 +135,59 @@ def _slope(station: int, p: Any, a: Any) -> Slope:
 
 
 @njit(**MERGED)
-def _add(value: Any, numbers: Any, place: int) -> None:
-    store(load(numbers, place) + value, numbers, place)
-
-
-@njit(**MERGED)
-def _places(p: Any) -> tuple[int, int, int, int]:
-    """Where push, arm, turn and inertia of the stations are."""
-    push, rows = ROOM + PARTS * NODES * p.host.size, NODES * p.host.rows.shape[0]
-    return push, push + rows, push + 2 * rows, push + 3 * rows
-
-
-@njit(**MERGED)
 def load_station(b: int, motion: Motion, path: Path, its: Row, part: Share, found: Row, p: Any, a: Any) -> None:
-    """Force on the station, what w' adds to it and to the torque, the inertia that the station feels; keep the row."""
+    """Force on the station, what w' adds to it and to the torque, the inertia that the station feels."""
     numbers, each, mass = data(a.numbers), p.work.inert.shape[1], p.balls[b].mass
-    push, arm, turn, inert = _places(p)
+    push, arm, turn, inert = station_places(p)
     at = p.balls[b].station * each * NODES
-    _add(part.x - motion.acceleration * part.arm_x - its.x * found.push, numbers, push + at)
-    _add(part.y - motion.acceleration * part.arm_y - its.y * found.push, numbers, push + at + NODES)
+    add(part.x - motion.acceleration * part.arm_x - its.x * found.push, numbers, push + at)
+    add(part.y - motion.acceleration * part.arm_y - its.y * found.push, numbers, push + at + NODES)
     if p.drive.kind != PRESCRIBED:
-        _add(part.arm_x - its.x * found.spin, numbers, arm + at)
-        _add(part.arm_y - its.y * found.spin, numbers, arm + at + NODES)
-        _add(part.arm_x - its.spin * found.x, numbers, turn + at)
-        _add(part.arm_y - its.spin * found.y, numbers, turn + at + NODES)
+        add(part.arm_x - its.x * found.spin, numbers, arm + at)
+        add(part.arm_y - its.y * found.spin, numbers, arm + at + NODES)
+        add(part.arm_x - its.spin * found.x, numbers, turn + at)
+        add(part.arm_y - its.spin * found.y, numbers, turn + at + NODES)
     inert += at * each
     line = each * NODES
-    _add(mass - its.x * found.x, numbers, inert)
-    _add(-its.x * found.y, numbers, inert + NODES)
-    _add(-its.y * found.x, numbers, inert + line)
-    _add(mass - its.y * found.y, numbers, inert + line + NODES)
-    kept, place = numbers, kept_at(b, p)
-    store(found.push, kept, place)
-    store(found.spin, kept, place + NODES)
-    store(found.x, kept, place + 2 * NODES)
-    store(found.y, kept, place + 3 * NODES)
+    add(mass - its.x * found.x, numbers, inert)
+    add(-its.x * found.y, numbers, inert + NODES)
+    add(-its.y * found.x, numbers, inert + line)
+    add(mass - its.y * found.y, numbers, inert + line + NODES)
 
 
 @njit(**MERGED)
 def _load_tilt(b: int, motion: Motion, path: Path, its: Row, part: Share, found: Row, p: Any, a: Any) -> None:
     """What the slope of the station adds."""
     numbers, mass = data(a.numbers), p.balls[b].mass
-    push, arm, turn, inert = _places(p)
+    push, arm, turn, inert = station_places(p)
     at = (4 * p.balls[b].station + 2) * NODES
-    _add(part.u - motion.acceleration * part.arm_u - its.u * found.push, numbers, push + at)
-    _add(part.v - motion.acceleration * part.arm_v - its.v * found.push, numbers, push + at + NODES)
+    add(part.u - motion.acceleration * part.arm_u - its.u * found.push, numbers, push + at)
+    add(part.v - motion.acceleration * part.arm_v - its.v * found.push, numbers, push + at + NODES)
     if p.drive.kind != PRESCRIBED:
-        _add(part.arm_u - its.u * found.spin, numbers, arm + at)
-        _add(part.arm_v - its.v * found.spin, numbers, arm + at + NODES)
-        _add(part.arm_u - its.spin * found.u, numbers, turn + at)
-        _add(part.arm_v - its.spin * found.v, numbers, turn + at + NODES)
+        add(part.arm_u - its.u * found.spin, numbers, arm + at)
+        add(part.arm_v - its.v * found.spin, numbers, arm + at + NODES)
+        add(part.arm_u - its.spin * found.u, numbers, turn + at)
+        add(part.arm_v - its.spin * found.v, numbers, turn + at + NODES)
     i = inert + 16 * p.balls[b].station * NODES
-    _add(-its.x * found.u, numbers, i + 2 * NODES)
-    _add(-its.x * found.v, numbers, i + 3 * NODES)
-    _add(-its.y * found.u, numbers, i + 6 * NODES)
-    _add(-its.y * found.v, numbers, i + 7 * NODES)
-    _add(-its.u * found.x, numbers, i + 8 * NODES)
-    _add(-its.u * found.y, numbers, i + 9 * NODES)
-    _add(path.x * path.x * mass - its.u * found.u, numbers, i + 10 * NODES)
-    _add(path.x * path.y * mass - its.u * found.v, numbers, i + 11 * NODES)
-    _add(-its.v * found.x, numbers, i + 12 * NODES)
-    _add(-its.v * found.y, numbers, i + 13 * NODES)
-    _add(path.x * path.y * mass - its.v * found.u, numbers, i + 14 * NODES)
-    _add(path.y * path.y * mass - its.v * found.v, numbers, i + 15 * NODES)
-    kept, place = numbers, kept_at(b, p)
-    store(found.u, kept, place + 4 * NODES)
-    store(found.v, kept, place + 5 * NODES)
-
-
-@njit(**MERGED)
-def kept_at(b: int, p: Any) -> int:
-    """Where the rows of a ball are."""
-    rows, each = p.host.rows.shape[0], p.work.inert.shape[1]
-    return ROOM + NODES * (PARTS * p.host.size + rows * (5 + each + rows) + KEPT * b)
-
-
-@njit(**MERGED)
-def stations_at(p: Any) -> int:
-    """Where the accelerations of the stations are."""
-    rows, each = p.host.rows.shape[0], p.work.inert.shape[1]
-    return ROOM + NODES * (PARTS * p.host.size + rows * (3 + each))
+    add(-its.x * found.u, numbers, i + 2 * NODES)
+    add(-its.x * found.v, numbers, i + 3 * NODES)
+    add(-its.y * found.u, numbers, i + 6 * NODES)
+    add(-its.y * found.v, numbers, i + 7 * NODES)
+    add(-its.u * found.x, numbers, i + 8 * NODES)
+    add(-its.u * found.y, numbers, i + 9 * NODES)
+    add(path.x * path.x * mass - its.u * found.u, numbers, i + 10 * NODES)
+    add(path.x * path.y * mass - its.u * found.v, numbers, i + 11 * NODES)
+    add(-its.v * found.x, numbers, i + 12 * NODES)
+    add(-its.v * found.y, numbers, i + 13 * NODES)
+    add(path.x * path.y * mass - its.v * found.u, numbers, i + 14 * NODES)
+    add(path.y * path.y * mass - its.v * found.v, numbers, i + 15 * NODES)
 
 
 @njit(**MERGED)
 def recover_at_nodes(acceleration: Any, p: Any, a: Any) -> None:
     """Accelerations of the balls from those of their stations."""
     kept, forces, each = data(a.numbers), data(a.forces), p.work.inert.shape[1]
-    one = stations_at(p)
+    one = accelerations_at(p)
     for b in range(a.balls):
         place, at = kept_at(b, p), one + p.balls[b].station * each * NODES
         rate = load(kept, place)
