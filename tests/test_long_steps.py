@@ -19,7 +19,7 @@ from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNIN
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
 from autobalancer.simulation.events import Event
-from autobalancer.simulation.record import record_for
+from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
 from autobalancer.simulation.steppers import Stepper, stepper_for
 
@@ -201,6 +201,13 @@ def test_envelopes_and_revolutions_are_those_of_the_pair() -> None:
     for name in ("envelope_low", "envelope_high", "turn_x", "turn_y", "turn_speed"):
         one, other = (run[name].values for run in runs)
         np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-8 * np.abs(other).max())
+
+
+def test_the_last_revolution_is_whole_where_one_step_turns_the_rotor_more_often() -> None:
+    machine = run_up(start={"speed": 400.0}, drive={"kind": "torque", "torque": 0.0})  # free, and hardly moving
+    stepper, system, record = begun(machine, 5.0, save=[LastRevolutions(1)], tolerance=1e-4)
+    assert stepper.advance(system, record, 10**7) == FINISHED
+    assert turns_complete(record, stepper.memory, assemble(machine))
 
 
 # contacts and refusals ------------------------------------------------------------------------------------------------

@@ -71,8 +71,8 @@ def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
         return m.state.size
     if r.turn_states.shape[0] > 0:
         # revolutions to come, if the rotor keeps its speed; far from the end nothing is kept
-        turned = abs(m.state[THETA] - m.start[THETA])
-        if turned * (end - left) <= 2.0 * math.pi * (2.0 * r.turn_count + 1.0) * (right - left):
+        turned = abs(m.state[THETA] - m.start[THETA])  # a long step may turn the rotor more often than that
+        if turned * (end - right) <= 2.0 * math.pi * (2.0 * r.turn_count + 1.0) * (right - left):
             return THETA + 1
     if m.counts[NEXT_BIN] < r.bin_low.size:
         return Y + 1
