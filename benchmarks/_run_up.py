@@ -30,6 +30,7 @@ from autobalancer.simulation.sampling import SampleTimes
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "stall_and_release.toml"
 END, SAMPLES, GOAL = 20.0, 2001, 1e-6
 TIMES = np.linspace(0.0, END, SAMPLES)
+LADDER_BATCH = [10.0 ** (-k / 2.0) for k in range(10, 24)]  # 1e-5 to 1e-12, of ensembles
 Run = Callable[[], tuple[float, np.ndarray]]  # seconds of the integration alone, states at TIMES
 
 
@@ -201,13 +202,16 @@ def scipy(tolerance: float, build: Callable[[Any, float, float], Callable[..., A
 # heyoka -----------------------------------------------------------------------------------------------------------------
 
 
-def heyoka_equations(system: Any, rotating: bool) -> list[Any]:
-    """The eliminated equations as expressions; the drive is par[0] + par[1] t."""
+def heyoka_equations(system: Any, rotating: bool, drag: Any = None, unbalance: Any = None) -> list[Any]:
+    """The eliminated equations as expressions; the drive is par[0] + par[1] t. ``drag`` of both balls and ``unbalance`` along x
+    may be expressions in place of the numbers of the machine."""
     import heyoka as hy
 
     names = ("x", "y", "vx", "vy", "theta", "w", "phi1", "phi2", "u1", "u2")
     x, y, vx, vy, theta, w, *balls = hy.make_vars(*names)
     ux, uy = float(system.drive.segments.unbalance_x[0]), float(system.drive.segments.unbalance_y[0])
+    if unbalance is not None:
+        ux, uy = unbalance, hy.expression(0.0)
     if not rotating:
         c, s = hy.cos(theta), hy.sin(theta)
         ux, uy = c * ux - s * uy, s * ux + c * uy
@@ -220,11 +224,11 @@ def heyoka_equations(system: Any, rotating: bool) -> list[Any]:
     rows = []
     for i in range(2):
         ball = system.balls[i]
-        moment, inertia, spin, drag = map(float, (ball.moment, ball.inertia, ball.spin, ball.drag))
+        moment, inertia, spin, own_drag = map(float, (ball.moment, ball.inertia, ball.spin, ball.drag))
         angle, rate = balls[i], balls[2 + i]
         at = angle if rotating else theta + angle
         nx, ny = hy.cos(at), hy.sin(at)
-        row = -drag * rate
+        row = -(own_drag if drag is None else drag) * rate
         pull, share = moment * (w + rate) ** 2, moment / inertia
         fx, fy = fx + pull * nx + share * row * ny, fy + pull * ny - share * row * nx
         arm_x = arm_x - (moment - share * spin) * ny

@@ -57,6 +57,7 @@ OTHERS = """
 ab.simulate("examples/machines/rigid_rotor.toml", duration=0.05)
 ab.simulate("docs/machines/real_race.toml", duration=0.05)
 ab.basin("examples/machines/discoidal.toml", 100.0, random=2, hold=0.1)
+ab.ensemble("examples/machines/discoidal.toml", {"drag": [1e-4, 2e-4]}, duration=0.05)
 ab.stability.map("examples/machines/discoidal.toml", {"speed": [60.0, 64.0], "viscosity": [1e-6, 2e-5]})
 """
 

@@ -40,7 +40,7 @@ class Group:
 
     def takes(self, one: Integration, stepper: Stepper, number: int) -> bool:
         """Take a member, if its numbers lie like those of the others and it is integrated as they are."""
-        if (stepper.method, stepper.moving) != (self.stepper.method, self.stepper.moving):
+        if _way(stepper) != _way(self.stepper):
             return False
         block = self.layout.packed(one)
         if block is None:
@@ -84,6 +84,12 @@ class Group:
     def room(self, keep_states: bool) -> Found:
         """Room for what all members leave."""
         return Found.room(len(self.numbers), self.balls, self.first.memory.state.size if keep_states else 0)
+
+
+def _way(stepper: Stepper) -> tuple[Any, ...]:
+    """All that says how a member is integrated, besides its numbers."""
+    long = stepper.long
+    return stepper.method, stepper.moving, None if long is None else (long.nodes, long.watch)
 
 
 class Groups:
