@@ -69,7 +69,8 @@ def test_friction_between_balls_never_feeds_energy_in(seed: int) -> None:
     ]
     torques = []
     for friction in (0.0, 0.4):
-        machine = standing(axis="vertical", orbit_radius=None, race_radius=WALL, balls=balls, contact=pair(friction))
+        contact = pair(friction, stiffness=1e5)
+        machine = standing(axis="vertical", orbit_radius=None, race_radius=WALL, balls=balls, contact=contact)
         system, state = assemble(machine).system, np.zeros(BALLS + 8)
         state[BALLS : BALLS + 4] = np.cumsum([0.0, *(sizes[1:] + sizes[:-1]) / (2.0 * ORBIT)]) * 0.97
         state[BALLS + 4 :] = np.random.default_rng(seed).uniform(-3.0, 3.0, 4)

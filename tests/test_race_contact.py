@@ -35,15 +35,22 @@ def _of_sizes(sizes: list[float], angles: list[float], speeds: list[float], **ra
 @pytest.mark.parametrize("sizes", [[0.01, 0.01], [0.01, 0.02], [0.02, 0.01]])
 @pytest.mark.parametrize("harmonics", [[], [{"order": 2, "amplitude": 1e-12}]])
 @pytest.mark.parametrize("speeds", [[4.0, -2.0], [0.0, -3.0], [2.0, 0.0]])
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize(("restitution", "stiffness"), [(0.0, None), (0.3, None), (1.0, None), (0.0, 1e5), (0.8, 1e5)])
 def test_two_balls_rebound_with_the_ratio_of_restitution(
-    restitution: float, speeds: list[float], harmonics: list[dict[str, float]], sizes: list[float]
+    restitution: float,
+    stiffness: float | None,
+    speeds: list[float],
+    harmonics: list[dict[str, float]],
+    sizes: list[float],
 ) -> None:
-    machine = _of_sizes(sizes, [0.0, 0.5], speeds, contact={"restitution": restitution}, harmonics=harmonics)
+    contact = {"restitution": restitution} | ({} if stiffness is None else {"stiffness": stiffness})
+    machine = _of_sizes(sizes, [0.0, 0.5], speeds, contact=contact, harmonics=harmonics)
     found = states_of(machine, np.array([0.0, 0.6]), tolerance=1e-11)[-1]
     before, after = speeds[1] - speeds[0], found[9] - found[8]
-    # below 0.01 the ratio counts as 0.01; steps across corners of the force cost a millionth
-    assert after == pytest.approx(-max(restitution, 0.01) * before, abs=3e-6 * abs(before))
+    # of soft contacts the ratio is at least 0.01, and steps across corners of the force cost a millionth
+    soft = stiffness is not None
+    expected = -max(restitution, 0.01 if soft else 0.0) * before
+    assert after == pytest.approx(expected, abs=(3e-6 if soft else 1e-9) * abs(before))
     one, other = (ball.inertia for ball in assemble(machine).balls)
     share = one / (one + other)
     mean = share * speeds[0] + (1.0 - share) * speeds[1]
@@ -100,17 +107,13 @@ def test_balls_keep_their_order_however_often_they_meet() -> None:
     )
     found = states_of(machine, np.linspace(0.0, 5.0, 5001), tolerance=1e-9)
     gaps = np.diff(np.column_stack([found[:, 6:11], found[:, 6] + 2.0 * math.pi]), axis=1)
-    # contacts are soft: at most overlap, the closing speed over the frequency of the contact, ten times the machine's
-    assert TOUCH - np.ptp(speeds) / (10.0 * math.sqrt(1e13 / 1e8)) < gaps.min() < TOUCH
+    assert TOUCH - 1e-10 < gaps.min() < TOUCH + 0.01
     assert np.ptp(found[:, 6]) > 0.5
 
 
 @pytest.mark.parametrize("parts", ["contact", "adherence", "partitions", "waves"])
 def test_runs_with_contacts_and_balls_at_rest_converge_with_the_tolerance(parts: str) -> None:
-    """An instant that the stepper misses, or a force that it sees late, would leave an error that no tolerance makes small.
-
-    Contacts multiply what the tolerance leaves, up to 1e-2 rad at 1e-7.
-    """
+    """An instant that the stepper misses, or a force that it sees late, would leave an error that no tolerance makes small."""
     sticks = parts == "adherence"
     friction = Friction(rolling_resistance=5e-2 if sticks else 2e-3, adherence=0.3 if sticks else 4e-3)
     given: dict[str, Any] = {"contact": {"restitution": 0.6}} | ({} if parts == "waves" else {"friction": friction})
@@ -124,7 +127,9 @@ def test_runs_with_contacts_and_balls_at_rest_converge_with_the_tolerance(parts:
     assert np.ptp(finest[:, 6:9], axis=0).min() > 0.1
     assert (finest[-1, 9:12] == 0.0).all() == sticks
     at_fine, at_rough = (np.abs(found[:, 6:9] - finest[:, 6:9]).max() for found in (fine, rough))
-    assert at_fine < min(1e-2 * at_rough, 1e-5)
+    # impacts multiply what the tolerance leaves; flights below 1e-11 rad are not flown, whatever the tolerance
+    assert at_rough < 1e-6
+    assert at_fine < 1e-8
 
 
 def test_balls_that_may_coincide_pass_through_each_other() -> None:
@@ -142,17 +147,13 @@ def test_elastic_balls_on_a_horizontal_race_keep_their_energy(oval: float) -> No
         contact={"restitution": 1.0},
         harmonics=[{"order": 2, "amplitude": oval, "angle": 0.7}, {"order": 3, "amplitude": 1e-12}],
     )
-    # at a tolerance of 1e-12 a step over the begin of a contact may cost 3e-6 of the energy; at this one 5e-10 in five ovals
-    reference, found = races(machine), states_of(machine, np.linspace(0.0, 3.0, 3001), tolerance=1e-14)
-    gaps = np.diff(np.column_stack([found[:, 6:9], found[:, 6] + 2.0 * math.pi]), axis=1)
-    apart = gaps.min(axis=1) > TOUCH
+    reference, found = races(machine), states_of(machine, np.linspace(0.0, 3.0, 3001), tolerance=1e-12)
     energies = []
-    for state in found[apart][::10]:
+    for state in found[::10]:
         q, v = reference.split(state)
         q[:2] = v[:2] = 0.0
         energies.append(reference.energy(q, v))
-    assert 0 < (~apart).sum() < 1000
-    np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=5e-9 * np.abs(energies[0]))
+    np.testing.assert_allclose(energies, energies[0], rtol=0.0, atol=1e-9 * np.abs(energies[0]))
     order = np.array([found[0, 9:12], found[-1, 9:12]])
     assert np.abs(order[1] - order[0]).max() > 0.1
 

@@ -7,20 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.references.race_runs import states_from
-from tests.references.standing_races import DIAMETER, ORBIT
+from tests.references.race_runs import states_from, states_of
+from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, GRAVITY, ORBIT, standing
 
-from autobalancer.assembly.contact import meetings
+import autobalancer as ab
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.machine import Machine
+from autobalancer.simulation.equations import equations
 
 TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
+RACE = "balancers[1].races[1]."
 COUNT, MASS, STIFFNESS, INERTIA = 5, 1.0, 2e3, 0.01
-
-
-@pytest.fixture(autouse=True)
-def _rigid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(meetings, "RIGID", True)
 
 
 def _free(restitution: float, **race: Any) -> Machine:
@@ -72,3 +69,159 @@ def test_a_free_rotor_keeps_its_angular_momentum_and_never_gains_energy(restitut
         assert energy[-1] < 0.99 * energy[0]
     gaps = np.diff(np.column_stack([states[:, 6:11], states[:, 6] + 2.0 * math.pi]), axis=1)
     assert -1e-11 < gaps.min() - TOUCH < 5e-3
+
+
+STALL = ab.load_machine("examples/machines/stall_and_release.toml")
+
+
+def test_soft_contact_tends_to_rigid_contact_as_one_over_the_root_of_its_stiffness() -> None:
+    """Up to before the release, from where the order of contacts decides."""
+    times = np.linspace(0.0, 11.0, 111)
+    rigid = states_of(STALL, times, tolerance=1e-9)
+    misses = []
+    for stiffness in (1e4, 1.6e5):
+        contact = {"restitution": math.exp(-2.0), "stiffness": stiffness}
+        soft = states_of(ab.with_parameter(STALL, RACE + "contact", contact), times, tolerance=1e-9)
+        misses.append(np.abs(soft[:, 6:8] - rigid[:, 6:8]).max())
+    assert misses[0] < 0.01
+    assert misses[0] / misses[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("count", [3, 8])
+@pytest.mark.parametrize("restitution", [0.0, 0.9])
+def test_rows_that_chatter_come_to_rest_on_each_other_and_on_partitions(restitution: float, count: int) -> None:
+    """Balls of unequal size, thrown into one half of a race that stands still, under their weight and drag."""
+    sizes = 0.008 + 0.001 * (np.arange(count) % 3)
+    angles = np.linspace(0.35, 2.6, count)
+    balls = [
+        {"diameter": d, "density": DENSITY, "start_angles": [BOTTOM + a], "start_speeds": [v]}
+        for d, a, v in zip(sizes, angles, 4.0 * np.cos(5.0 * np.arange(count)), strict=True)
+    ]
+    machine = standing(
+        orbit_radius=None, race_radius=ORBIT + 0.005, balls=balls, beta=5e-5,
+        contact={"restitution": restitution}, partitions={"count": 2, "angle": BOTTOM},
+    )  # fmt: skip
+    assembly = assemble(machine, rotating=False)
+    found = states_from(assembly, np.linspace(0.0, 25.0, 251), tolerance=1e-9)
+    contacts = assembly.system.contacts
+    np.testing.assert_array_equal(found[-1, 6 + count :], 0.0)
+    heap = contacts.wall_low[0] + np.concatenate([[0.0], np.cumsum(contacts.touch[:-1])])
+    np.testing.assert_allclose(found[-1, 6 : 6 + count], heap, rtol=0.0, atol=1e-9)
+    gaps = np.diff(found[:, 6 : 6 + count], axis=1) - contacts.touch[:-1]
+    assert gaps.min() > -1e-9
+    # the torque of the lowest contact carries the weight of all along the race
+    assert (assembly.system.ties.low[0], assembly.system.ties.joined[:-1].sum()) == (1, count - 1)
+    weights = [ball.effective_mass * ball.orbit_radius * GRAVITY for ball in assembly.balls]
+    carried = np.dot(weights, np.cos(found[-1, 6 : 6 + count]))
+    assert assembly.system.ties.press_low[0] == pytest.approx(carried, rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.97, 1.03])
+def test_a_row_of_balls_at_rest_holds_as_long_as_adherence_holds_all_of_them(share: float) -> None:
+    """Three balls on a race that stands: those high up are held by those low down, and all of them roll together."""
+    adherence = 0.3
+    middle = math.atan(adherence)  # a single ball rolls from here on; of a row the middle counts, but for its pressure
+    half = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
+    angles = [share * middle - half, share * middle, share * middle + half]
+    machine = standing(angles=angles, friction={"rolling_resistance": 1e-6, "adherence": adherence}, beta=1e-3)
+    found = states_of(machine, np.linspace(0.0, 0.5, 51), tolerance=1e-9)
+    rests = bool((found[:, 9:12] == 0.0).all())
+    assert rests == (share < 1.0)
+    if rests:
+        assert math.tan(angles[-1]) > adherence  # the highest alone would roll
+        alone = states_of(
+            standing(angles=angles[-1:], friction={"rolling_resistance": 1e-6, "adherence": adherence}, beta=1e-3),
+            np.array([0.0, 0.5]),
+        )
+        assert alone[-1, 7] != 0.0
+    else:
+        assert (found[-1, 9:12] < 0.0).all()
+
+
+def test_a_race_full_of_balls_turns_as_one_ring() -> None:
+    count = 6
+    diameter = 2.0 * ORBIT * math.sin(math.pi / count)
+    balls = {
+        "count": count, "diameter": diameter, "density": DENSITY, "start_speeds": [3.0, 0.0, 1.0, 2.0, -1.0, 1.0],
+        "start_angles": [2.0 * math.pi * k / count for k in range(count)],
+    }  # fmt: skip
+    beta, times = 1e-2, np.linspace(0.0, 1.0, 11)
+    machine = standing(axis="horizontal", balls=[balls], beta=beta, contact={"restitution": 0.5})
+    assembly = assemble(machine, rotating=False)
+    found = states_from(assembly, times)
+    rates = found[1:, 6 + count :]
+    np.testing.assert_array_equal(rates, rates[:, :1] * np.ones(count))
+    expected = np.exp(-beta / assembly.balls[0].inertia * times[1:])  # the weight of a full ring has no torque
+    np.testing.assert_allclose(rates[:, 0], expected, rtol=1e-9)
+
+
+def test_a_result_knows_the_normal_forces_of_balls_that_press_on_each_other() -> None:
+    """Two balls at the bottom of a race that stands: between them F, and on the wall the weight of both."""
+    half = math.asin(0.5 * DIAMETER / ORBIT)
+    machine = standing(angles=[-half, half], friction={"rolling_resistance": 1e-9, "adherence": 1e-9})
+    run = ab.simulate(machine, duration=0.2)
+    mass = DENSITY * math.pi / 6.0 * DIAMETER**3
+    pressing = mass * GRAVITY * math.tan(half)  # horizontal force between them
+    expected = mass * GRAVITY * math.cos(half) + pressing * math.sin(half)
+    np.testing.assert_allclose(run["ball_normal_force"].values[-1], expected, rtol=1e-6)
+
+
+def _real(rotor: dict[str, Any], drive: dict[str, Any], **race: Any) -> Machine:
+    """Three unequal balls in one race, of which the first two touch, and another race."""
+    balls = [
+        {"diameter": d, "density": DENSITY, "start_angles": [a], "start_speeds": [v]}
+        for d, a, v in ((0.01, 0.3, -2.0), (0.012, 0.42, -2.0), (0.008, 2.0, 1.0))
+    ]
+    whole = {"race_radius": ORBIT, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls} | race
+    other = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": [balls[0]]}
+    return Machine(
+        name="real", axis="horizontal", gravity=GRAVITY, rotor=rotor, drive=drive,
+        unbalances=[{"moment": 1e-4}], balancers=[{"races": [whole, other]}],
+        start={"deflection": [1e-3, 2e-3], "velocity": [0.1, -0.2]} | ({"speed": 40.0} if drive is TORQUE else {}),
+    )  # fmt: skip
+
+
+PLANE = {"mass": 2.0, "stiffness": 2e4, "damping": 5.0, "inertia": 0.01}
+TORQUE, RAMP = (
+    {"kind": "torque", "torque": 1.0},
+    {"kind": "speed", "profile": {"kind": "ramp", "start": 40.0, "end": 90.0, "duration": 1.0}},
+)
+OVAL = {"harmonics": [{"order": 2, "amplitude": 1e-3}], "friction": {"rolling_resistance": 0.01}}
+
+
+@pytest.mark.parametrize("drive", [TORQUE, RAMP])
+@pytest.mark.parametrize(
+    "race",
+    [
+        {},
+        {"eccentricity": 1e-3, "eccentricity_angle": 0.7},
+        OVAL,
+        OVAL | {"contact": {"restitution": 0.5, "friction": 0.3}},
+    ],
+)
+@pytest.mark.parametrize("general", [False, True])
+def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_of_the_contact(
+    general: bool, race: dict[str, Any], drive: dict[str, Any]
+) -> None:
+    assembly = assemble(_real(PLANE, drive, **race), rotating=False, general=general)
+    system, state, n = assembly.system, assembly.state, len(assembly.balls)
+    system.guided.mode = np.where(state[6 + n : 6 + 2 * n] < 0.0, -1.0, 1.0)
+    together, apart = np.zeros_like(state), np.zeros_like(state)
+    rates = equations(assembly).rates
+    system.ties.joined[0], system.ties.follows[1], system.rigid.bound[0] = 1, 1, 2
+    system.guided.bound[:2] = 1
+    rates(0.0, state, together, system)
+    press = float(system.ties.press[0])
+    normals = system.guided.normal.copy()
+    assert together[6 + n] == together[7 + n]
+    assert abs(press) > 1e-6
+    system.ties.joined[0], system.ties.follows[1], system.rigid.bound[0] = 0, 0, 0
+    system.guided.bound[:2] = 0
+    pair, own = system.contacts[0], assembly.balls
+    rub = pair.rub * math.tanh((pair.arm * state[6 + n] + pair.arm_next * state[7 + n]) * pair.grip)
+    system.guided.given[:2] = press * np.array([-1.0 - pair.arm * rub, 1.0 - pair.arm_next * rub])
+    outward = [pair.out - rub / own[0].orbit_radius, pair.out_next + rub / own[1].orbit_radius]
+    system.guided.given_out[:2] = press * np.array(outward)
+    rates(0.0, state, apart, system)
+    np.testing.assert_allclose(together, apart, rtol=1e-10, atol=1e-9)
+    np.testing.assert_allclose(normals, system.guided.normal, rtol=1e-10, atol=1e-12)

@@ -7,6 +7,7 @@ from typing import Any
 
 from numba import njit, void
 
+from autobalancer.kernels.balls.rigid.stay import recognize
 from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.pointers import address, data, plain
@@ -30,4 +31,6 @@ def derivatives(
     p.drive.now[0] = 0
     for i in range(times.size):
         enter_segment(times[i], p.drive)
+        if p.ties.shape[0] > 0:
+            recognize(times[i], data(states[i]), rhs, parameters)
         rhs(times[i], data(states[i]), data(out[i]), parameters)

@@ -158,6 +158,7 @@ class Rigid(NamedTuple):
     response: Matrix = np.zeros((0, 0))  # (c, w) what a torque of one does to the rates of the state
     base: Floats = np.zeros(0)  # (w,) rates
     middle: Floats = np.zeros(0)  # (w,) a state
+    missed: Floats = np.zeros(0)  # (w,) by how much a guess of it was wrong
 
 
 class System(NamedTuple):

@@ -20,12 +20,11 @@ from autobalancer.machine import Machine, Race
 
 TURN = 2.0 * math.pi
 TOUCHING = 1e-9  # rad, by which a ball may start inside a partition
-QUICK = 10.0  # contact frequency over the greatest frequency of the machine: a contact lasts a twentieth of a turn
+QUICK = 10.0  # frequency of a soft contact without a stiffness over the greatest of the machine
 
 SLOW = 1e-3  # slip at which friction between balls sets in, over the speed of the wall at the greatest frequency
 CRITICAL = math.exp(-2.0)  # restitution of critical damping, which costs no more steps
 JAMMING = 0.9  # friction between balls from which on they can lock, so that no rigid contact tells how they move
-RIGID = False  # whether contacts without a stiffness are rigid
 FULL = 1e-9  # rad: play of a race below which its balls have none
 
 
@@ -81,7 +80,7 @@ def restitution(race: Race) -> float:
 
 def is_rigid(race: Race) -> bool:
     """Whether balls meet in rigid contacts: where no stiffness is given, nor friction by which they could lock."""
-    return RIGID and (race.contact is None or (race.contact.stiffness is None and race.contact.friction < JAMMING))
+    return race.contact is None or (race.contact.stiffness is None and race.contact.friction < JAMMING)
 
 
 def has_rigid_friction(machine: Machine) -> bool:

@@ -29,8 +29,8 @@ def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: fl
         ties.joined[members[-1]] = 2
     pull = PULL * max(ball.inertia for ball in balls) * frequency**2
     room = Rigid(
-        bound=np.zeros(1, np.int64),
-        margin=np.array([1e300, 1e300, pull]),
+        bound=np.zeros(2, np.int64),
+        margin=np.array([1e300, 1e300, pull, pull, -1.0]),
         kinds=np.zeros(count, np.int64),
         balls=np.zeros(count, np.int64),
         chosen=np.zeros(count, np.int64),
@@ -43,5 +43,6 @@ def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: fl
         response=np.zeros((count, size)),
         base=np.zeros(size),
         middle=np.zeros(size),
+        missed=np.zeros(size),
     )
     return {"ties": ties, "rigid": room}

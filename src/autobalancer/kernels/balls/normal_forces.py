@@ -7,6 +7,7 @@ from typing import Any
 
 from numba import njit, void
 
+from autobalancer.kernels.balls.rigid.stay import recognize
 from autobalancer.kernels.flags import COMPILED
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.pointers import address, data, plain
@@ -38,6 +39,8 @@ def normal_forces(
             rate = states[i, BALLS + count + b]
             if p.balls[b].rolling > 0.0 or p.balls[b].adherence > 0.0:
                 p.guided[b].mode = 1.0 if rate > 0.0 else -1.0 if rate < 0.0 else 0.0
+        if p.ties.shape[0] > 0:
+            recognize(times[i], data(states[i]), rhs, parameters)
         rhs(times[i], data(states[i]), data(work), parameters)
         for b in range(count):
             out[i, b] = p.guided[b].normal

@@ -17,21 +17,19 @@ SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
 class Contact(Part):
     """Balls of one race that meet rebound with the ratio ``restitution`` of their speeds; they keep their order.
 
-    A spring and a damper that never pull act between them; no rebound counts as 1 %. ``stiffness`` along the race, if not
-    given, is such that a contact lasts about a twentieth of a turn, by which it neither matters nor slows down the run.
+    Contact is rigid: an impact takes no time, and balls that press on each other move as one. With a ``stiffness`` along the
+    race a spring and a damper that never pull act between them, and no rebound counts as 1 %; so they do with a friction of 0.9
+    or more, where a contact lasts about a twentieth of a turn.
 
     ``friction`` acts between rolling balls that press on each other, full where they slip much faster than ``slip_speed``
-    (Spannan 2021, 5.6). Without it that is a thousandth of the speed of the wall at the greatest speed of the machine, at which
-    friction is about as stiff as the contact.
+    (Spannan 2021, 5.6). Without it that is a thousandth of the speed of the wall at the greatest speed of the machine.
     """
 
-    restitution: Ratio = key("speed after over speed before, 0 to 1; 0 is replaced by 1 %")
+    restitution: Ratio = key("speed after over speed before, 0 to 1; with a stiffness 0 is replaced by 1 %")
     rebound: Rebound | None = key(
         "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
     )
-    stiffness: ContactStiffness | None = key(
-        "along the race; without it a contact lasts about a twentieth of a turn", None
-    )
+    stiffness: ContactStiffness | None = key("along the race; without it contact is rigid", None)
     friction: Ratio = key("coefficient between rolling balls in contact; for resolved balls use `ball_friction`", 0.0)
     slip_speed: SlipSpeed | None = key(
         "friction is fully developed at much faster slip; by default a thousandth of the speed of the wall", None

@@ -17,7 +17,7 @@ from autobalancer.kernels.balls.rigid.closed import (
     thin,
 )
 from autobalancer.kernels.balls.rigid.stay import NEAR, Limits, is_loose, settle
-from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, PULL
+from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, OWN_PULL, PULL, WHEN
 from autobalancer.kernels.balls.switches import SHORT, crossing, rubs
 from autobalancer.kernels.balls.switches import forget as forget_modes
 from autobalancer.kernels.balls.switches import take as take_modes
@@ -56,8 +56,10 @@ def rigid_contact(ask: int, time: float, rates: Any, parameters: Any, pair: Any)
 
 @njit(**INLINE)
 def _limits(p: System, m: Memory) -> Limits:
-    """A flight has to be higher than the digits of an angle can tell."""
-    return Limits(0.1 * m.absolute[BALLS + p.ball_count], max(1e-3 * m.absolute[BALLS], 10.0 * thin(data(m.state), 0)))
+    """A flight has to be higher than the digits of an angle can tell; where time stands still, limits grow until it goes on."""
+    wider = p.rigid.margin[PULL] / p.rigid.margin[OWN_PULL]
+    low = max(1e-3 * m.absolute[BALLS], 10.0 * thin(data(m.state), 0))
+    return Limits(0.1 * wider * m.absolute[BALLS + p.ball_count], wider * low)
 
 
 @njit(**COMPILED)
@@ -65,6 +67,7 @@ def _take(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """Look who touches at the start; later only whether a contact that is closed would pull, as the drive has changed."""
     (_, m), p = behind(pair), behind(system_at(parameters))
     if m.counts[ACCEPTED] == 0:
+        p.rigid.bound[1], p.rigid.margin[WHEN], p.rigid.margin[PULL] = 0, -1.0, p.rigid.margin[OWN_PULL]
         for k in range(p.ball_count):
             for kind in (NEXT, BEHIND, AHEAD):
                 if exists(p, kind, k):
@@ -220,4 +223,8 @@ def _pass(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     for k in range(p.ball_count):
         if rubs(p.balls[k]) and p.guided[k].mode == 0.0:
             m.state[BALLS + p.ball_count + k] = 0.0
+    stands = time - p.rigid.margin[WHEN] <= 1e-2 * SHORT / max(1.0, abs(m.state[SPEED]))
+    p.rigid.bound[1] = p.rigid.bound[1] + 1 if stands else 0
+    p.rigid.margin[WHEN] = time
+    p.rigid.margin[PULL] = p.rigid.margin[OWN_PULL] * 2.0 ** min(max(p.rigid.bound[1] - 30, 0), 40)
     m.counts[EVALUATIONS] += settle(time, data(m.state), rates, parameters, m.state.size, 0.0, _limits(p, m))

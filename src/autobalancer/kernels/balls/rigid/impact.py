@@ -27,6 +27,7 @@ from autobalancer.kernels.records.impacts import BEHIND, NEXT
 from autobalancer.kernels.system import BALLS, System, system_at
 
 SLOWEST = 1e-5  # m/s, as in impacts.py
+GUESSES = 300  # of the slips in an impact
 PIVOT = 1e-11  # of the greatest: what is less depends on the others
 
 
@@ -198,14 +199,17 @@ def strike(time, y, rates, system, size, count, slow):  # type: ignore[no-untype
     What approaches more slowly than ``slow`` (rad/s) does not rebound.
     """
     p = behind(system_at(system))
-    r, at, done, rubs = p.rigid, BALLS + p.ball_count, 0, False
+    r, at, done, rubs, fastest = p.rigid, BALLS + p.ball_count, 0, False, 0.0
     _free_for_impact(p, count)
     for q in range(count):
         r.chosen[q] = 1
         rubs = rubs or (r.kinds[q] == NEXT and p.contacts[r.balls[q]].rub > 0.0)
+        fastest = max(fastest, abs(r.before[q]))
+    enough = max(1e-3 * slow, 1e-9 * fastest)
     for i in range(size):
-        r.middle[i] = y[i]
-    for _ in range(30 if rubs else 1):
+        r.middle[i], r.missed[i] = y[i], 0.0
+    share = 1.0
+    for _ in range(GUESSES if rubs else 1):
         done += responses(time, data(r.middle), rates, system, size, count)
         for q in range(count):
             kind, k, before = r.kinds[q], r.balls[q], r.before[q]
@@ -214,19 +218,23 @@ def strike(time, y, rates, system, size, count, slow):  # type: ignore[no-untype
                 pace = p.contacts[k].pace if kind == NEXT else p.contacts[k].wall_pace
                 r.need[q] += restitution(p, kind, k, -pace * before) * before
         complementary(system, count)
-        change = 0.0
+        change, turn = 0.0, 0.0
         for i in range(size):
             gained = 0.0
             for q in range(count):
                 gained += r.response[q, i] * r.impulse[q]
-            middle = y[i] + 0.5 * gained
+            miss = y[i] + 0.5 * gained - r.middle[i]
             if at <= i < at + p.ball_count:
-                change = max(change, abs(middle - r.middle[i]))
-            r.middle[i] = middle
-        if change < 1e-3 * slow:
+                change, turn = max(change, abs(miss)), turn + miss * r.missed[i]
+            r.base[i], r.missed[i] = gained, miss
+        if turn < 0.0:  # friction that turns the slip round is found by ever smaller changes
+            share *= 0.5
+        for i in range(size):
+            r.middle[i] += share * r.missed[i]
+        if change < enough:
             break
     for i in range(size):
-        y[i] += 2.0 * (r.middle[i] - y[i])
+        y[i] += r.base[i]
     _note(time, p, count)
     return done
 

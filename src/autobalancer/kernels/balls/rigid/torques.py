@@ -17,7 +17,9 @@ from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import BALLS, System, system_at
 
 ROUNDING = 1.0 + 1e-9  # as in switches.py
-NOW, LEAST, PULL = range(3)  # places in Rigid.margin
+# places in Rigid.margin: least torque of a contact now, since a look, the one that counts as a pull, that one as assembled
+# (N m); time of the last change (s)
+NOW, LEAST, PULL, OWN_PULL, WHEN = range(5)
 FAR = 1e300
 
 
