@@ -164,9 +164,8 @@ def test_a_ball_that_stops_and_breaks_loose_does_so_at_the_same_instant() -> Non
     assert 0 < stepper.attributes()["long_steps"] < stepper.memory.counts[ACCEPTED]
 
 
-def test_balls_in_rigid_contact_stay_in_long_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_balls_in_rigid_contact_stay_in_long_steps() -> None:
     """In the first resonance the balls of both planes gather and touch for seconds; the pair only makes the impacts."""
-    monkeypatch.setattr("autobalancer.assembly.contact.meetings.RIGID", True)
     profile = {"kind": "ramp", "start": 0.0, "end": "4000 rpm", "duration": "60 s"}
     machine = with_value_at(ab.load_machine("examples/machines/two_plane_rotor.toml"), "drive.profile", profile)
     times = np.linspace(0.0, 18.0, 181)
