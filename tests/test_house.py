@@ -20,6 +20,8 @@ LINES, ARGUMENTS, MODULES = 300, 12, 20
 
 LONG = {}
 MANY = {
+    "kernels/ensemble/long_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
+    "kernels/ensemble/members.py run_members": "a compiled loop gets all that it needs and all that it writes",
     "plots/chamber/film.py animate_chamber": "everything one may wish of a film",
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
@@ -28,6 +30,7 @@ MANY = {
 }
 FULL: dict[str, str] = {}
 INNER = {
+    "studies/ensemble/classes.py Differs": "ends an attempt to follow; all members are assembled then",
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
 }
