@@ -50,8 +50,8 @@ def narrow(a, out):  # type: ignore[no-untyped-def]
 
 
 @njit(**APART)
-def largest(a, b):  # type: ignore[no-untyped-def]
-    return greatest(greater(load(data(a), 0), load(data(b), 0)))
+def largest(a):  # type: ignore[no-untyped-def]
+    return greatest(load(data(a), 0))
 
 
 @njit(**APART)
@@ -84,8 +84,7 @@ def test_what_is_not_a_number_is_the_greatest_and_is_not_lost() -> None:
     for place in range(8):
         values = np.arange(8.0)
         values[place] = np.nan
-        assert np.isnan(largest(values, np.full(8, 3.0)))
-        assert np.isnan(largest(np.full(8, 3.0), values))
+        assert np.isnan(largest(values))
 
 
 def test_sines_of_lanes_are_those_of_single_angles_in_every_quarter_turn() -> None:

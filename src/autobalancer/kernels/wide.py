@@ -13,9 +13,9 @@ array of NumPy.
 ``rounded(value)``, ``root(value)``, ``amount(value)``
     Nearest integer, square root and absolute value of each lane, or of a plain number.
 ``greater(one, other)``
-    The greater of two, lane by lane.
+    The greater of two, lane by lane; ``other`` where one of them is not a number.
 ``total(value)``, ``greatest(value)``, ``lane(value, i)``
-    The sum of all lanes, the greatest one, and lane i.
+    The sum of all lanes, the greatest one (not a number if any is), and lane i.
 """
 
 from __future__ import annotations
@@ -222,7 +222,7 @@ def _larger(builder: Any, one: Any, other: Any) -> Any:
 
 def _greater(typing_context: Any, one: Any, other: Any) -> Any:
     def generate(context: Any, builder: Any, its: Any, arguments: Any) -> Any:
-        return _larger(builder, *arguments)
+        return builder.select(builder.fcmp_ordered(">", *arguments), *arguments)
 
     return one(one, one), generate
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.system import Assembly, Model
+from autobalancer.kernels.balls.contacts_in_steps import contacts_in_steps
 from autobalancer.kernels.balls.open_gaps import open_gaps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
 from autobalancer.kernels.integrators.collocation.amplitudes import Amplitudes, amplitudes
@@ -57,7 +58,7 @@ def _why_no_modes(assembly: Assembly) -> str:
 def long_steps(assembly: Assembly, memory: Memory) -> LongSteps | None:
     """Long steps of a machine, beside a pair with this memory; None if its modes carry no motion."""
     if assembly.model is Model.PLANAR:
-        nodes, watch, unknowns = planar_nodes, open_gaps, _planar(assembly)
+        nodes, watch, unknowns = planar_nodes, contacts_in_steps, _planar(assembly)
     else:
         found = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds)
         if found is None:

@@ -81,7 +81,7 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
         )
     pair = tableaus.tsitouras() if method == "tsitouras" else tableaus.dormand_prince_8()
     memory, moving = memory_for(assembly, end, tolerance, pair), equations(assembly)
-    if method == "exponential_collocation" or (method == "auto" and assembly.general):
+    if method in ("auto", "exponential_collocation"):
         from autobalancer.simulation.long_steps import NEARLY_THE_SAME, long_steps, why_no_long_steps
 
         obstacle, long = why_no_long_steps(assembly), None

@@ -33,7 +33,7 @@ def run(
         typer.Option(
             help="auto, dormand_prince_8, tsitouras or exponential_collocation; of a deep chamber verlet or runge_kutta."
         ),
-    ] = "dormand_prince_8",
+    ] = "auto",
     step: Annotated[str, typer.Option(help="Deep chamber: of the integration; by default from the contact time.")] = "",
     sample: Annotated[str, typer.Option(help="Deep chamber: time between samples; by default 1 ms.")] = "",
     seed: Seed = 0,

@@ -16,7 +16,7 @@ DIP = 0.005  # of the step squared times the relative acceleration: how far a ga
 
 
 @njit(**MERGED)
-def _open_until(start: float, gap: Any, bend: Any, step: float, a: Any) -> float:
+def open_until(start: float, gap: Any, bend: Any, step: float, a: Any) -> float:
     """The fraction of the step up to which a gap stays open, 1 if it does; 0 where it is closed at the begin."""
     nodes, work = data(a.radau.nodes), data(a.work)
     dip = DIP * step * step * greatest(amount(bend))
@@ -44,9 +44,9 @@ def open_gaps(step: float, system: Any, amplitudes: Any) -> float:
             gap = load(values, (angles + other) * NODES) - angle + ahead
             turned = load(forces, (own + other) * NODES) - bend
             now = start[BALLS + other] - start[BALLS + i] + ahead
-            until = min(until, _open_until(now, gap, turned, step, a))
+            until = min(until, open_until(now, gap, turned, step, a))
         if pair.wall_hard > 0.0 or pair.wall_rigid > 0:
             now = start[BALLS + i]
-            until = min(until, _open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
-            until = min(until, _open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))
+            until = min(until, open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
+            until = min(until, open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))
     return until

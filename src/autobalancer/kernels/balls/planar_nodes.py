@@ -15,6 +15,7 @@ from typing import Any
 
 from numba import njit
 
+from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.flags import EQUATIONS, MERGED
 from autobalancer.kernels.host.drive import drive_value, table_torque
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN, amplitudes_at
@@ -25,7 +26,9 @@ from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
 from autobalancer.kernels.wide import NODES, all_lanes, load, store
 
 STIFFNESS, DAMPING, DECAY, FREQUENCY = range(4)  # places in Amplitudes.numbers: k/M, b/M, delta, w_d
-ROWS = 4  # of a ball in its work space
+# rows of a ball in its work space: its own row, and phi'' = push - twist w' - share.A
+ROW, SPIN, LEAN_X, LEAN_Y, PUSH, TWIST, SHARE_X, SHARE_Y = (NODES * i for i in range(8))
+EACH = 8 * NODES
 
 
 @njit(**MERGED)
@@ -88,7 +91,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     mass_xx, mass_xy, mass_yy = all_lanes(mass), all_lanes(0.0), all_lanes(mass)
     inertia, torque = all_lanes(p.polar_inertia), all_lanes(0.0)
     for i in range(count):
-        ball, place = p.balls[i], ROWS * i * NODES
+        ball, place = p.balls[i], EACH * i
         s, c = sine_cosine_of_lanes(load(values, (6 + i) * NODES))
         ball_speed = load(values, (6 + count + i) * NODES)
         in_space = speed + ball_speed
@@ -113,6 +116,12 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
             spin += along
             inertia += along * 2.0
             torque -= across * ball_speed * (in_space + speed)
+        if p.guided[i].bound != 0:
+            store(row, work, place + ROW)
+            store(spin, work, place + SPIN)
+            store(lean_x, work, place + LEAN_X)
+            store(lean_y, work, place + LEAN_Y)
+            continue
         push, twist = row * inverse, spin * inverse
         share_x, share_y = lean_x * inverse, lean_y * inverse
         mass_xx -= lean_x * share_x
@@ -124,10 +133,45 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
         arm_y -= lean_y * twist
         inertia -= spin * twist
         torque -= spin * push
-        store(push, work, place)
-        store(twist, work, place + NODES)
-        store(share_x, work, place + 2 * NODES)
-        store(share_y, work, place + 3 * NODES)
+        store(push, work, place + PUSH)
+        store(twist, work, place + TWIST)
+        store(share_x, work, place + SHARE_X)
+        store(share_y, work, place + SHARE_Y)
+    if p.rigid.bound[0] > 0:
+        for head in range(count):
+            if leads(p, head):
+                # balls that touch are one ball with the sum of their rows; beside a partition its inverse inertia is 0
+                row, spin, lean_x, lean_y = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
+                whole, held, k, more = 0.0, p.ties[head].low != 0, head, True
+                while more:
+                    its, place = p.ties[k], EACH * k
+                    row += load(work, place + ROW)
+                    spin += load(work, place + SPIN)
+                    lean_x += load(work, place + LEAN_X)
+                    lean_y += load(work, place + LEAN_Y)
+                    whole += p.balls[k].inertia
+                    held, more = held or its.high != 0, its.joined == 1
+                    k = p.contacts[k].next
+                inverse = 0.0 if held else 1.0 / whole
+                push, twist = row * inverse, spin * inverse
+                share_x, share_y = lean_x * inverse, lean_y * inverse
+                mass_xx -= lean_x * share_x
+                mass_xy -= lean_x * share_y
+                mass_yy -= lean_y * share_y
+                force_x -= lean_x * push
+                force_y -= lean_y * push
+                arm_x -= lean_x * twist
+                arm_y -= lean_y * twist
+                inertia -= spin * twist
+                torque -= spin * push
+                k, more = head, True
+                while more:
+                    place, more = EACH * k, p.ties[k].joined == 1
+                    store(push, work, place + PUSH)
+                    store(twist, work, place + TWIST)
+                    store(share_x, work, place + SHARE_X)
+                    store(share_y, work, place + SHARE_Y)
+                    k = p.contacts[k].next
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
     inverse = 1.0 / determinant
     wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x
@@ -141,6 +185,9 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     ax -= wx * turn
     ay -= wy * turn
 
+    store(ax, work, EACH * count)
+    store(ay, work, EACH * count + NODES)
+
     half = 0.5 / frequency
     drawn_x, drawn_y = (ax + bare_x) * half, (ay + bare_y) * half
     ahead = speed - a.held[FROZEN]
@@ -150,7 +197,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     store(drawn_x - ahead * backward_x, forces, 3 * NODES)
     store(acceleration, forces, 4 * NODES)
     for i in range(count):
-        place = ROWS * i * NODES
-        push, twist = load(work, place), load(work, place + NODES)
-        share_x, share_y = load(work, place + 2 * NODES), load(work, place + 3 * NODES)
+        place = EACH * i
+        push, twist = load(work, place + PUSH), load(work, place + TWIST)
+        share_x, share_y = load(work, place + SHARE_X), load(work, place + SHARE_Y)
         store(push - twist * acceleration - share_x * ax - share_y * ay, forces, (5 + i) * NODES)

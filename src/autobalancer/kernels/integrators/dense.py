@@ -14,6 +14,7 @@ from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.memory import TAKEN, Memory
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data
+from autobalancer.kernels.wide import NODES, load, store
 
 
 @njit(**INLINE)
@@ -58,6 +59,17 @@ def slope(i: int, x: float, m: Memory) -> float:
 def evaluate(x: float, pair: Any, out: Any) -> None:
     """The whole state at the fraction x of the step; ``pair`` points to (tableau, memory)."""
     t, m = behind(pair)
+    if t.total == t.degree:  # the stages are the coefficients themselves
+        stages, trial, start, width = data(m.stages), data(m.trial), data(m.start), m.trial.size
+        way = m.clock[TAKEN] * x
+        for i in range(0, width, NODES):
+            state = load(stages, (NODES - 1) * width + i)
+            for power in range(NODES - 2, -1, -1):
+                state = state * x + load(stages, power * width + i)
+            store(state * way + load(start, i), trial, i)
+        for i in range(m.state.size):
+            out[i] = trial[i]
+        return
     first, columns, values, shares = data(t.first), data(t.columns), data(t.values), data(m.shares)
     for stage in range(t.total):
         shares[stage] = 0.0

@@ -22,9 +22,11 @@ from autobalancer.kernels.wide import NODES
 
 # places in Amplitudes.held
 FROZEN, FROZEN_BEFORE, LENGTH_BEFORE, LENGTH_KNOWN, FROZEN_KNOWN, DECAY_KNOWN = range(6)
-PAIR_STEP, SINCE = 6, 7  # step of the explicit pair when it was used last; when the work of long steps was counted last
-BASIS = 8  # number of the modes in force, collocation/bases.py; -1: none yet
-HELD = 9
+# step of the explicit pair when it was used last; when the work of long steps was counted last
+PAIR_STEP, SINCE = 6, 7
+BEGINS = 8  # where in the last step this one begins
+BASIS = 9  # number of the modes in force, collocation/bases.py; -1: none yet
+HELD = 10
 # places in Amplitudes.tallies
 SWEEPS, RENEWED, UNSETTLED, LONG_STEPS, EXPLICIT, LEFT, CHUNK, IN_A_ROW, SWEEPS_THEN, HANDED = range(10)
 TALLIES = 10
@@ -59,7 +61,7 @@ class Amplitudes(NamedTuple):
     stretch: Floats  # (64,) forces of the last step at the nodes of this one
     origin: Floats  # (n,) state at the begin of the step
     reached: Floats  # (n,) state at the end of a piece
-    balls_work: Floats  # (4 n 8)
+    balls_work: Floats  # (8 n 8 + 16) rows of the balls, and the acceleration of their race
     work: Floats  # (WORK,)
 
 
@@ -77,7 +79,11 @@ amplitudes_at = pointer_to(amplitudes_type)
 nodes_type = types.FunctionType(types.void(types.float64, types.float64, types.voidptr, types.voidptr))
 """(time, step, system, amplitudes): ``forces`` from ``values`` at all nodes of the step that begins at ``time``."""
 watch_type = types.FunctionType(types.float64(types.float64, types.voidptr, types.voidptr))
-"""(step, system, amplitudes): the fraction of the step up to which these forces hold; 1 if they hold to its end."""
+"""(step, system, amplitudes): the fraction of the step up to which these forces hold, 1 if to its end.
+
+SWITCHES if the switch has to tell.
+"""
+SWITCHES = 2.0
 
 
 def amplitudes(
@@ -135,6 +141,6 @@ def amplitudes(
         stretch=np.zeros(NODES * NODES),
         origin=np.zeros(size),
         reached=np.zeros(size),
-        balls_work=np.zeros(4 * NODES * max(balls, 1)),
+        balls_work=np.zeros(NODES * (8 * balls + 2)),
         work=np.zeros(WORK),
     )

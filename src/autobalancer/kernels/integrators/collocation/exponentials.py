@@ -31,6 +31,34 @@ def decay(mode: int, real: float, a: Any) -> None:
 
 
 @njit(**MERGED)
+def _add_powers(matrices: Any, count: int, powers: Any, sums: Any, first: int) -> None:
+    """sum_q matrix_q z^q over so many powers; four columns at once, so that no sum waits for another."""
+    for j in range(0, NODES, 4):
+        real_0, real_1, real_2, real_3 = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
+        beside_0, beside_1, beside_2, beside_3 = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
+        for q in range(count):
+            real, imaginary, place = powers[2 * q], powers[2 * q + 1], q * SQUARE + j * NODES
+            column = load(matrices, place)
+            real_0, beside_0 = real_0 + column * real, beside_0 + column * imaginary
+            column = load(matrices, place + NODES)
+            real_1, beside_1 = real_1 + column * real, beside_1 + column * imaginary
+            column = load(matrices, place + 2 * NODES)
+            real_2, beside_2 = real_2 + column * real, beside_2 + column * imaginary
+            column = load(matrices, place + 3 * NODES)
+            real_3, beside_3 = real_3 + column * real, beside_3 + column * imaginary
+        place = first + j * NODES
+        store(real_0, sums, place)
+        store(real_1, sums, place + NODES)
+        store(real_2, sums, place + 2 * NODES)
+        store(real_3, sums, place + 3 * NODES)
+        place += SQUARE
+        store(beside_0, sums, place)
+        store(beside_1, sums, place + NODES)
+        store(beside_2, sums, place + 2 * NODES)
+        store(beside_3, sums, place + 3 * NODES)
+
+
+@njit(**MERGED)
 def exponentials(mode: int, real: float, imaginary: float, a: Any) -> None:
     """Factors and sums of a mode with z = real + i imaginary; its decay is known."""
     factors, sums, work = data(a.factors), data(a.sums), data(a.work)
@@ -57,13 +85,10 @@ def exponentials(mode: int, real: float, imaginary: float, a: Any) -> None:
             )
         store(start_real, work, 2 * NODES)
         store(start_imaginary, work, 3 * NODES)
+        _add_powers(slopes, NODES, work, sums, first)
         for j in range(NODES):
-            sum_real, sum_imaginary = all_lanes(0.0), all_lanes(0.0)
-            for q in range(NODES):
-                its = load(slopes, q * SQUARE + j * NODES)
-                sum_real += its * work[2 * q]
-                sum_imaginary += its * work[2 * q + 1]
             at_start, beside = work[2 * NODES + j], work[3 * NODES + j]
+            sum_real, sum_imaginary = load(sums, first + j * NODES), load(sums, first + SQUARE + j * NODES)
             store(sum_real - factor_real * at_start + factor_imaginary * beside, sums, first + j * NODES)
             store(sum_imaginary - factor_real * beside - factor_imaginary * at_start, sums, first + SQUARE + j * NODES)
         return
@@ -79,11 +104,4 @@ def exponentials(mode: int, real: float, imaginary: float, a: Any) -> None:
         shrink /= count
         if (abs(power_real) + abs(power_imaginary)) * shrink < SMALL:
             break
-    for j in range(NODES):
-        sum_real, sum_imaginary = all_lanes(0.0), all_lanes(0.0)
-        for q in range(count):
-            its = load(integrals, q * SQUARE + j * NODES)
-            sum_real += its * work[2 * q]
-            sum_imaginary += its * work[2 * q + 1]
-        store(sum_real, sums, first + j * NODES)
-        store(sum_imaginary, sums, first + SQUARE + j * NODES)
+    _add_powers(integrals, count, work, sums, first)

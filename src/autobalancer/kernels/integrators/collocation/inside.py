@@ -67,9 +67,9 @@ def pieces_needed(step: float, a: Any) -> int:
             its -= total(sum_real * one - sum_imaginary * other)
             beside -= total(sum_real * other + sum_imaginary * one)
         a.free[row], a.free[row + 1] = its, beside
-        size = (abs(its) + abs(beside)) * max(a.weights[row], a.weights[row + 1])
-        if square > 0.0 and size > 0.0:
-            most = max(most, math.sqrt(square) * (size * MISS / SHARE) ** (1.0 / 9.0))
+        miss = (abs(its) + abs(beside)) * max(a.weights[row], a.weights[row + 1]) * (MISS / SHARE)
+        if miss * square * square * square * square * math.sqrt(square) > 1.0:
+            most = max(most, math.sqrt(square) * miss ** (1.0 / 9.0))
     return math.ceil(min(most, MOST))
 
 
@@ -163,13 +163,15 @@ def values_inside(number: int, pieces: int, step: float, a: Any, m: Any) -> None
 def _write(component: int, numbers: Any, length: float, a: Any, m: Any) -> None:
     """The polynomial of one component of the state from its values at the nodes of the piece."""
     work, powers, stages, width = data(a.work), data(a.radau.powers), data(m.stages), m.trial.size
+    per = 1.0 / length
     start, end = m.start[component], lane(numbers, NODES - 1)
     store(numbers - start - load(data(a.radau.nodes), 0) * (end - start), work, 0)
-    result = all_lanes(0.0)
-    for j in range(NODES - 1):
-        result += load(powers, j * NODES) * work[j]
-    store(result * (1.0 / length), work, NODES)
-    work[NODES] += (end - start) / length
+    even, odd = load(powers, 0) * work[0], load(powers, NODES) * work[1]
+    for j in range(2, NODES, 2):
+        even += load(powers, j * NODES) * work[j]
+        odd += load(powers, (j + 1) * NODES) * work[j + 1]
+    store((even + odd) * per, work, NODES)
+    work[NODES] += (end - start) * per
     for k in range(NODES):
         stages[k * width + component] = work[NODES + k]
     a.reached[component] = end

@@ -132,7 +132,9 @@ def march(
             a.held[SINCE], a.tallies[SWEEPS_THEN] = m.clock[TIME], a.tallies[SWEEPS]
             if not a.held[PAIR_STEP] > 0.0:
                 a.held[PAIR_STEP] = 1.0 / (abs(m.state[SPEED]) + math.hypot(a.exponents[0], a.exponents[1]))
-        status = advance_long(nodes, watch, p, powers, r, long, a, min(left, LOOK - a.tallies[IN_A_ROW] % LOOK))
+        status = advance_long(
+            rhs, switch, nodes, watch, p, powers, r, long, a, min(left, LOOK - a.tallies[IN_A_ROW] % LOOK)
+        )
         a.tallies[IN_A_ROW] += m.counts[ACCEPTED] - before
         if status == OTHER_FORCES:
             _hand_to_pair(m, a)

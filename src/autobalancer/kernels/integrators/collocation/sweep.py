@@ -7,7 +7,7 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.flags import MERGED
-from autobalancer.kernels.integrators.collocation.amplitudes import LENGTH_BEFORE
+from autobalancer.kernels.integrators.collocation.amplitudes import BEGINS, LENGTH_BEFORE
 from autobalancer.kernels.integrators.collocation.bases import drift
 from autobalancer.kernels.integrators.collocation.exponentials import SQUARE
 from autobalancer.kernels.pointers import data
@@ -82,17 +82,20 @@ def stand(a: Any, m: Any) -> None:
 
 @njit(**MERGED)
 def go_on(step: float, shift: float, a: Any) -> None:
-    """Forces of the last step continued over this one; the frozen speed grew by ``shift``."""
+    """Forces of the last step continued over this one, which may begin inside it; the frozen speed grew by ``shift``."""
     matrix = data(a.radau.onward)
-    ratio = step / a.held[LENGTH_BEFORE]
-    if ratio != 1.0:
+    ratio, first = step / a.held[LENGTH_BEFORE], a.held[BEGINS]
+    if ratio != 1.0 or first != 1.0:
         matrix, weights, places = data(a.stretch), data(a.radau.weights), data(a.radau.nodes)
-        x = load(places, 0) * ratio + 1.0
-        full = all_lanes(1.0)
-        for j in range(NODES):
-            full *= x - places[j]
-        for j in range(NODES):
-            store(full * weights[j] / (x - places[j]), matrix, j * NODES)
+        x = load(places, 0) * ratio + first
+        product = all_lanes(1.0)
+        for j in range(NODES):  # of the distances from the nodes before j, then of those after it
+            store(product * weights[j], matrix, j * NODES)
+            product *= x - places[j]
+        product = all_lanes(1.0)
+        for j in range(NODES - 1, -1, -1):
+            store(product * load(matrix, j * NODES), matrix, j * NODES)
+            product *= x - places[j]
     forces, before = data(a.forces), data(a.forces_before)
     for row in range(2 * a.modes + 1 + a.balls):
         store(_summed(matrix, 0, before, row), forces, row * NODES)
