@@ -9,7 +9,6 @@ import numpy as np
 
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
-from autobalancer.kernels.balls.open_gaps import open_gaps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
 from autobalancer.kernels.integrators.collocation.amplitudes import Amplitudes, amplitudes
 from autobalancer.kernels.integrators.collocation.inside import by_powers
