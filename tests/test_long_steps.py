@@ -9,7 +9,6 @@ import pytest
 from tests.references.cases import CORNERED, run_up
 
 import autobalancer as ab
-from autobalancer.assembly.contact import meetings
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.integrators.collocation.amplitudes import HANDED, LONG_STEPS
@@ -151,10 +150,10 @@ def test_the_free_whirl_inside_long_steps_is_the_closed_form() -> None:
 
 
 @pytest.mark.parametrize("contact", ["none", "soft", "rigid"])
-def test_stop_and_go_gives_the_same_bits_as_one_go(contact: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stop_and_go_gives_the_same_bits_as_one_go(contact: str) -> None:
     """Also where the pair takes over and hands back, and where balls strike."""
-    monkeypatch.setattr(meetings, "RIGID", contact == "rigid", raising=False)
-    machine = run_up(**(CORNERED | balls(3, spread=0.3, coincidence=contact == "none")))
+    soft = {"contact": {"stiffness": 1e6}} if contact == "soft" else {}
+    machine = run_up(**(CORNERED | balls(3, spread=0.3, coincidence=contact == "none", **soft)))
     save: list[Sampling] = [Samples(300), Envelope(40), LastRevolutions(3, 16)]
     events = [Event("deflection", 3e-4), Event("speed", 100.0)]
     results = []
@@ -215,9 +214,8 @@ def test_the_last_revolution_is_whole_where_one_step_turns_the_rotor_more_often(
 # contacts and refusals ------------------------------------------------------------------------------------------------
 
 
-def test_the_pair_takes_over_while_balls_touch_softly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(meetings, "RIGID", False, raising=False)
-    machine = run_up(**balls(3, spread=0.3, coincidence=False), start={"speed": 300.0})
+def test_the_pair_takes_over_while_balls_touch_softly() -> None:
+    machine = run_up(**balls(3, spread=0.3, coincidence=False, contact={"stiffness": 1e6}), start={"speed": 300.0})
     exact, _ = states(machine, 1.0, PAIR, 1e-13)
     found, stepper = states(machine, 1.0, LONG, 1e-11)
     assert stepper.long is not None
@@ -237,11 +235,8 @@ TOUCHING: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("name", TOUCHING)
-def test_rigid_contacts_open_and_close_inside_long_steps_as_with_the_pair(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rigid_contacts_open_and_close_inside_long_steps_as_with_the_pair(name: str) -> None:
     """Balls gather while the speed is held near the critical one, then part."""
-    monkeypatch.setattr(meetings, "RIGID", True, raising=False)
     circle = TOUCHING[name]["balancers"][0]["races"][0]
     machine = run_up(
         balancers=[{"races": [circle | {"coincidence": False}]}], drive={"kind": "speed", "profile": STALLING}
