@@ -24,7 +24,7 @@ SET = [(float(beta), mass) for beta in np.geomspace(5e-5, 5e-4, 8) for mass in (
 SOFT = {
     "restitution": float(np.exp(-2.0)),
     "stiffness": 1.8e7,
-}  # lasts a twentieth of a turn, as contact did before it was rigid
+}
 
 
 def bench() -> list[dict[str, Any]]:
