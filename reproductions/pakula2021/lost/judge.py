@@ -20,8 +20,12 @@ from reproductions.pakula2021.lost.statements import read
 from reproductions.pakula2021.lost.tables import JUDGED, MACHINES, SEARCHED, judged, write
 
 WIDER = replace(B2, radius=0.118)  # from here on seven balls stay with 0.5
-NAMED = {"A": A, "B": B, "fitted": B2, "wider": WIDER}
-FILLINGS = {"A": 3, "B": 3, "fitted": 5, "wider": 3}
+LIGHTER = Candidate(  # second of all that were searched: light balls, a heavy rotor, a strong motor
+    unbalance=0.1069, ball_mass=1.655, radius=0.095, rolling_arm=2.835e-05, torque=21.6, overload=1.8, slip=0.374,
+    rotor_inertia=0.6231, supports=1.0, half_span=0.3923, below=0.29, body_below=0.147, body_inertia=10.87,
+)  # fmt: skip
+NAMED = {"A": A, "B": B, "fitted": B2, "wider": WIDER, "lighter": LIGHTER}
+FILLINGS = {"A": 3, "B": 3, "fitted": 5, "wider": 3, "lighter": 3}
 
 
 def wanted() -> Iterator[tuple[Candidate, Cell, int, bool]]:

@@ -21,7 +21,7 @@ def statements_by_machines(statements: Sequence[Statement], found: Sequence[Entr
     chance = np.full((len(rows), len(machines)), np.nan)
     place = {statement.key: i for i, statement in enumerate(rows)}
     with look():
-        figure = picture(3.6 + 1.12 * len(machines), 0.9 + 0.34 * len(rows))
+        figure = picture(3.6 + 1.35 * len(machines), 0.9 + 0.34 * len(rows))
         axes = figure.subplots()
         for entry in found:
             i, j = place[entry.statement], machines.index(entry.machine)
