@@ -299,7 +299,8 @@ def test_pins_do_nothing_from_their_release_speed_on() -> None:
     runs = []
     for force in ([], {"kind": "pins", "count": 3, "hold": 5.0, "reach": 1e-3, "release_speed": 59.0}):
         machine = planar(force, drive={"kind": "speed", "profile": {"kind": "constant", "speed": 60.0}}, start={})
-        runs.append(ab.simulate(machine, duration=0.3).ball_angle_in_rotor.values)
+        run = ab.simulate(machine, duration=0.3, method="dormand_prince_8")  # long steps do not take forces
+        runs.append(run.ball_angle_in_rotor.values)
     np.testing.assert_array_equal(*runs)
 
 

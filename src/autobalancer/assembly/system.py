@@ -238,7 +238,10 @@ def assemble_general(
     state = np.append(state, start_of_links(machine, state[SPEED]))
     scale = np.append(scale, scale_of_links(machine, parts.frequency))
     growing = np.append(growing, np.zeros(state.size - growing.size))
-    system = system._replace(**rigid_room(balls, system.contacts, state.size, fastest))
+    usual = max(
+        top_speed(machine) or 0.0, min(parts.critical_speeds, default=0.0)
+    )  # a shaft's highest mode is far above
+    system = system._replace(**rigid_room(balls, system.contacts, state.size, usual))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
         parts.reduction, parts.places, parts.mounts, parts.hard,

@@ -142,10 +142,8 @@ class Bearings(NamedTuple):
 class Rigid(NamedTuple):
     """Rigid contacts of guided balls, and work space for c of them at one instant; empty where contacts are soft."""
 
-    bound: Integers = np.zeros(1, np.int64)  # (1,) how many balls are held by contacts now
-    margin: Floats = np.zeros(
-        3
-    )  # (3,) least torque of a contact now, since a look, and the one that counts as a pull; N m
+    bound: Integers = np.zeros(2, np.int64)  # (2,) how many balls are held by contacts now; changes at one instant
+    margin: Floats = np.zeros(5)  # (5,) of contact torques: balls/rigid/torques.py
     kinds: Integers = np.zeros(0, np.int64)  # (c,) of the contacts that are closed: records/impacts.py
     balls: Integers = np.zeros(0, np.int64)  # (c,) number of the ball
     chosen: Integers = np.zeros(0, np.int64)  # (c,) 1: takes part

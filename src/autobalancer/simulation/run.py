@@ -88,7 +88,8 @@ def simulate_races(
         Local error per step, relative to the deflection and absolute in rad for angles.
     method
         ``dormand_prince_8``, the Dormand-Prince pair of order eight; ``tsitouras``, 5(4); ``exponential_collocation``, long steps
-        for planar rotors with equal springs, with the pair of order eight where it gets further; ``auto`` chooses.
+        with the pair of order eight where it gets further, refused where they are not possible; ``auto`` chooses, and takes the
+        pair for tolerances below 1e-11.
     frame
         Axes in which the equations are integrated. ``auto`` rotates with the rotor if the machine is isotropic and
         has no gravity in its plane; results are the same.

@@ -67,6 +67,9 @@ class Stepper(NamedTuple):
         }
 
 
+FINEST = 1e-11  # tolerance below which "auto" takes the pair: long steps were compared with it down to 1e-9
+
+
 def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = "auto") -> Stepper:
     """A fresh integration of a machine up to ``end``.
 
@@ -81,7 +84,7 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
         )
     pair = tableaus.tsitouras() if method == "tsitouras" else tableaus.dormand_prince_8()
     memory, moving = memory_for(assembly, end, tolerance, pair), equations(assembly)
-    if method in ("auto", "exponential_collocation"):
+    if method == "exponential_collocation" or (method == "auto" and tolerance >= FINEST):
         from autobalancer.simulation.long_steps import NEARLY_THE_SAME, long_steps, why_no_long_steps
 
         obstacle, long = why_no_long_steps(assembly), None

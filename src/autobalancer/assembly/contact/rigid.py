@@ -16,7 +16,7 @@ PULL = 1e-13  # torque that counts as a pull, over inertia and frequency squared
 def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: float) -> dict[str, Any]:
     """The fields of a system with rigid contacts, nothing without; its states have ``size`` components.
 
-    ``frequency`` is the greatest of the machine, rad/s.
+    ``frequency`` is that of what the balls do: the top speed, or the lowest critical one if that is higher, rad/s.
     """
     count = int((contacts.rigid == 1).sum() + 2 * (contacts.wall_rigid > 0).sum())
     if not (contacts.rigid.any() or contacts.wall_rigid.any()):

@@ -105,7 +105,7 @@ def ensemble_distribution(
     return figure
 
 
-def ensemble_scatter(found: Given, x: str, y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
+def ensemble_scatter(found: Given, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
     """Every member of an ensemble as a point, in the color of its end.
 
     Parameters
@@ -113,7 +113,7 @@ def ensemble_scatter(found: Given, x: str, y: str = "peak_deflection", *, speed_
     found
         From :func:`autobalancer.ensemble`.
     x, y
-        Names of coordinates or variables over the members.
+        Names of coordinates or variables over the members; ``x`` is by default the first column.
     speed_unit
         rpm, rad/s or Hz.
 
@@ -123,6 +123,7 @@ def ensemble_scatter(found: Given, x: str, y: str = "peak_deflection", *, speed_
         If there is no ensemble, or no such quantity.
     """
     members = _members(found, "plot.ensemble_scatter")
+    x = x or str(next((name for name in members.coords if name != "member"), "member"))
     across, up = (_numbers(members, name, "plot.ensemble_scatter", key) for key, name in (("x", x), ("y", y)))
     units = [_unit(members[name], speed_unit) for name in (x, y)]
     classes = members.classes()

@@ -20,6 +20,7 @@ from autobalancer.stability.stall.states import Balance, States
 from autobalancer.stability.stall.whirling import Whirling
 
 FINE, COARSE = 1.02, 1.1  # ratios of neighboring speeds
+INSIDE = 1.0 - 1e-6  # of the highest speed in tables of the supports
 FURTHEST = 100.0  # speeds, in highest ones of the grid, to which balls that still hang there are followed
 FAR = 2.5  # critical speeds above the highest from which the grid is coarse
 BELOW = 0.8  # of the lowest critical speed, where the grid begins
@@ -57,7 +58,7 @@ class HangingRange:
 
 def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
     """All ranges that begin below the rotor speed ``top`` (rad/s), set by set; none from above ``limit`` is followed further."""
-    speeds = grid(rotor, top)
+    speeds = grid(rotor, _inside(rotor, top))
     found = []
     for chosen in sets(rotor, loads):
         found += _of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
@@ -66,7 +67,13 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.
 
 def furthest_speed(rotor: Whirling, top: float) -> float:
     """To which balls that still hang at ``top`` are followed, rad/s; not beyond the tables of the supports."""
-    return max(top, min(FURTHEST * top, rotor.st.model.top_speed))
+    return _inside(rotor, max(top, min(FURTHEST * top, rotor.st.model.top_speed)))
+
+
+def _inside(rotor: Whirling, speed: float) -> float:
+    """This speed, or just below where tables of the supports end, so that differences over the speed stay within them."""
+    end = rotor.st.model.top_speed
+    return min(speed, INSIDE * end) if speed <= end else speed
 
 
 def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:

@@ -10,27 +10,12 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.balls.at_nodes.clusters import pressed_until, simple
+from autobalancer.kernels.balls.at_nodes.gap import open_until
 from autobalancer.kernels.flags import COMPILED, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import BALLS, system_at
-from autobalancer.kernels.wide import NODES, amount, greatest, load, store
-
-DIP = 0.005  # of the step squared times the relative acceleration: how far a gap can dip between two nodes, 0.2^2 / 8
-
-
-@njit(**MERGED)
-def _open_until(start: float, gap: Any, bend: Any, step: float, a: Any) -> float:
-    """The fraction of the step up to which a gap stays open, 1 if it does; 0 where it is closed at the begin."""
-    nodes, work = data(a.radau.nodes), data(a.work)
-    dip = DIP * step * step * greatest(amount(bend))
-    if not start > dip:
-        return 0.0
-    store(gap, work, 0)
-    for i in range(NODES):
-        if not work[i] > dip:
-            return nodes[i - 1] if i > 0 else 0.0
-    return 1.0
+from autobalancer.kernels.wide import NODES, load
 
 
 @njit(**MERGED)
@@ -50,13 +35,13 @@ def _gaps(step: float, p: Any, a: Any) -> float:
             gap = load(values, (angles + other) * NODES) - angle + ahead
             turned = load(forces, (own + other) * NODES) - bend
             now = start[BALLS + other] - start[BALLS + i] + ahead
-            until = min(until, _open_until(now, gap, turned, step, a))
+            until = min(until, open_until(now, gap, turned, step, a))
         if pair.wall_hard > 0.0 or pair.wall_rigid > 0:
             now = start[BALLS + i]
             if not low:
-                until = min(until, _open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
+                until = min(until, open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
             if not high:
-                until = min(until, _open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))
+                until = min(until, open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))
     return until
 
 

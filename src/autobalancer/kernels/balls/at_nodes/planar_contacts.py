@@ -6,7 +6,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.open_gaps import DIP, open_until
+from autobalancer.kernels.balls.at_nodes.gap import DIP, open_until
 from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, ROW, SPIN
 from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, PULL

@@ -1,0 +1,27 @@
+"""How far a long step goes before a gap closes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.pointers import data
+from autobalancer.kernels.wide import NODES, amount, greatest, store
+
+DIP = 0.005  # of the step squared times the relative acceleration: how far a gap can dip between two nodes, 0.2^2 / 8
+
+
+@njit(**MERGED)
+def open_until(start: float, gap: Any, bend: Any, step: float, a: Any) -> float:
+    """The fraction of the step up to which a gap stays open, 1 if it does; 0 where it is closed at the begin."""
+    nodes, work = data(a.radau.nodes), data(a.work)
+    dip = DIP * step * step * greatest(amount(bend))
+    if not start > dip:
+        return 0.0
+    store(gap, work, 0)
+    for i in range(NODES):
+        if not work[i] > dip:
+            return nodes[i - 1] if i > 0 else 0.0
+    return 1.0
