@@ -145,6 +145,7 @@ SAMPLES = (
     "equilibrium_angle",
     "discoidal_hammer",
     "rubber_loops",
+    "run_up_signals",
     "rodrigues_rig",
     "rodrigues_critical_speeds",
 )
@@ -182,6 +183,7 @@ WIDE = (
     'equilibrium-angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
     "rubber rubber_loops.csv",
+    "measure signals run_up_signals.csv",
     "chamber archive runs",
     "chamber bounds deep_chamber.toml",
     'catalog bearings --unbalance "594 g*mm"',

@@ -104,6 +104,7 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "rodrigues_critical_speeds",
         "rodrigues_plain_rotor",
         "rubber_loops",
+        "run_up_signals",
     }
     assert len(ab.measure.load_rubber(ab.catalog.example_path("rubber_loops"))) == 18
     assert ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")).sizes["frequency"] > 50

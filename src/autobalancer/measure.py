@@ -1,4 +1,4 @@
-"""From measured data to numbers: receptances, decays, ball angles, drag and rolling resistance."""
+"""From measured data to numbers: signals, receptances, decays, ball angles, drag and rolling resistance."""
 
 from autobalancer.namespace import public as _public
 

@@ -23,8 +23,12 @@ from autobalancer.measurement.rubber.fit import rubber as rubber
 from autobalancer.measurement.rubber.hysteresis import hysteresis as hysteresis
 from autobalancer.measurement.rubber.measured import rubber_loops as rubber_loops
 from autobalancer.measurement.rubber.measured import rubber_resonances as rubber_resonances
+from autobalancer.measurement.signals.form import Channel as Channel
+from autobalancer.measurement.signals.form import signals as signals
+from autobalancer.measurement.signals.load import load_signals as load_signals
 
 __all__ = [
+    "Channel",
     "RaceBalls",
     "TurnedRace",
     "balls_of",
@@ -39,6 +43,7 @@ __all__ = [
     "load_angle_series",
     "load_receptance",
     "load_rubber",
+    "load_signals",
     "modes_of",
     "receptance",
     "receptance_border",
@@ -48,4 +53,5 @@ __all__ = [
     "rubber",
     "rubber_loops",
     "rubber_resonances",
+    "signals",
 ]

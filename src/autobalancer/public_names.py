@@ -207,6 +207,9 @@ NAMES: dict[str, dict[str, str]] = {
         "rubber_resonances": "measurement.rubber.measured",
         "load_rubber": "measurement.rubber.file",
         "hysteresis": "measurement.rubber.hysteresis",
+        "Channel": "measurement.signals.form",
+        "signals": "measurement.signals.form",
+        "load_signals": "measurement.signals.load",
     },
     "laws": {
         "capability": "laws.ball_capability",
@@ -250,7 +253,7 @@ ABOUT = {
     "rotor": "The rotor itself: modes, critical speeds, responses, and which rotor has measured ones.",
     "flow": "The fluid in a race that turns with the rotor, and the drag on a ball in it.",
     "chamber": "Deep chambers: archives of runs, studies over ball number and friction, measures of their own.",
-    "measure": "From measured data to numbers: receptances, decays, ball angles, drag and rolling resistance.",
+    "measure": "From measured data to numbers: signals, receptances, decays, ball angles, drag and rolling resistance.",
     "laws": "Closed formulas on plain numbers, each with its source.",
 }
 MODULES = {"": {"machine": "machine", "errors": "errors", "units": "units"}, "plot": {"style": "plots.drawing.style"}}
@@ -258,6 +261,7 @@ DRAWN = {
     "plot": "plot",
     "chamber archive": "chamber.Archive",
     "chamber reactions": "plot.chamber_reactions",
+    "measure signals": "measure.load_signals",
 }  # no one function
 
 

@@ -49,6 +49,7 @@ def _options(
 
 
 from autobalancer.cli.files import catalog, example, keys  # noqa: E402
+from autobalancer.cli.measured import group  # noqa: E402
 from autobalancer.cli.rotors import (  # noqa: E402
     angle,
     ball_drag,
@@ -107,6 +108,7 @@ app.command()(identify.identify)
 app.command()(rubber.rubber)
 app.command("equivalent-planar")(equivalent.equivalent)
 app.add_typer(catalog.app, name="catalog")
+app.add_typer(group.app, name="measure")
 app.add_typer(study.app, name="chamber")
 study.app.command()(design.design)
 study.app.command()(design.bounds)

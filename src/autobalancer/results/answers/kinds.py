@@ -34,6 +34,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "ResponsePeaks": "rotordynamics.answers",
     "Run": "results.answers.run",
     "ShearedDrag": "flow.ball.sheared_answer",
+    "Signals": "results.answers.signals",
     "StabilityMap": "stability.maps.answers",
     "SteppedResponse": "results.answers.stepped",
     "Swept": "results.answers.swept",

@@ -1,0 +1,1 @@
+"""Commands for measured signals and films: the group ``measure``."""

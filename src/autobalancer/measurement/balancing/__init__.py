@@ -1,0 +1,1 @@
+"""Unbalance from measured vibration, and the masses that remove it."""

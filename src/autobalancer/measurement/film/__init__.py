@@ -1,0 +1,1 @@
+"""Films of a race: made of a run, and evaluated."""

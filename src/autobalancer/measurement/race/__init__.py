@@ -1,0 +1,1 @@
+"""Race, friction and drag from measurements on the balancer."""

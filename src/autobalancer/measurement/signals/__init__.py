@@ -1,0 +1,1 @@
+"""Measured signals: their form, and the files from which they are read."""

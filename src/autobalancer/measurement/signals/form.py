@@ -1,0 +1,155 @@
+"""The one form of measured signals: channels over an even time, in SI, each with its quantity, place and direction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.results.answers.signals import Signals
+from autobalancer.results.provenance import provenance
+
+Floats = NDArray[np.float64]
+UNITS = {  # SI units that a channel of each quantity may have
+    "displacement": ("m",),
+    "velocity": ("m/s",),
+    "acceleration": ("m/s^2",),
+    "force": ("N",),
+    "torque": ("N m",),
+    "tacho": ("V", "1"),
+    "angle": ("rad",),
+    "speed": ("rad/s",),
+    "voltage": ("V",),
+    "pressure": ("Pa",),
+}
+DIRECTIONS = ("", "x", "y", "z")
+LEAST = 8  # samples
+UNEVEN = 1e-3  # of a step; so far may an instant be from its place on the even grid
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One measured channel in SI.
+
+    Attributes
+    ----------
+    values
+        Samples, (time,).
+    quantity
+        displacement, velocity, acceleration, force, torque, tacho, angle, speed, voltage or pressure.
+    place
+        Name of the station of the sensor, or empty.
+    direction
+        "x", "y", "z", an angle from x in degrees, or empty.
+    long_name
+        In words; by default the quantity with place and direction.
+    uncertainty
+        One standard deviation of a value, in its unit; ``None`` where it is not known.
+    units
+        SI unit; by default that of the quantity.
+    """
+
+    values: ArrayLike
+    quantity: str
+    place: str = ""
+    direction: str | float = ""
+    long_name: str = ""
+    uncertainty: float | None = None
+    units: str = ""
+
+
+def signals(time: ArrayLike, channels: Mapping[str, Channel], *, origin: str = "", title: str = "") -> xr.Dataset:
+    """Put measured channels into the form that every function of ``ab.measure`` takes.
+
+    Parameters
+    ----------
+    time
+        Instants of the samples, s, ascending at equal steps; (time,).
+    channels
+        By name, each with values, quantity, place and direction.
+    origin
+        Where they come from, such as the name of a file or of a run.
+    title
+        What they are; by default *signals* with their origin.
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each channel over ``time``, with the attributes ``units``, ``quantity``, ``place``, ``direction``,
+        ``long_name`` and perhaps ``uncertainty``; ``attrs``: ``sampling_rate`` (Hz) and ``origin``.
+
+    Raises
+    ------
+    QuestionError
+        If the times are not even, a value is not finite, or a quantity, unit or direction is not one of those above.
+    """
+    t = np.asarray(time, np.float64)
+    _check_time(t)
+    if not channels:
+        raise QuestionError("signals: no channels; give at least one")
+    rate = (t.size - 1) / float(t[-1] - t[0])
+    found = xr.Dataset(coords={"time": ("time", t, {"long_name": "time", "units": "s"})})
+    for name, channel in channels.items():
+        found[name] = ("time", _values(name, channel, t), _attributes(name, channel))
+    head = {"title": title or f"signals of {origin}".removesuffix(" of "), "sampling_rate": rate, "origin": origin}
+    return Signals.of(found.assign_attrs(head | provenance()))
+
+
+def _check_time(t: Floats) -> None:
+    if t.ndim != 1 or t.size < LEAST:
+        raise QuestionError(f"signals: time: given {t.size} samples; give at least {LEAST}, in one dimension")
+    if not np.isfinite(t).all():
+        raise QuestionError(f"signals: time: sample {int(np.flatnonzero(~np.isfinite(t))[0]) + 1} is not finite")
+    steps = np.diff(t)
+    if not (steps > 0.0).all():
+        i = int(np.flatnonzero(~(steps > 0.0))[0])
+        raise QuestionError(f"signals: time: must ascend; after {t[i]:.9g} s comes {t[i + 1]:.9g} s")
+    even = t[0] + (t[-1] - t[0]) * np.arange(t.size) / (t.size - 1)
+    off = np.abs(t - even) * (t.size - 1) / (t[-1] - t[0])
+    if off.max() > UNEVEN:
+        i = int(np.argmax(off))
+        raise QuestionError(
+            f"signals: time: steps are not equal; at {t[i]:.9g} s a sample is {off[i]:.3g} of a step from its place; "
+            "resample the signals first"
+        )
+
+
+def _values(name: str, channel: Channel, t: Floats) -> Floats:
+    values = np.array(channel.values, np.float64)
+    if values.shape != t.shape:
+        raise QuestionError(f"signals: channel {name!r}: {values.size} values for {t.size} times")
+    if not np.isfinite(values).all():
+        i = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise QuestionError(f"signals: channel {name!r}: the value at {t[i]:.9g} s is not a finite number")
+    return values
+
+
+def _attributes(name: str, channel: Channel) -> dict[str, Any]:
+    quantity, direction = channel.quantity, channel.direction
+    if quantity not in UNITS:
+        raise QuestionError(f"signals: channel {name!r}: quantity {quantity!r}; must be one of {', '.join(UNITS)}")
+    units = channel.units or UNITS[quantity][0]
+    if units not in UNITS[quantity]:
+        raise QuestionError(
+            f"signals: channel {name!r}: units {units!r}; a {quantity} is given in {' or '.join(UNITS[quantity])}"
+        )
+    if isinstance(direction, str) and direction not in DIRECTIONS:
+        raise QuestionError(
+            f"signals: channel {name!r}: direction {direction!r}; must be x, y, z, a number of degrees from x, or empty"
+        )
+    where = f" of {channel.place}" * bool(channel.place)
+    along = "" if direction == "" else f" along {direction}" if isinstance(direction, str) else f" at {direction:g}°"
+    known = {} if channel.uncertainty is None else {"uncertainty": float(channel.uncertainty)}
+    return {
+        "units": units,
+        "quantity": quantity,
+        "place": channel.place,
+        "direction": direction if isinstance(direction, str) else float(direction),
+        "long_name": channel.long_name or f"{quantity}{where}{along}",
+        **known,
+    }
