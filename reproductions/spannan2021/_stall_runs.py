@@ -44,12 +44,13 @@ def machine(
     unbalance: float = UNBALANCE,
     hanging: bool = True,
     rubber: Rubber | None = None,
+    aside: float = 0.0,
 ) -> Machine:
     """The planar stand-in, whose speed goes through ``speeds`` (rad/s) with the acceleration ``rate``.
 
     With ``law`` *whole* the balls feel the drag law (6.9), with *linear* its linear range. They hang at the critical speed
-    when it starts, or turn in line with the rotor, and the rotor whirls as they make it. It stands on linear rubber unless
-    some is given.
+    when it starts, or turn in line with the rotor, and the rotor whirls as they make it; the first one ``aside`` (rad) of where
+    it begins otherwise. It stands on linear rubber unless some is given.
     """
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(speeds)) / rate)])
     whirl_speed = CRITICAL if hanging else speeds[0]
@@ -62,7 +63,7 @@ def machine(
         "coincidence": True,
     }
     if hanging:
-        slips = {"start_angles": APART, "start_speeds": [CRITICAL - speeds[0]] * 2}
+        slips = {"start_angles": [APART[0] + aside, APART[1]], "start_speeds": [CRITICAL - speeds[0]] * 2}
         races = [race | {"balls": [balls | {"count": 2} | slips]}]
     else:  # balls of one race must not begin at one place
         races = [race | {"balls": [balls | {"start_angles": [MIDDLE]}]}] * 2
