@@ -8,6 +8,12 @@ from autobalancer.measurement.angle.rolling_resistance import rolling_resistance
 from autobalancer.measurement.angle.statics import TurnedRace as TurnedRace
 from autobalancer.measurement.angle.statics import drag_coefficients as drag_coefficients
 from autobalancer.measurement.angle.statics import equilibrium_angles as equilibrium_angles
+from autobalancer.measurement.balancing.balance import balance as balance
+from autobalancer.measurement.balancing.file import load_balance_runs as load_balance_runs
+from autobalancer.measurement.balancing.four_run import four_run as four_run
+from autobalancer.measurement.balancing.runs import BalanceRun as BalanceRun
+from autobalancer.measurement.balancing.runs import Reading as Reading
+from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
 from autobalancer.measurement.decay import decay_rate as decay_rate
 from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
 from autobalancer.measurement.loop.balls import balls_of as balls_of
@@ -28,9 +34,13 @@ from autobalancer.measurement.signals.form import signals as signals
 from autobalancer.measurement.signals.load import load_signals as load_signals
 
 __all__ = [
+    "BalanceRun",
     "Channel",
     "RaceBalls",
+    "Reading",
+    "TrialMass",
     "TurnedRace",
+    "balance",
     "balls_of",
     "decay_rate",
     "drag_coefficients",
@@ -39,8 +49,10 @@ __all__ = [
     "equilibrium_angles",
     "evaluate_angles",
     "fit_rolling_resistance",
+    "four_run",
     "hysteresis",
     "load_angle_series",
+    "load_balance_runs",
     "load_receptance",
     "load_rubber",
     "load_signals",

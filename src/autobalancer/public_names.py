@@ -210,6 +210,12 @@ NAMES: dict[str, dict[str, str]] = {
         "Channel": "measurement.signals.form",
         "signals": "measurement.signals.form",
         "load_signals": "measurement.signals.load",
+        "TrialMass": "measurement.balancing.runs",
+        "Reading": "measurement.balancing.runs",
+        "BalanceRun": "measurement.balancing.runs",
+        "load_balance_runs": "measurement.balancing.file",
+        "balance": "measurement.balancing.balance",
+        "four_run": "measurement.balancing.four_run",
     },
     "laws": {
         "capability": "laws.ball_capability",

@@ -10,6 +10,7 @@ from autobalancer.results.answers.answer import Answer
 
 PACKAGE = "autobalancer"
 HOMES = {  # modules, some of them above this one, imported when such an answer is read
+    "Balancing": "measurement.balancing.answer",
     "BifurcationCurves": "stability.diagrams.answers",
     "BorderCurve": "stability.maps.answers",
     "Branches": "stability.diagrams.answers",
@@ -23,6 +24,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Ends": "results.answers.ends",
     "Ensemble": "results.answers.ensemble",
     "Equilibria": "stability.states.answers",
+    "FourRun": "measurement.balancing.four_run_answer",
     "FittedReceptance": "measurement.receptance.answer",
     "Labeled": "results.answers.labeled",
     "LiquidResponse": "rotordynamics.liquid.answers",

@@ -1,0 +1,288 @@
+"""Influence coefficients: published examples, exactness, conventions, uncertainty and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from autobalancer.errors import QuestionError, UnitError
+from autobalancer.measure import BalanceRun, Reading, TrialMass, balance, load_balance_runs
+
+MM_S, G = 1e-3, 1e-3
+
+
+def vector(text: str) -> complex:
+    """``3@45``: size and angle in degrees."""
+    size, angle = text.split("@")
+    return complex(float(size) * np.exp(1j * np.radians(float(angle))))
+
+
+def read(values: list[complex] | np.ndarray) -> list[Reading]:
+    return [Reading(abs(v), float(np.angle(v)), sensor=str(n)) for n, v in enumerate(values, 1)]
+
+
+def vaughan_two_planes() -> list[BalanceRun]:
+    """Readings of Vaughan, Static and Dynamic Balancing, Brüel & Kjær, mm/s, two bearings."""
+    return [
+        BalanceRun("original", read([vector("7.2@238"), vector("13.5@296")])),
+        BalanceRun("trial 1", read([vector("4.9@114"), vector("9.2@347")]), [TrialMass("1", "2.5 g")]),
+        BalanceRun("trial 2", read([vector("4.0@79"), vector("12.0@292")]), [TrialMass("2", "2.5 g")]),
+    ]
+
+
+def runs_of(
+    original: np.ndarray, influence: np.ndarray, *, left_on: bool = False, names: str = "abcd"
+) -> list[BalanceRun]:
+    """Runs of a linear rotor with one trial mass of 1 kg in each plane after the other."""
+    on, found = np.zeros(influence.shape[1], complex), [BalanceRun("original", read(original))]
+    for p in range(influence.shape[1]):
+        on = on * left_on
+        on[p] = 1.0
+        masses = [TrialMass(names[q], abs(m), float(np.angle(m))) for q, m in enumerate(on) if m]
+        found.append(BalanceRun(f"trial {p + 1}", read(original + influence @ on), masses))
+    return found
+
+
+def masses(found) -> np.ndarray:
+    return found["correction"].values * np.exp(1j * found["correction_angle"].values)
+
+
+def some_rotor(sensors: int = 4, planes: int = 2, seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    both = rng.standard_normal((sensors, planes + 1)) + 1j * rng.standard_normal((sensors, planes + 1))
+    return both[:, 0], both[:, 1:]
+
+
+def test_the_single_plane_example_of_vaughan_comes_out_to_the_printed_digit():
+    # 2.01 g at -30.8 deg, as pyPRB 1.0 prints for these readings
+    found = balance(
+        [
+            BalanceRun("0", [Reading("3.4 mm/s", "116 deg")]),
+            BalanceRun("1", [Reading("1.8 mm/s", "42 deg")], [TrialMass("disk", "2 g", "0 deg")]),
+        ]
+    )
+    assert round(float(found.correction[0]) / G, 2) == 2.01
+    assert round(float(np.degrees(found.correction_angle[0])), 1) == -30.8
+
+
+def test_the_two_plane_example_of_vaughan_comes_out_to_the_printed_digit():
+    # 2.95 g at 50.2 deg and 2.84 g at -81.9 deg, as pyPRB 1.0 prints
+    found = balance(vaughan_two_planes())
+    assert np.round(found.correction.values / G, 2).tolist() == [2.95, 2.84]
+    assert np.round(np.degrees(found.correction_angle.values), 1).tolist() == [50.2, -81.9]
+    assert found.residual.max() < 1e-12
+
+
+def test_two_planes_agree_with_an_independent_program():
+    peer = pytest.importorskip("pyPRB")
+    original, influence = some_rotor(2)
+    runs = [original, original + influence[:, 0], original + influence[:, 1]]
+    v = [[peer.VibrationVector(abs(z), float(np.degrees(np.angle(z)))) for z in run] for run in runs]
+    trial = [peer.MassVector(1.0, 0.0), peer.MassVector(1.0, 0.0)]
+    job = peer.DynamicBalancing(*v[0], *v[1], *v[2], trial_mass_1=trial[0], trial_mass_2=trial[1])
+    other = [m.amplitude * np.exp(1j * np.radians(m.phase)) for m in job.compute_compensation()]
+    np.testing.assert_allclose(masses(balance(runs_of(original, influence))), other, rtol=1e-9)
+
+
+def test_the_least_squares_example_of_goodman_comes_out_to_the_printed_digit():
+    # Goodman (1964): three readings, two planes, 0.81 and 1.48 at 0 deg, as the tests of hsbalance quote it
+    influence = np.array([[3, -2], [5, -2], [5, -3]], complex)
+    found = balance(runs_of(np.array([1, -1, 0], complex), influence))
+    np.testing.assert_allclose(np.round(masses(found), 2), [0.81, 1.48])
+
+
+def test_a_trial_mass_left_on_gives_the_printed_corrections_of_feese_and_grazier():
+    # Balance This! (2004), two planes, four probes, first trial weight left on: 15.3 at 3 deg, 6.6 at 113 deg
+    aft, forward = TrialMass("aft", 11.1, "35 deg"), TrialMass("forward", 3.7, "135 deg")
+    found = balance(
+        [
+            BalanceRun("original", read([vector(t) for t in (".68@32", ".56@86", "1.94@231", "2.07@335")])),
+            BalanceRun("1", read([vector(t) for t in ("1.31@1", "1.25@75", ".93@251", "1@342")]), [aft]),
+            BalanceRun("2", read([vector(t) for t in (".54@9", ".52@75", ".81@196", ".9@296")]), [aft, forward]),
+        ]
+    )
+    assert np.round(found.correction.values, 1).tolist() == [15.3, 6.6]
+    assert np.round(np.degrees(found.correction_angle.values)).tolist() == [3.0, 113.0]
+
+
+FOILES = """9.8@117 17@124 7.2@114 38.5@77 55@259
+2.7@43 14.3@317 4.5@213 14.3@270 45@118
+12.5@323 25@261 15.2@158 30@238 124@21
+22.4@92 32.6@45 23.3@315 27.8@210 138@349
+26@94 40.3@9 25@330 34@213 107@349
+40.3@355 43@144 29.6@61 65.4@322 90@280
+20.6@339 32.3@152 36.7@41 61.8@322 58@354
+12.6@226 37.6@52 18.8@153 26@176 108@201
+13.4@209 26.9@76 47.5@98 71.7@312 88@190
+13.4@154 22.4@307 52@299 102@165 56@48
+5.4@24 7.2@199 22.4@2 27.8@99 73@158"""
+
+
+@pytest.mark.parametrize(
+    ("largest", "printed"),
+    [
+        (None, ["4.42@88", "2.92@352", "1.588@322", "1.928@304"]),
+        (3.402, ["3.402@91", "2.325@354", "1.361@318", "1.786@305"]),
+    ],
+)
+def test_the_least_greatest_residual_is_not_above_that_of_foiles_allaire_and_gunter(largest, printed):
+    # (2000), eleven readings, four planes; their coefficients are printed to two or three digits, so are the corrections
+    table = np.array([[vector(t) for t in line.split()] for line in FOILES.splitlines()])
+    influence, original = table[:, :4], table[:, 4]
+    found = balance(runs_of(original, influence), goal="greatest", largest=largest)
+    theirs = np.array([vector(t) for t in printed])
+    assert found.residual.max() <= np.abs(original + influence @ theirs).max()
+    assert largest is None or found.correction.max() <= largest * (1.0 + 1e-9)
+    assert np.abs(masses(found) - theirs).max() < 0.06 * np.abs(theirs).max()
+
+
+@pytest.mark.parametrize("left_on", [False, True])
+def test_a_linear_rotor_comes_to_rest_whether_trial_masses_stay_on_or_not(left_on):
+    original, influence = some_rotor(2)
+    found = balance(runs_of(original, influence, left_on=left_on))
+    np.testing.assert_allclose(original + influence @ masses(found), 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        found.influence.values * np.exp(1j * found.influence_phase.values), influence, atol=1e-12
+    )
+
+
+def test_lags_and_angles_against_rotation_are_the_mirror_image_of_leads():
+    original, influence = some_rotor()
+    plain = balance(runs_of(original, influence))
+    mirrored = [
+        BalanceRun(
+            run.name,
+            [Reading(one.amplitude, -one.phase, one.sensor) for one in run.readings],
+            [TrialMass(mass.plane, mass.mass, -mass.angle) for mass in run.masses],
+        )
+        for run in runs_of(original, influence)
+    ]
+    other = balance(mirrored, phase="lag", angles="against rotation")
+    np.testing.assert_allclose(other.correction, plain.correction)
+    np.testing.assert_allclose(other.correction_angle, -plain.correction_angle)
+
+
+def test_speeds_are_channels_of_their_own_and_weights_favor_a_sensor():
+    original, influence = some_rotor(3, 1)
+    runs = [
+        BalanceRun(run.name, [Reading(r.amplitude, r.phase, "left", f"{1000 * n} rpm") for n, r in enumerate(run.readings, 1)],
+                   run.masses)
+        for run in runs_of(original, influence)
+    ]  # fmt: skip
+    found = balance(runs)
+    a, v = influence[:, 0], original
+    assert masses(found)[0] == pytest.approx(-(a.conj() @ v) / (a.conj() @ a))
+    heavy = balance(runs_of(original, influence), weights={"1": 1e4})
+    assert masses(heavy)[0] == pytest.approx(-v[0] / a[0], rel=1e-6)
+
+
+def test_stated_deviations_are_those_of_many_repeated_jobs():
+    original, influence = some_rotor(3, 2, seed=5)
+    share, rng = 0.01, np.random.default_rng(1)
+    stated = balance(runs_of(original, influence), deviation=share)
+    exact = np.array([original, original + influence[:, 0], original + influence[:, 1]])
+    seen = []
+    for _ in range(400):
+        noise = (rng.standard_normal(exact.shape) + 1j * rng.standard_normal(exact.shape)) * share * np.abs(exact)
+        v = exact + noise
+        seen.append(np.linalg.lstsq(np.column_stack([v[1] - v[0], v[2] - v[0]]), -v[0], rcond=None)[0])
+    scatter = np.std(np.abs(seen), axis=0)
+    np.testing.assert_allclose(
+        stated.correction_deviation, scatter, rtol=0.15
+    )  # 400 jobs: 3.5 %, twice over both, and curvature
+
+
+def test_more_runs_than_needed_give_the_deviation_by_their_scatter():
+    original, influence = some_rotor(3, 1)
+    exact = runs_of(original, influence)
+    again = BalanceRun("again", read(original * 1.01), [])
+    found = balance([*exact, again])
+    assert found.attrs["deviations_from"] == "scatter of the runs"
+    assert 0.0 < float(found.correction_deviation[0]) < 0.03 * float(found.correction[0])
+    assert "uncertainty is not known" in balance(exact).attrs["warnings"]
+
+
+def test_a_trim_run_of_a_linear_rotor_asks_for_no_change_and_another_one_is_told():
+    original, influence = some_rotor(2)
+    first = balance(runs_of(original, influence), deviation=0.01)
+    rough = np.round(masses(first), 1)
+    on = [TrialMass(name, abs(m), float(np.angle(m))) for name, m in zip("ab", rough, strict=True)]
+    trim = BalanceRun("trim", read(original + influence @ rough), on, trim=True)
+    found = balance([*runs_of(original, influence), trim], deviation=0.01)
+    np.testing.assert_allclose(masses(found), masses(first), rtol=1e-9)
+    np.testing.assert_allclose(found.change * np.exp(1j * found.change_angle), masses(first) - rough, atol=1e-9)
+    odd = BalanceRun("trim", read(original + influence @ rough + 0.5), on, trim=True)
+    assert (
+        "trim run 'trim' does not follow"
+        in balance([*runs_of(original, influence), odd], deviation=0.01).attrs["warnings"]
+    )
+
+
+def test_planes_that_act_alike_are_told_with_the_combination_that_is_not_seen():
+    original, influence = some_rotor(4, 1)
+    twins = np.column_stack([influence[:, 0], influence[:, 0] * (1.0 + 0.01 * np.arange(4))])
+    assert "the planes act much alike" in balance(runs_of(original, twins)).attrs["warnings"]
+    with pytest.raises(QuestionError, match="cannot be told apart"):
+        balance(runs_of(original, np.column_stack([influence, influence])))
+    one = balance(runs_of(original, np.column_stack([influence, influence])), planes=["a"])
+    assert one.sizes["plane"] == 1
+
+
+def test_bad_runs_are_refused_with_their_names():
+    original, influence = some_rotor(2)
+    runs = runs_of(original, influence)
+    twice = BalanceRun("trial 2", runs[2].readings, runs[1].masses)
+    both = [TrialMass("a", 1.0), TrialMass("b", 1.0)]
+    short = BalanceRun("t", runs[2].readings[:1], runs[2].masses)
+    blind = BalanceRun("t", [Reading(1.0, sensor="1"), Reading(1.0, 0.0, "2")], runs[2].masses)
+    pair = [BalanceRun("t", runs[1].readings, both), BalanceRun("u", runs[2].readings, both)]
+    for given, words in (
+        (runs[:1], "given 1 runs"),
+        ([runs[0], runs[1], runs[1]], "two runs are called 'trial 1'"),
+        ([runs[0], runs[1], short], "run 't' has no reading of sensor '2'"),
+        ([runs[0], runs[1], blind], "run 't'.*no phase"),
+        ([runs[0], *pair], "runs 't' and 'u' carry the same"),
+        ([runs[0], pair[0]], "always change together"),
+        (
+            [runs[0], BalanceRun("t", runs[0].readings, runs[1].masses)],
+            "run 't': the trial mass in plane 'a' changes the readings by",
+        ),
+    ):
+        with pytest.raises(QuestionError, match=words):
+            balance(given)
+    with pytest.raises(QuestionError, match="plane 'a' carries the same masses in all runs"):
+        balance([BalanceRun("0", runs[0].readings, twice.masses), twice])
+    with pytest.raises(QuestionError, match="planes: 'c' is missing"):
+        balance(runs, planes=["c"])
+    with pytest.raises(QuestionError, match="more than two turns"):
+        Reading("1 mm/s", 238.0)
+    with pytest.raises(UnitError, match="amplitude"):
+        Reading("1 kg", 0.0)
+
+
+def test_a_file_of_runs_says_the_same_and_names_the_run_that_is_wrong(tmp_path):
+    text = """
+phase = "lag"
+deviation = "2 %"
+[[runs]]
+name = "original"
+readings = [{ amplitude = "3.4 mm/s", phase = "116 deg" }]
+[[runs]]
+name = "trial"
+masses = [{ plane = "disk", mass = "2 g", angle = "0 deg" }]
+readings = [{ amplitude = "1.8 mm/s", phase = "42 deg" }]
+"""
+    path = tmp_path / "job.toml"
+    path.write_text(text)
+    found = balance(path)
+    assert len(load_balance_runs(path)) == 2
+    assert float(np.degrees(found.correction_angle[0])) == pytest.approx(30.8, abs=0.05)  # lags: the other way around
+    assert float(found.correction_deviation[0]) > 0.0
+    for old, new, words in (
+        ('"42 deg"', "42", "run 'trial': readings.1.: phase.*more than two turns"),
+        ("plane =", "place =", "run 'trial': masses.1.: place: unknown key"),
+        ('mass = "2 g", ', "", "mass: missing"),
+    ):
+        path.write_text(text.replace(old, new))
+        with pytest.raises(QuestionError, match=words):
+            balance(path)
