@@ -19,8 +19,8 @@ from autobalancer.plots.drawing.style import look
 from autobalancer.plots.film.animation import _frame_times
 from autobalancer.plots.film.question import size_words
 from autobalancer.plots.film.scene import Scene
-from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.results.display_units import SPEED_UNITS
+from autobalancer.results.drawn.motion import Motion, races_of
 from autobalancer.simulation.sampling import Envelope, Samples
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "stall_and_release.toml"

@@ -22,8 +22,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
 from autobalancer.machine.leaves import find, known
 from autobalancer.plots.drawing.style import FORCE
-from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.results.drawn.forces import lines_of
+from autobalancer.results.drawn.motion import Motion, races_of
 
 STIFF, LENGTH = 40.0, 0.12  # N/m and m of springs along a race
 ALONG = {"kind": "race_springs", "stiffness": STIFF, "free_length": LENGTH}

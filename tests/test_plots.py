@@ -23,9 +23,9 @@ from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import UNBALANCE, picture
 from autobalancer.plots.run.ball_looks import BallLook
 from autobalancer.plots.run.history import CriticalSpeeds, Curve, Deflections, History
-from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
+from autobalancer.results.drawn.motion import Motion, races_of
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

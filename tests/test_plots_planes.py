@@ -19,9 +19,9 @@ from autobalancer.machine import Machine
 from autobalancer.plots.drawing.labels import label_level, label_point, labels_of, stacked
 from autobalancer.plots.drawing.style import picture
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
-from autobalancer.plots.run.motion import Motion, races_of
 from autobalancer.plots.run.race_vectors import Vector, vectors_of
 from autobalancer.plots.run.static import static_part
+from autobalancer.results.drawn.motion import Motion, races_of
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

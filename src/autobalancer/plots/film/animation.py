@@ -17,9 +17,9 @@ from autobalancer.plots.film.film import Film
 from autobalancer.plots.film.question import film_question, frame_times, magnification, pace, size_words
 from autobalancer.plots.film.rotor import unit_length
 from autobalancer.plots.film.scene import Scene
-from autobalancer.plots.run.motion import Floats, Moments, Motion, races_of
 from autobalancer.plots.run.places import places_in_rotor
 from autobalancer.results.display_units import significant
+from autobalancer.results.drawn.motion import Floats, Moments, Motion, races_of
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 

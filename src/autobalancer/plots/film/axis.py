@@ -12,8 +12,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.style import INK, UNBALANCE
-from autobalancer.plots.run.motion import Complexes, Floats, Moments, Races
 from autobalancer.plots.run.places import PlacesInRotor
+from autobalancer.results.drawn.motion import Complexes, Floats, Moments, Races
 
 LENGTH = 4.0  # of the axis as drawn, in the greatest orbit radius
 DEPTH, SINK = 0.42, 0.3  # of what points to the eye: to the left and down

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.style import FORCE, INK, RACE, UNBALANCE
 from autobalancer.plots.run.body_shapes import CHAMFER, ROD
-from autobalancer.plots.run.motion import Complexes, Floats, Moments, Races
 from autobalancer.results.drawn.forces import ForcesOfRaces, lines_of
+from autobalancer.results.drawn.motion import Complexes, Floats, Moments, Races
 
 SWEEP = np.linspace(0.0, 1.0, 60)  # points of the arc that a ball swept since the frame before
 MEMORY = 8  # frames for which the path of the rotor center stays visible

@@ -14,11 +14,11 @@ from autobalancer.plots.film.canvas import FilmCanvas
 from autobalancer.plots.film.rotor import RotorView, unit_length
 from autobalancer.plots.run.ball_looks import ball_looks, planes_of
 from autobalancer.plots.run.history import Deflections, critical_speeds_of, deflections_of, ends_at, history_of, quiet
-from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.panels import deflection_panel, speed_panel
 from autobalancer.plots.run.places import places_in_rotor
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 from autobalancer.results.drawn.forces import forces_of
+from autobalancer.results.drawn.motion import Floats, Moments, Races
 
 LEFT, RIGHT = 0.52, 0.575  # how far the rotor reaches, and where the panels begin
 BOTTOM, TOP = 0.125, 0.885

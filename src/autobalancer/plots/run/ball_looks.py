@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
 
 from autobalancer.plots.drawing.style import BALLS, ball_color
-from autobalancer.plots.run.motion import Floats, bodies_of
+from autobalancer.results.drawn.motion import Floats, bodies_of
 
 FEW = len(BALLS)  # so many balls have a color of their own
 

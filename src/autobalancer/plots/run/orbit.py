@@ -12,7 +12,6 @@ from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import INK, UNBALANCE, heading, look, picture
-from autobalancer.plots.run.motion import Complexes
 from autobalancer.plots.run.orbit_path import OrbitPath, orbit_paths
 from autobalancer.results.display_units import (
     AxisUnit,
@@ -22,6 +21,7 @@ from autobalancer.results.display_units import (
     speed_axis,
     times_larger,
 )
+from autobalancer.results.drawn.motion import Complexes
 from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import optional_argument
 

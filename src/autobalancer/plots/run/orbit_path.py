@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.run.motion import Complexes, Floats, cubic
 from autobalancer.plots.run.places import places
 from autobalancer.plots.run.static import static_part
+from autobalancer.results.drawn.motion import Complexes, Floats, cubic
 
 
 class OrbitPath(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.plots.run.ball_looks import planes_of
-from autobalancer.plots.run.motion import Complexes, Floats, cubic
+from autobalancer.results.drawn.motion import Complexes, Floats, cubic
 
 
 class Place(NamedTuple):

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import heading, look, picture
 from autobalancer.plots.run.ball_looks import balancer_name, ball_looks, planes_of
-from autobalancer.plots.run.motion import Moments, Motion, Races, races_of
 from autobalancer.plots.run.race_panel import WIDTH, RacePanel, deflected
 from autobalancer.plots.run.race_vectors import couple_note, vectors_of
 from autobalancer.plots.run.static import static_part
 from autobalancer.results.display_units import AxisUnit, length_text, significant, speed_axis, times_larger
 from autobalancer.results.drawn.forces import forces_of
+from autobalancer.results.drawn.motion import Moments, Motion, Races, races_of
 from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import optional_argument
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from autobalancer.plots.drawing.style import FORCE, INK, RACE, legend_width
 from autobalancer.plots.run.body_shapes import draw_body
-from autobalancer.plots.run.motion import Floats, Moments, Races
 from autobalancer.plots.run.race_vectors import Vector
 from autobalancer.results.display_units import length_text, round_down
 from autobalancer.results.drawn.forces import ForcesOfRaces, lines_of
+from autobalancer.results.drawn.motion import Floats, Moments, Races
 
 RIM = "#8A949C"
 NOTHING = 1e-11  # m; a deflection below it is none

@@ -8,8 +8,8 @@ import numpy as np
 
 from autobalancer.plots.drawing.style import ALL_BALLS, INK, UNBALANCE
 from autobalancer.plots.run.ball_looks import Planes
-from autobalancer.plots.run.motion import Moments, Races
 from autobalancer.results.display_units import couple_text, moment_text
+from autobalancer.results.drawn.motion import Moments, Races
 
 
 class Vector(NamedTuple):

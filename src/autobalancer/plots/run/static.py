@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from autobalancer.plots.run.motion import Complexes, Floats
+from autobalancer.results.drawn.motion import Complexes, Floats
 from autobalancer.results.standing import NONE, load_of
 
 SAMPLES = 60  # that are looked at around a moment
