@@ -184,6 +184,7 @@ WIDE = (
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',
     "rubber rubber_loops.csv",
     "measure signals run_up_signals.csv",
+    'measure record stall.nc --sensor "displacement::x:40 dB" --rate "2 kHz" --end "0.1 s"',
     "chamber archive runs",
     "chamber bounds deep_chamber.toml",
     'catalog bearings --unbalance "594 g*mm"',

@@ -29,6 +29,9 @@ from autobalancer.measurement.rubber.fit import rubber as rubber
 from autobalancer.measurement.rubber.hysteresis import hysteresis as hysteresis
 from autobalancer.measurement.rubber.measured import rubber_loops as rubber_loops
 from autobalancer.measurement.rubber.measured import rubber_resonances as rubber_resonances
+from autobalancer.measurement.sensors.record import record as record
+from autobalancer.measurement.sensors.sensor import Sensor as Sensor
+from autobalancer.measurement.sensors.sensor import Tacho as Tacho
 from autobalancer.measurement.signals.form import Channel as Channel
 from autobalancer.measurement.signals.form import signals as signals
 from autobalancer.measurement.signals.load import load_signals as load_signals
@@ -38,6 +41,8 @@ __all__ = [
     "Channel",
     "RaceBalls",
     "Reading",
+    "Sensor",
+    "Tacho",
     "TrialMass",
     "TurnedRace",
     "balance",
@@ -61,6 +66,7 @@ __all__ = [
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
+    "record",
     "rolling_resistance_deviation",
     "rubber",
     "rubber_loops",

@@ -216,6 +216,9 @@ NAMES: dict[str, dict[str, str]] = {
         "load_balance_runs": "measurement.balancing.file",
         "balance": "measurement.balancing.balance",
         "four_run": "measurement.balancing.four_run",
+        "Sensor": "measurement.sensors.sensor",
+        "Tacho": "measurement.sensors.sensor",
+        "record": "measurement.sensors.record",
     },
     "laws": {
         "capability": "laws.ball_capability",

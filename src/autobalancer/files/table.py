@@ -17,7 +17,9 @@ from autobalancer.errors import AutobalancerError, ResultError, UnitError
 from autobalancer.files.text import TABLE, read_text
 from autobalancer.units import to_si
 
-_NAME = r"[A-Za-z_][A-Za-z_. &]*(?:(?<=[A-Za-z_])\[\d+\][A-Za-z_. &]*)*"  # an index follows its name without a space
+_NAME = (
+    r"[A-Za-z_][A-Za-z0-9_. &]*(?:(?<=[A-Za-z0-9_])\[\d+\][A-Za-z_. &]*)*"  # an index follows its name without a space
+)
 _HEAD = re.compile(rf"^\s*\"?\s*({_NAME})\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
 
 

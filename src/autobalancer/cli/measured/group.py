@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import signals
+from autobalancer.cli.measured import record, signals
 
 app = typer.Typer(
     name="measure",
@@ -12,3 +12,4 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 app.command()(signals.signals)
+app.command()(record.record)

@@ -1,0 +1,1 @@
+"""Sensors on a simulated machine: what a logger would have written of a run."""
