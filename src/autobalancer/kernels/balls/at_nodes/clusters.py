@@ -1,11 +1,12 @@
 """Guided balls in rigid contact at all nodes of a long step: kernels/balls/rigid/clusters.py without friction between balls.
 
 Balls that touch have one acceleration, so their rows are summed; beside a partition it is zero. The torques of contacts follow
-ball by ball, and :func:`pressed_until` says how far they all press.
+ball by ball, and :func:`least_torque` says whether they all press.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from numba import njit
@@ -13,13 +14,13 @@ from numba import njit
 from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, kept_at, lean, left, station_places
 from autobalancer.kernels.balls.guided import Row
 from autobalancer.kernels.balls.rigid.clusters import leads
-from autobalancer.kernels.balls.rigid.torques import FAR, PULL
+from autobalancer.kernels.balls.rigid.torques import FAR
 from autobalancer.kernels.flags import MERGED
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import System
-from autobalancer.kernels.wide import NODES, all_lanes, greater, lane, load, store
+from autobalancer.kernels.wide import NODES, all_lanes, greater, greatest, load, store
 
 
 @njit(**MERGED)
@@ -93,7 +94,7 @@ def _row(k: int, p: Any, a: Any) -> Row:
 
 
 @njit(**MERGED)
-def _rest(k: int, p: Any, a: Any) -> Any:
+def rest_at_nodes(k: int, p: Any, a: Any) -> Any:
     """What the contacts must add to ball k, negative: its row less its inertia times its acceleration."""
     weight = load(data(a.numbers), kept_at(k, p) + WEIGHT * NODES)
     rate = load(data(a.forces), (2 * a.modes + 1 + k) * NODES)
@@ -101,15 +102,18 @@ def _rest(k: int, p: Any, a: Any) -> Any:
 
 
 @njit(**MERGED)
-def _least(one: Any, least: Any) -> Any:
+def _lesser(one: Any, least: Any) -> Any:
     """The lesser of two, lane by lane."""
     return -greater(-one, -least)
 
 
 @njit(**MERGED)
-def pressed_until(p: Any, a: Any) -> float:
-    """The fraction of a long step up to which no contact pulls."""
-    nodes, until = a.radau.nodes, 1.0
+def least_torque(rest: Callable[[int, Any, Any], Any], p: Any, a: Any) -> float:
+    """The least torque of all contacts that are closed and can open, at the nodes; FAR without any.
+
+    ``rest`` is :func:`rest_at_nodes` or the same of other equations.
+    """
+    least = all_lanes(FAR)
     for head in range(p.ball_count):
         if leads(p, head):
             low, last, more = p.ties[head].low != 0, head, True
@@ -120,24 +124,20 @@ def pressed_until(p: Any, a: Any) -> float:
             high = p.ties[last].high != 0
             if low and high:
                 continue  # a row without play stays as it is
-            least, carried = all_lanes(FAR), all_lanes(0.0)
+            carried = all_lanes(0.0)
             if low:
                 k = last
                 while k != head:
-                    carried -= _rest(k, p, a)
-                    least = _least(carried, least)
+                    carried -= rest(k, p, a)
+                    least = _lesser(carried, least)
                     k = p.contacts[k].before
-                least = _least(carried - _rest(head, p, a), least)
+                least = _lesser(carried - rest(head, p, a), least)
             else:
                 k = head
                 while k != last:
-                    carried += _rest(k, p, a)
-                    least = _least(carried, least)
+                    carried += rest(k, p, a)
+                    least = _lesser(carried, least)
                     k = p.contacts[k].next
                 if high:
-                    least = _least(carried + _rest(last, p, a), least)
-            for i in range(NODES):
-                if not lane(least, i) >= -2.0 * p.rigid.margin[PULL]:
-                    until = min(until, nodes[i - 1] if i > 0 else 0.0)
-                    break
-    return until
+                    least = _lesser(carried + rest(last, p, a), least)
+    return -greatest(-least)

@@ -1,4 +1,4 @@
-"""How far a long step goes before a gap closes."""
+"""How far a long step goes before a gap closes, and whether it may close at all."""
 
 from __future__ import annotations
 
@@ -25,3 +25,9 @@ def open_until(start: float, gap: Any, bend: Any, step: float, a: Any) -> float:
         if not work[i] > dip:
             return nodes[i - 1] if i > 0 else 0.0
     return 1.0
+
+
+@njit(**MERGED)
+def may_close(gap: Any, bend: Any, step: float) -> bool:
+    """Whether a gap may close in the step, at a node or between two."""
+    return greatest(-gap) > -DIP * step * step * greatest(amount(bend))

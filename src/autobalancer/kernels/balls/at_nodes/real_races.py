@@ -9,8 +9,8 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes
-from autobalancer.kernels.balls.at_nodes.contacts import contacts_at_nodes
+from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes, rest_at_nodes
+from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
 from autobalancer.kernels.balls.at_nodes.rows import LENGTH, NORMAL, OWN, WEIGHT, keep, kept_at, left
 from autobalancer.kernels.balls.at_nodes.stations import load_station, rate_at_nodes, recover_at_nodes
 from autobalancer.kernels.balls.guided import (
@@ -120,9 +120,9 @@ def _keep(b: int, length: Any, its: Row, force: Normal, p: Any, a: Any) -> None:
 
 @njit(**COMPILED)
 def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
-    """The fraction of a long step up to which all contacts stay open and no ball stops, turns round or breaks loose."""
-    until = float(contacts_at_nodes(step, system, amplitudes))
+    """As of other balls, and the fraction up to which no ball stops, turns round or breaks loose."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    until = contacts_until(rest_at_nodes, step, p, a)
     values, work, nodes, kept = data(a.values), data(a.work), data(a.radau.nodes), data(a.numbers)
     for b in range(a.balls):
         ball, mode, start = p.balls[b], p.guided[b].mode, a.origin[BALLS + a.balls + b]
