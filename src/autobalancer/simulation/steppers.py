@@ -6,11 +6,13 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.given import given
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, REJECTED, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
-from autobalancer.kernels.system import System
+from autobalancer.kernels.integrators.switching import switch_type
+from autobalancer.kernels.system import System, rhs_type
 from autobalancer.kernels.wide import NODES
 from autobalancer.simulation.equations import Equations, equations
 from autobalancer.simulation.fresh import memory_for
@@ -39,14 +41,28 @@ class Stepper(NamedTuple):
 
     def advance(self, system: System, record: Record, budget: int) -> int:
         """Take up to ``budget`` accepted steps; returns how that ended, see kernels/integrators/runge_kutta.py."""
+        rates, switch = given(self.moving.rates, rhs_type), given(self.moving.switch, switch_type)
         if self.long is None:
-            return int(advance(*self.moving, system, self.pair, record, self.memory, budget))
+            return int(advance(rates, switch, system, self.pair, record, self.memory, budget))
+        from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
         from autobalancer.kernels.integrators.collocation.march import march
 
         nodes, watch, powers, memory, amplitudes = self.long
+        at_nodes, until = given(nodes, nodes_type), given(watch, watch_type)
         return int(
             march(
-                *self.moving, nodes, watch, system, self.pair, powers, record, self.memory, memory, amplitudes, budget
+                rates,
+                switch,
+                at_nodes,
+                until,
+                system,
+                self.pair,
+                powers,
+                record,
+                self.memory,
+                memory,
+                amplitudes,
+                budget,
             )
         )
 
