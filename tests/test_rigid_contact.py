@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -166,7 +170,7 @@ def test_a_result_knows_the_normal_forces_of_balls_that_press_on_each_other() ->
     np.testing.assert_allclose(run["ball_normal_force"].values[-1], expected, rtol=1e-6)
 
 
-def _real(rotor: dict[str, Any], drive: dict[str, Any], **race: Any) -> Machine:
+def _real(rotor: dict[str, Any], drive: dict[str, Any], tilting: bool, **race: Any) -> Machine:
     """Three unequal balls in one race, of which the first two touch, and another race."""
     balls = [
         {"diameter": d, "density": DENSITY, "start_angles": [a], "start_speeds": [v]}
@@ -176,12 +180,17 @@ def _real(rotor: dict[str, Any], drive: dict[str, Any], **race: Any) -> Machine:
     other = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": [balls[0]]}
     return Machine(
         name="real", axis="horizontal", gravity=GRAVITY, rotor=rotor, drive=drive,
-        unbalances=[{"moment": 1e-4}], balancers=[{"races": [whole, other]}],
+        unbalances=[{"moment": 1e-4}], balancers=[{"races": [whole, other]} | ({"station": "upper"} if tilting else {})],
+        **({"stations": [{"name": "upper", "position": 0.05}], "tilting_races": "full"} if tilting else {}),
         start={"deflection": [1e-3, 2e-3], "velocity": [0.1, -0.2]} | ({"speed": 40.0} if drive is TORQUE else {}),
     )  # fmt: skip
 
 
 PLANE = {"mass": 2.0, "stiffness": 2e4, "damping": 5.0, "inertia": 0.01}
+RIGID = {
+    "kind": "rigid", "mass": 2.0, "transverse_inertia": 0.02, "polar_inertia": 0.01,
+    "supports": [{"position": -0.1, "stiffness": 1e4, "damping": 3.0}, {"position": 0.12, "stiffness": [1e4, 2e4]}],
+}  # fmt: skip
 TORQUE, RAMP = (
     {"kind": "torque", "torque": 1.0},
     {"kind": "speed", "profile": {"kind": "ramp", "start": 40.0, "end": 90.0, "duration": 1.0}},
@@ -199,12 +208,15 @@ OVAL = {"harmonics": [{"order": 2, "amplitude": 1e-3}], "friction": {"rolling_re
         OVAL | {"contact": {"restitution": 0.5, "friction": 0.3}},
     ],
 )
-@pytest.mark.parametrize("general", [False, True])
+@pytest.mark.parametrize("rotor", ["planar", "general", "tilting"])
 def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_of_the_contact(
-    general: bool, race: dict[str, Any], drive: dict[str, Any]
+    rotor: str, race: dict[str, Any], drive: dict[str, Any]
 ) -> None:
-    assembly = assemble(_real(PLANE, drive, **race), rotating=False, general=general)
+    tilts = rotor == "tilting"
+    machine = _real(RIGID if tilts else PLANE, drive, tilts, **race)
+    assembly = assemble(machine, rotating=False, general=rotor != "planar")
     system, state, n = assembly.system, assembly.state, len(assembly.balls)
+    state[6 + 2 * n :] = [0.01, -0.02, 0.3, 0.2] if tilts else []
     system.guided.mode = np.where(state[6 + n : 6 + 2 * n] < 0.0, -1.0, 1.0)
     together, apart = np.zeros_like(state), np.zeros_like(state)
     rates = equations(assembly).rates
@@ -225,3 +237,31 @@ def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_o
     rates(0.0, state, apart, system)
     np.testing.assert_allclose(together, apart, rtol=1e-10, atol=1e-9)
     np.testing.assert_allclose(normals, system.guided.normal, rtol=1e-10, atol=1e-12)
+
+
+CHANGES = """
+from tests.references.standing_races import standing
+from autobalancer.assembly.system import assemble
+from autobalancer.kernels.balls.rigid.events import rigid_contact
+from autobalancer.kernels.balls.rigid.torques import OWN_PULL, PULL
+from autobalancer.kernels.integrators.switching import PASS
+from autobalancer.kernels.integrators.tableau import dormand_prince_8
+from autobalancer.simulation.equations import equations
+from autobalancer.simulation.fresh import memory_for
+assembly = assemble(standing(angles=[1.0, 1.5, 2.0]), rotating=False)
+pair = (dormand_prince_8(), memory_for(assembly, 1.0, 1e-9, dormand_prince_8()))
+margin = assembly.system.rigid.margin
+for time in [0.5] * 40 + [0.6]:
+    rigid_contact(PASS, time, equations(assembly).rates, assembly.system, pair)
+    print(margin[PULL] / margin[OWN_PULL], end=" ")
+"""
+
+
+def test_what_counts_as_a_pull_grows_while_contacts_change_without_time_going_on() -> None:
+    """By thirty changes at one instant nothing is widened, then by a factor of two for each, until time goes on (interpreted)."""
+    done = subprocess.run(
+        [sys.executable, "-c", CHANGES], env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, cwd=Path(__file__).parents[1],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    wider = [float(word) for word in done.stdout.split()]
+    assert wider == [1.0] * 31 + [2.0**k for k in range(1, 10)] + [1.0]
