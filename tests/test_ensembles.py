@@ -19,7 +19,7 @@ from autobalancer.results.shares import wilson_interval
 from autobalancer.studies.ensemble import follow, room
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.integration import Plan
-from autobalancer.studies.ensemble.members import Members, with_starts
+from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 STALL = MACHINES / "stall_and_release.toml"
@@ -96,34 +96,52 @@ def test_a_member_of_every_kind_of_rotor_and_ball_is_its_run(name: str) -> None:
     same(found, 1, alone(ab.with_parameter(machine, "unbalances[1].angle", 0.2), end=end))
 
 
+DISCOIDAL, RACE, RIGID = (MACHINES / f"{name}.toml" for name in ("discoidal", "real_race", "rigid_rotor"))
+TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
+
+
 @pytest.mark.parametrize(
-    ("columns", "seeds"),
+    ("columns", "seeds", "machine"),
     [
-        ({"drag": [1e-4, 2e-4, 3e-4], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, None),
-        ({"balancers[1].races[1].drag.beta": [1e-4, 2e-4, 3e-4], "unbalance": [2e-4, 3e-4, 4e-4]}, None),
-        ({"drag": [1e-4, 2e-4]}, 3),
-        ({"ball_angle[1]": [0.1, 0.2, 5.0], "ball_angle[2]": [1.0, 4.0, 2.0], "ball_speed[1]": [0.0, 1.0, 2.0]}, None),
+        ({"drag": [1e-4, 2e-4, 3e-4], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, None, STALL),
+        ({"balancers[1].races[1].drag.beta": [1e-4, 2e-4, 3e-4], "unbalance": [2e-4, 3e-4, 4e-4]}, None, STALL),
+        ({"drag": [1e-4, 2e-4]}, 3, STALL),
+        (
+            {"ball_angle[1]": [0.1, 0.2, 5.0], "ball_angle[2]": [1.0, 4.0, 2.0], "ball_speed[1]": [0.0, 1.0, 2.0]},
+            None,
+            STALL,
+        ),
+        ({"viscosity": ["10 mm^2/s", 2e-5, 3e-5], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, 2, DISCOIDAL),
+        ({"balancers[1].races[1].drag.cd_re": [300.0, 350.0, 400.0], "drive.profile.time": TIMES}, None, DISCOIDAL),
+        ({"rolling_resistance": [1e-4, 2e-4, 3e-4]}, 2, RACE),
+        ({"unbalances[1].angle": [0.1, 0.2, 0.3], "drag": [1e-4, 2e-4, 3e-4]}, None, RIGID),
     ],
 )
-def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(columns: Any, seeds: int | None) -> None:
-    machine = ab.load_machine(STALL)
+def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
+    columns: Any, seeds: int | None, machine: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = without_start_angles(ab.load_machine(machine)) if seeds else ab.load_machine(machine)
     given = columns_of(machine, columns)
     drawn = None if seeds is None else np.arange(seeds)
-    asked = Members(machine, given, drawn, 0, "member")
-    (one,), (other,) = (
-        asked._sorted(Plan(END, 1e-6, 20, 100), "refuse", follow=follow)[0].all for follow in (True, False)
-    )
-    for group in (one, other):
+    asked, made = Members(machine, given, drawn, 0, "member"), list[int]()
+    ready = asked.ready
+    monkeypatch.setattr(asked, "ready", lambda number, plan: made.append(number) or ready(number, plan))
+    blocks = []
+    for quick in (True, False):
+        (group,) = asked._sorted(Plan(END, 1e-6, 20, 100), "refuse", follow=quick)[0].all
         places, words = group.words()
-        blocks = np.tile(group.fresh, (len(group.numbers), 1))
-        blocks[:, places] = words
-        group.blocks = blocks
-    assert (one.blocks == other.blocks).all()
+        blocks.append(np.tile(group.fresh, (asked.count, 1)))
+        blocks[-1][np.ix_(group.numbers, places)] = words
+    assert (blocks[0] == blocks[1]).all()
+    sample = (
+        [0, 0, 1] if given.parameters else [0, 1]
+    )  # assembled all the same, so that members that follow are compared
+    assert made == [*sample, *range(asked.count)]
 
 
 def test_a_member_that_would_follow_wrongly_is_assembled(monkeypatch: pytest.MonkeyPatch) -> None:
     right = members(STALL, {"drag": DRAG})
-    monkeypatch.setattr(follow, "_bits", lambda value: 4607182418800017408)  # 1.0
+    monkeypatch.setattr(follow, "bits", lambda value: 4607182418800017408)  # 1.0
     wrong = members(STALL, {"drag": DRAG})
     assert wrong["peak_deflection"].equals(right["peak_deflection"])
 

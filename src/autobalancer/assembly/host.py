@@ -38,7 +38,7 @@ def host_of(machine: Machine, parts: Parts, starts: Floats) -> tuple[Host, Work]
         rows=_wide(rows, (count * each, width)),
         reach=_wide(rows @ inverse, (count * each, width)),
         mobility=np.ascontiguousarray(rows @ inverse @ rows.T),
-        loads=_loads(machine, parts, inverse, starts, width),
+        loads=loads_of(machine, parts, inverse, starts, width),
     )
     return host, _work(width, count * each, each)
 
@@ -63,8 +63,8 @@ def axial_gravity(machine: Machine) -> float:
     return float(machine.gravity) if getattr(machine.rotor, "up", None) == "-z" else -float(machine.gravity)
 
 
-def _loads(machine: Machine, parts: Parts, inverse: Matrix, starts: Floats, width: int) -> Matrix:
-    """For each segment of time: M^-1 u and u, real and imaginary parts, then the rates of these four; (segments, 8, W)."""
+def loads_of(machine: Machine, parts: Parts, inverse: Matrix, starts: Floats, width: int) -> Matrix:
+    """Of each segment of time: M^-1 u and u, real and imaginary parts, then the rates of these four; (segments, 8, W)."""
     loads = np.zeros((starts.size, 8, width))
     for number, start in enumerate(starts):
         now, rate = np.zeros((2, parts.size), np.complex128)

@@ -10,14 +10,13 @@ import numpy as np
 from autobalancer.assembly.held import center_moments
 from autobalancer.assembly.rotors import (
     LateralModel,
-    lateral_model,
     reference,
     spring_model,
     station_rows,
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.grounds import carried, grounds, large_motions, sag, weights
-from autobalancer.assembly.rotors.hardening import hard_places
+from autobalancer.assembly.rotors.hardening import hard_places, with_hardening
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.mounts import mounts
 from autobalancer.assembly.rotors.planes import planes_of
@@ -58,7 +57,7 @@ class Places:
 def places_of(machine: Machine, assembly: Assembly) -> Places:
     """The places of an assembled machine."""
     bare = spring_model(machine)
-    model = with_ball_mass(machine, lateral_model(machine))
+    model = with_ball_mass(machine, with_hardening(machine, bare))
     basis = assembly.reduction.basis if assembly.reduction is not None else np.eye(model.size)
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
     found = grounds(machine, bare)

@@ -99,7 +99,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     rows = balancer_rows(machine, model)
     named = station_rows(machine, model)
     everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(springs, model.pairs)])
-    loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
+    loads = _loads(machine, model)
     total = sum(loads, np.zeros(model.pairs, np.complex128))
     alike = model.isotropic and all(one.isotropic(model.pairs) for one in springs)
     wanted = getattr(machine.rotor, "modes", None)
@@ -120,12 +120,31 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         places=np.array([seen(row.deflection) for row in rows]).reshape(len(rows), 2, size),
         slopes=np.array([seen(row.slope) for row in rows]).reshape(len(rows), 2, size),
         mass=basis.T @ model.mass @ basis,
-        shapes=np.array([basis.T @ circular(model, load) for load in loads], np.complex128).reshape(len(loads), size),
+        shapes=_shapes(model, basis, loads),
         reference=name,
         stations={key: seen(row.deflection) for key, row in named.items()},
         critical_speeds=critical,
         frequency=max(still, default=1.0),
     )
+
+
+def with_unbalances(parts: Parts, machine: Machine) -> Parts:
+    """The same parts under the unbalances of a machine, whose rotor is the same."""
+    return replace(parts, shapes=_shapes(parts.model, parts.reduction.basis, _loads(machine, parts.model)))
+
+
+def _loads(machine: Machine, model: LateralModel) -> list[Complexes]:
+    return [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
+
+
+def _shapes(model: LateralModel, basis: Matrix, loads: list[Complexes]) -> Complexes:
+    found = np.array([basis.T @ circular(model, load) for load in loads], np.complex128)
+    return found.reshape(len(loads), basis.shape[1])
+
+
+def length_scale(machine: Machine, parts: Parts, balls: tuple[Ball, ...]) -> float:
+    """Size of the deflections of a run, m."""
+    return max(parts.length(balls), abs(complex(*machine.start.deflection)), 1e-9)
 
 
 def _seen(found: tuple[Mount | HardPlace, ...], pairs: int) -> list[Matrix]:

@@ -24,7 +24,7 @@ from autobalancer.assembly.rotors.hardening import HardPlace
 from autobalancer.assembly.rotors.mounts import Mount
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.rubber import element_count, force_scales, has_rubber, pulled_forces, rubber_rows
-from autobalancer.assembly.spatial import Parts, pulled, spatial_parts, struck, top_speed, turned
+from autobalancer.assembly.spatial import Parts, length_scale, pulled, spatial_parts, struck, top_speed, turned
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
 from autobalancer.assembly.torsion.links import is_linked, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, resolve
@@ -222,7 +222,7 @@ def assemble_general(
     state[where] = turned(place, -angle) if system.rotating else place
     state[fast] = turned(velocity, -angle) if system.rotating else velocity
     state[BALLS : BALLS + n], state[BALLS + n : rest] = angles, [ball.start_speed for ball in balls]
-    length = max(parts.length(balls), abs(complex(*machine.start.deflection)), 1e-9)
+    length = length_scale(machine, parts, balls)
     scale[where], scale[fast] = length, length * parts.frequency
     growing[where] = growing[fast] = 1.0
     scale[SPEED] = scale[BALLS + n : rest] = scale[own:] = parts.frequency

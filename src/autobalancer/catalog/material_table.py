@@ -40,12 +40,17 @@ def materials() -> Materials:
 
 def material(name: str) -> Material:
     """One material by its name, upper or lower case. Raises ``CatalogError`` with similar names."""
-    by_key = {key(entry.name): entry for entry in materials()}
-    if key(name) not in by_key:
+    found = _by_key().get(key(name))
+    if found is None:
         unknown(
             "material",
             name,
             [entry.name for entry in materials()],
             "`autobalancer catalog materials` lists them",
         )
-    return by_key[key(name)]
+    return found
+
+
+@cache
+def _by_key() -> dict[str, Material]:
+    return {key(entry.name): entry for entry in materials()}

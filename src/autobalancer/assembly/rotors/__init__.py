@@ -124,10 +124,9 @@ def unbalance_load(machine: Machine, model: LateralModel, time: float = np.inf) 
 def with_ball_mass(machine: Machine, model: LateralModel) -> LateralModel:
     """The model with the (effective) masses of all balls fixed to the axis in the planes of their balancers."""
     mass, total = model.mass.copy(), model.total_mass
-    rows = balancer_rows(machine, model)
+    both = [model.both(row.deflection[None]) for row in balancer_rows(machine, model)]
     for ball in resolve(machine):
-        both = model.both(rows[ball.balancer].deflection[None])
-        mass += ball.effective_mass * both.T @ both
+        mass += ball.effective_mass * both[ball.balancer].T @ both[ball.balancer]
         total += ball.effective_mass
     return replace(model, mass=mass, total_mass=total)
 

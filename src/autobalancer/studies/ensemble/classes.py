@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalancer.studies.ensemble.follow import Follower, Start, Words, can_follow, starts_can_follow
+from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.studies.ensemble.described import Described, Words
+from autobalancer.studies.ensemble.follow import Follower, Start, can_follow, starts_can_follow
 from autobalancer.studies.ensemble.groups import Group, Groups
 from autobalancer.studies.ensemble.integration import Plan, fresh_integration
+from autobalancer.studies.variations import with_variation
 
 if TYPE_CHECKING:
+    from autobalancer.assembly.system import Assembly
+    from autobalancer.machine import Machine
     from autobalancer.studies.ensemble.members import Members
 
+TRIED = 3  # other values of a parameter that say whether members can follow it
 UNBALANCE = "unbalance"  # in the names of parameters of which one can be followed
 
 
@@ -40,7 +47,8 @@ class Class:
             return
         members = self._members
         values = [members.columns.parameters[name][members.row(number)] for name in self._names]
-        words = self._follower.words(values, *self._start(number))
+        row = members.row(number)
+        words = self._follower.words(values, lambda: members.varied(row), *self._start(number))
         if words is None:
             self._groups.add(number, *members.ready(number, self._groups.plan))
             return
@@ -61,9 +69,11 @@ class Class:
         if number in group.later or (moves and not starts_can_follow(machine, assembly, starts)):
             return
         self._base = group.differences(len(group.numbers) - 1)
-        self._follower = Follower(
-            group, machine, assembly, self._names, self._groups.plan.tolerance, self._start(number)
-        )
+        plan, row = self._groups.plan, self._members.row(number)
+        described = None
+        if not all_known(machine, assembly, self._names):
+            described = Described(self._members.varied(row), assembly, plan.end, plan.tolerance)
+        self._follower = Follower(group, machine, assembly, self._names, plan.tolerance, self._start(number), described)
 
     def _start(self, number: int) -> Start:
         members = self._members
@@ -82,14 +92,34 @@ class Class:
             raise Differs
 
 
+def all_known(machine: Machine, assembly: Assembly, names: list[str]) -> bool:
+    """Whether the numbers that all these parameters change are known without a machine of each member."""
+    unbalances = sum(UNBALANCE in name for name in names)
+    return unbalances <= 1 and all(can_follow(machine, assembly, name) for name in names)
+
+
 def followed(members: Members, number: int, plan: Plan) -> list[str]:
     """The parameters that members can follow, as the machine of this one says."""
-    machine, found = members.machine_of(number), list[str]()
+    machine, columns = members.machine_of(number), members.columns.parameters
+    if not columns:
+        return []
     assembly, _ = members.ready(number, plan)
-    for name in members.columns.parameters:
-        if can_follow(machine, assembly, name) and not (UNBALANCE in name and any(UNBALANCE in one for one in found)):
+    varied = members.varied(members.row(number))
+    described, found = Described(varied, assembly, plan.end, plan.tolerance), list[str]()
+    for name, values in columns.items():
+        own = repr(values[members.row(number)])
+        others = list(islice((value for value in values if repr(value) != own), TRIED))
+        if can_follow(machine, assembly, name) or any(_follows(described, varied, name, other) for other in others):
             found.append(name)
     return found
+
+
+def _follows(described: Described, machine: Machine, name: str, value: Any) -> bool:
+    """Whether a machine with this value need not be assembled; one that is impossible is no answer."""
+    try:
+        return described.follows(with_variation(machine, [name], (value,)))
+    except (MachineError, UnitError, QuestionError):
+        return False
 
 
 def class_of(members: Members, number: int, names: list[str]) -> Any:

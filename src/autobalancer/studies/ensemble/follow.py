@@ -27,11 +27,12 @@ from autobalancer.kernels.system import BALLS, VY, Floats, X
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
 from autobalancer.studies.ensemble.columns import ball_of
+from autobalancer.studies.ensemble.described import Described, Words
 from autobalancer.studies.ensemble.groups import Group
+from autobalancer.studies.ensemble.layout import bits
 
 _BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.beta")
 _PART = re.compile(r"unbalances\[(\d+)\]\.(moment|mass|radius|angle)")
-Words = dict[int, int]
 Start = tuple[int, dict[str, float]]  # seed, and the columns of starts
 
 
@@ -63,15 +64,24 @@ def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]
 class Follower:
     """Words of members that differ from an assembled one in these ``names`` of parameters and in their starts.
 
-    ``begin`` is the start of the assembled one.
+    ``begin`` is the start of the assembled one. Parameters that change more than a few numbers that are known here are
+    ``described``: the machine of a member says what is different.
     """
 
     def __init__(
-        self, group: Group, machine: Machine, assembly: Assembly, names: Sequence[str], tolerance: float, begin: Start
+        self,
+        group: Group,
+        machine: Machine,
+        assembly: Assembly,
+        names: Sequence[str],
+        tolerance: float,
+        begin: Start,
+        described: Described | None,
     ) -> None:
         self._group, self._machine, self._assembly, self._tolerance = group, machine, assembly, tolerance
-        self._begin = begin
-        self._parameters = [self._of_parameter(name) for name in names]
+        self._begin, self._described = begin, described
+        self._parameters = [] if described is not None else [self._of_parameter(name) for name in names]
+        self._last: tuple[Any, Words] = (None, {})
         self._fastest = max(top_speed(machine) or 0.0, *assembly.critical_speeds)
         self._orders: dict[Any, Words] = {}
         layout = group.layout
@@ -79,10 +89,22 @@ class Follower:
         touching = len(assembly.system.contacts)
         self._wraps = [layout.place("system.contacts", i, field="wrap") for i in range(touching)]
 
-    def words(self, values: Sequence[float], seed: int, starts: dict[str, float]) -> Words | None:
-        """The words of a member; None if it has to be assembled, as a value may be impossible."""
+    def words(
+        self, values: Sequence[Any], machine: Callable[[], Machine], seed: int, starts: dict[str, float]
+    ) -> Words | None:
+        """The words of a member; None if it has to be assembled, as a value may be impossible.
+
+        ``machine`` is what the values make of it, without its start.
+        """
         found: Words = {}
-        for follow, value in zip(self._parameters, values, strict=True):
+        if self._described is not None:
+            if self._last[0] != tuple(values):
+                own = self._described.words(machine(), self._group.layout)
+                if own is None:
+                    return None
+                self._last = tuple(values), own
+            found = dict(self._last[1])
+        for follow, value in zip(self._parameters, values if self._described is None else (), strict=True):
             if not (isinstance(value, float | int) and math.isfinite(value) and value > 0.0):
                 return None
             follow(float(value), found)
@@ -101,7 +123,7 @@ class Follower:
 
             def follow_drag(value: float, found: Words) -> None:
                 for drag, viscous, ball in places:
-                    found[drag], found[viscous] = _bits(value), _bits(value / ball.orbit_radius**2)
+                    found[drag], found[viscous] = bits(value), bits(value / ball.orbit_radius**2)
 
             return follow_drag
         part = _PART.fullmatch(name)
@@ -119,9 +141,9 @@ class Follower:
             machine = self._machine.model_copy(update={"unbalances": tuple(parts)})
             for places, row in zip(segments, drive_of(machine).segments, strict=True):
                 own = row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y
-                found.update(zip(places, map(_bits, own), strict=True))
+                found.update(zip(places, map(bits, own), strict=True))
             scale = planar_scales(machine, self._assembly.balls, self._assembly.system)[0]
-            found.update((absolute + i, _bits(self._tolerance * scale[i])) for i in range(X, VY + 1))
+            found.update((absolute + i, bits(self._tolerance * scale[i])) for i in range(X, VY + 1))
 
         return follow_unbalance
 
@@ -133,8 +155,8 @@ class Follower:
         found.update(self._contacts(balls, angles))
         for first in (self._state, self._start):
             for i, (angle, ball) in enumerate(zip(angles, balls, strict=True)):
-                found[first + BALLS + i] = _bits(angle)
-                found[first + BALLS + count + i] = _bits(ball.start_speed)
+                found[first + BALLS + i] = bits(angle)
+                found[first + BALLS + count + i] = bits(ball.start_speed)
         return True
 
     def _balls(self, starts: dict[str, float]) -> tuple[Ball, ...]:
@@ -162,7 +184,7 @@ class Follower:
         yield from self._orders[order].items()
         for links in rings:
             if len(links) > 1:
-                yield from ((self._wraps[i], _bits(wrap)) for i, _, wrap in links)
+                yield from ((self._wraps[i], bits(wrap)) for i, _, wrap in links)
 
 
 def _races(balls: tuple[Ball, ...]) -> list[list[int]]:
@@ -188,7 +210,3 @@ def _apart(machine: Machine, balls: tuple[Ball, ...]) -> bool:
                 if abs(turn) < 0.5 * occupied_angle([one, other]):
                     return False
     return True
-
-
-def _bits(value: float) -> int:
-    return int(np.float64(value).view(np.int64))

@@ -8,6 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.system import Assembly
+from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.measures.gauges import HELD
 from autobalancer.kernels.measures.limits import ITERATED
 from autobalancer.kernels.system import BALLS, Floats, Integers
@@ -97,10 +98,11 @@ class Groups:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.all = plan, list[Group]()
+        self._records: dict[Any, Record] = {}
 
     def add(self, number: int, assembly: Assembly, places: Places) -> Group:
         """Take an assembled member; the group into which it goes."""
-        one, stepper = fresh_integration(assembly, places, self.plan)
+        one, stepper = fresh_integration(assembly, places, self.plan, self._records)
         group = next((group for group in self.all if group.takes(one, stepper, number)), None)
         if group is None:
             group = Group(one, stepper, len(assembly.balls))

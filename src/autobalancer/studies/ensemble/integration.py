@@ -18,7 +18,7 @@ from autobalancer.kernels.integrators.memory import Memory, memory_type
 from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.measures.columns import WIDTH
 from autobalancer.kernels.measures.gauges import Gauges, gauges_type
-from autobalancer.kernels.system import Integers, Matrix, System, system_type
+from autobalancer.kernels.system import VX, Integers, Matrix, System, system_type
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.simulation.steppers import Stepper, stepper_for
@@ -58,10 +58,15 @@ def kind_of(one: Integration) -> Any:
     return types.Tuple(kinds)  # type: ignore[no-untyped-call]
 
 
-def fresh_integration(assembly: Assembly, places: Places, plan: Plan) -> tuple[Integration, Stepper]:
-    """A run of an assembled machine that has not begun, and how it is integrated."""
-    jumps = unbalance_jumps(places.machine, plan.end)
-    record = record_for([Envelope(plan.bins), LastRevolutions()], (), assembly, plan.end, jumps)
+def fresh_integration(
+    assembly: Assembly, places: Places, plan: Plan, known: dict[Any, Record] | None = None
+) -> tuple[Integration, Stepper]:
+    """A run of an assembled machine that has not begun, and how it is integrated; empty records that are ``known`` are taken."""
+    jumps, known = unbalance_jumps(places.machine, plan.end), {} if known is None else known
+    empty = jumps, assembly.state.size, tuple(assembly.state[:VX])
+    if empty not in known:
+        known[empty] = record_for([Envelope(plan.bins), LastRevolutions()], (), assembly, plan.end, jumps)
+    record = known[empty]
     noting, touches = with_touches(places.machine, assembly)
     stepper = stepper_for(noting, plan.end, plan.tolerance, plan.method)
     gauges = gauges_for(noting, places, plan.end, touches)

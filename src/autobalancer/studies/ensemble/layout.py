@@ -56,29 +56,33 @@ class Layout:
                 known[where] = first
             self._order.append(Leaf(path, first, leaf.shape, leaf.dtype))
         self._by_path = {leaf.path: leaf for leaf in self._order}
+        self._form = _flat(value, [])
+        plain = [leaf for leaf in self._order if leaf.shape is None]
+        self._numbers = struct.Struct("".join("d" if leaf.dtype.kind == "f" else "q" for leaf in plain))
 
     def packed(self, value: Any) -> Integers | None:
         """The block of a tuple of the same shape; None if it has another one."""
-        found = list(leaves(value))
-        if len(found) != len(self._order):
+        found: list[Any] = []
+        if _flat(value, found) != self._form:
             return None
-        numbers, arrays, size = [], [], self.numbers
-        for (path, own), leaf in zip(found, self._order, strict=True):
-            if path != leaf.path:
-                return None
+        numbers: list[Any] = []
+        parts, size = [b""], self.numbers
+        for own, leaf in zip(found, self._order, strict=True):
             if leaf.shape is None:
-                if isinstance(own, np.ndarray):
-                    return None
-                numbers.append(struct.pack("d" if leaf.dtype.kind == "f" else "q", own))
-            elif leaf.first >= 0:
-                if own.shape != leaf.shape or own.dtype != leaf.dtype:
-                    return None
-                if leaf.first < size:  # an array that was there already
-                    continue
-                arrays.append(bytes(8 * (leaf.first - size)))
-                arrays.append(own.tobytes())
-                size = leaf.first + own.nbytes // 8
-        return np.frombuffer(bytearray().join([*numbers, *arrays]), np.int64)
+                numbers.append(own)
+                continue
+            if leaf.first < 0:
+                continue
+            if own.shape != leaf.shape or own.dtype != leaf.dtype:
+                return None
+            if leaf.first < size or not own.size:  # an array that was there already, or none
+                continue
+            parts.append(bytes(8 * (leaf.first - size)))
+            parts.append(own.tobytes())
+            size = leaf.first + own.nbytes // 8
+        parts.append(bytes(8 * (self.size - size)))
+        parts[0] = self._numbers.pack(*numbers)
+        return np.frombuffer(bytearray().join(parts), np.int64)
 
     def viewed(self, value: Any, block: Integers, path: str = "") -> Any:
         """The tuple ``value`` with its arrays in a block; plain numbers stay, and arrays that are apart are copied."""
@@ -96,6 +100,19 @@ class Layout:
         found = block[leaf.first : leaf.first + words].view(value.dtype).reshape(value.shape)
         return found.view(type(value))
 
+    def words(self, path: str, value: Any) -> dict[int, int] | None:
+        """Places and words of a tuple that stands at a path; None if it has another shape."""
+        found: dict[int, int] = {}
+        for below, own in leaves(value, path):
+            leaf = self._by_path.get(below)
+            if leaf is None or leaf.shape != (own.shape if isinstance(own, np.ndarray) else None):
+                return None
+            if leaf.shape is None:
+                found[leaf.first] = bits(own) if leaf.dtype.kind == "f" else int(own)
+            else:
+                found.update(enumerate(np.frombuffer(own.tobytes(), np.int64).tolist(), leaf.first))
+        return found
+
     def place(self, path: str, *index: int, field: str = "") -> int:
         """The word of a number: of the array at a path its element, of a record its field."""
         leaf = self._by_path[path]
@@ -105,6 +122,11 @@ class Layout:
         return int(leaf.first + (number * leaf.dtype.itemsize + (leaf.dtype.fields[field][1] if field else 0)) // 8)
 
 
+def bits(value: float) -> int:
+    """The word of a float."""
+    return int(np.float64(value).view(np.int64))
+
+
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """The numbers and arrays of a tuple of tuples with their paths, in their order."""
     if not isinstance(value, tuple):
@@ -112,6 +134,18 @@ def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         return
     for below, entry in _below(value, path):
         yield from leaves(entry, below)
+
+
+def _flat(value: Any, found: list[Any]) -> list[int]:
+    """Add the numbers and arrays of a tuple to ``found``; returns its form: lengths, -1 for arrays, -2 for numbers."""
+    form = [len(value)]
+    for entry in value:
+        if isinstance(entry, tuple):
+            form += _flat(entry, found)
+        else:
+            form.append(-1 if isinstance(entry, np.ndarray) else -2)
+            found.append(entry)
+    return form
 
 
 def _kinds(kind: Any) -> Iterator[Any]:

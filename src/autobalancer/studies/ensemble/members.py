@@ -46,6 +46,10 @@ class Members:
         """The row of the columns from which a member is."""
         return number // self._each
 
+    def varied(self, row: int) -> Machine:
+        """The machine of a row, without its start."""
+        return with_variation(self.machine, self.columns.parameters, self.columns.row(row))
+
     def machine_of(self, number: int) -> Machine:
         """The machine of a member, with its start."""
         return self._machine(self.row(number))
@@ -105,7 +109,7 @@ class Members:
         return f"{self._name} {number + 1}{', ' + told if told else ': '}" if self._name else told
 
     def _of_row(self, row: int) -> Machine:
-        varied = with_variation(self.machine, self.columns.parameters, self.columns.row(row))
+        varied = self.varied(row)
         starts = self.columns.starts
         return with_starts(varied, {name: float(values[row]) for name, values in starts.items()}) if starts else varied
 
