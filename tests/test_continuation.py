@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from tests.references.balanced_pair import growth
 from tests.references.machines import random_machine
 from tests.references.pictures import size_of
+from tests.references.rates import rates_at
 from tests.references.two_balls import (
     DISCOIDAL,
     MACHINES,
@@ -76,9 +77,7 @@ def test_the_vector_field_is_that_of_the_compiled_equations(seed: int) -> None:
     field, state, _ = random_field(seed)
     system = assemble(machine, rotating=True).system._replace(drive=steady(field.speed, field.host.unbalance))
     full = np.concatenate([state[:4], [0.0, field.speed], state[4:]])
-    rates = np.empty_like(full)
-    planar(0.0, full, rates, system)
-    expected = np.delete(rates, [4, 5])
+    expected = np.delete(rates_at(planar, 0.0, full, system), [4, 5])
     np.testing.assert_allclose(field(state), expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
 
 

@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 from tests.references import lagrange
 from tests.references.machines import random_machine, random_state
+from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.balls.planar import planar
@@ -25,9 +26,7 @@ def rates(system: System, time: float, state: np.ndarray) -> np.ndarray:
     """Derivative of the state by the compiled kernel, in the axes of the system."""
     system.drive.now[0] = 0
     enter_segment(time, system.drive)
-    out = np.empty_like(state)
-    planar(time, state, out, system)
-    return out
+    return rates_at(planar, time, state, system)
 
 
 def assert_same_rates(obtained: np.ndarray, expected: np.ndarray, tolerance: float = 3e-12) -> None:

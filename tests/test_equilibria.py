@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.references.planar_linear import matrices
+from tests.references.rates import rates_at
 from tests.references.shooting import derivative, periodic_state
 
 import autobalancer as ab
@@ -84,8 +85,7 @@ def test_the_full_equations_rest_in_every_listed_state(name: str, speed: float) 
         v = 1j * speed * state.whirl
         y[[X, Y, VX, VY]] = state.whirl.real, state.whirl.imag, v.real, v.imag
         y[BALLS : BALLS + n], y[BALLS + n :] = state.angles, 0.0
-        dy = np.empty_like(y)
-        planar(0.0, y, dy, assembly.system)
+        dy = rates_at(planar, 0.0, y, assembly.system)
         rates = np.delete(dy / assembly.scale, 4) / speed  # less the rotor's own turning
         assert np.abs(rates).max() < 1e-9
 
@@ -129,10 +129,9 @@ def test_linearized_equations_are_the_derivative_of_the_compiled_ones(name: str)
             step = 1e-3 * assembly.scale[place]
             values = []
             for shift in (-2, -1, 1, 2):
-                shifted, dy = y.copy(), np.empty_like(y)
+                shifted = y.copy()
                 shifted[place] += shift * step
-                planar(0.0, shifted, dy, assembly.system)
-                values.append(dy[places])
+                values.append(rates_at(planar, 0.0, shifted, assembly.system)[places])
             jacobian[:, column] = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * step)
         values, _ = eigensystem(*matrices(p, speed, state))
         characteristic = [np.linalg.slogdet(jacobian - (v + 30.0) * np.eye(places.size)) for v in values]

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from tests.references.race_runs import states_from, states_of
 from tests.references.races import races
+from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.balls.rough_races import guided_rough
@@ -66,9 +67,7 @@ def rates(assembly: Assembly, state: np.ndarray, time: float = 0.0) -> np.ndarra
     """Derivative by the compiled equations, every ball rolling the way it moves."""
     count = len(assembly.balls)
     assembly.system.guided.mode = np.sign(state[6 + count : 6 + 2 * count])
-    out = np.empty_like(state)
-    guided_rough(time, state, out, assembly.system)
-    return out
+    return rates_at(guided_rough, time, state, assembly.system)
 
 
 def normal_forces(assembly: Assembly) -> np.ndarray:

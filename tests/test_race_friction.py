@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from tests.references.race_runs import states_of
+from tests.references.rates import rates_at
 from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, ROLLING, standing
 
 from autobalancer.assembly.system import assemble
@@ -26,8 +27,7 @@ def test_a_ball_rolls_down_an_incline_with_five_sevenths_of_what_weight_and_resi
     slope, mu = 0.4, 0.05
     machine = standing(angles=[slope], speeds=[-1e-9], friction={"rolling_resistance": mu})
     assembly = assemble(machine, rotating=False)
-    rates = np.zeros_like(assembly.state)
-    guided_rough(0.0, assembly.state, rates, assembly.system)
+    rates = rates_at(guided_rough, 0.0, assembly.state, assembly.system)
     expected = -(GRAVITY / ORBIT) * (math.sin(slope) - mu * math.cos(slope)) / ROLLING
     assert rates[SPEED_OF_BALL] == pytest.approx(expected, rel=1e-8)
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.references.race_runs import states_from, states_of
+from tests.references.rates import rates_at
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, GRAVITY, ORBIT, standing
 
 import autobalancer as ab
@@ -218,11 +219,10 @@ def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_o
     system, state, n = assembly.system, assembly.state, len(assembly.balls)
     state[6 + 2 * n :] = [0.01, -0.02, 0.3, 0.2] if tilts else []
     system.guided.mode = np.where(state[6 + n : 6 + 2 * n] < 0.0, -1.0, 1.0)
-    together, apart = np.zeros_like(state), np.zeros_like(state)
     rates = equations(assembly).rates
     system.ties.joined[0], system.ties.follows[1], system.rigid.bound[0] = 1, 1, 2
     system.guided.bound[:2] = 1
-    rates(0.0, state, together, system)
+    together = rates_at(rates, 0.0, state, system)
     press = float(system.ties.press[0])
     normals = system.guided.normal.copy()
     assert together[6 + n] == together[7 + n]
@@ -234,7 +234,7 @@ def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_o
     system.guided.given[:2] = press * np.array([-1.0 - pair.arm * rub, 1.0 - pair.arm_next * rub])
     outward = [pair.out - rub / own[0].orbit_radius, pair.out_next + rub / own[1].orbit_radius]
     system.guided.given_out[:2] = press * np.array(outward)
-    rates(0.0, state, apart, system)
+    apart = rates_at(rates, 0.0, state, system)
     np.testing.assert_allclose(together, apart, rtol=1e-10, atol=1e-9)
     np.testing.assert_allclose(normals, system.guided.normal, rtol=1e-10, atol=1e-12)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from tests.references.rates import rates_at
 from tests.references.two_balls import specials
 from typer.testing import CliRunner
 
@@ -39,8 +40,7 @@ def compiled(machine: Machine, speed: float, state: np.ndarray) -> np.ndarray:
     """The compiled equations of a planar machine at a state of the vector field."""
     system = assemble(machine, rotating=True, contact=False).system
     full = np.concatenate([state[:4], [0.0, speed], state[4:]])
-    rates = np.empty_like(full)
-    planar(0.0, full, rates, system._replace(drive=steady(speed, machine.unbalances[0].vector)))
+    rates = rates_at(planar, 0.0, full, system._replace(drive=steady(speed, machine.unbalances[0].vector)))
     return np.delete(rates, [4, 5])
 
 

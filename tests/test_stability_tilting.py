@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.references.rates import rates_at
 from tests.references.spatial_machines import tilting
 from tests.references.two_balls import specials
 
@@ -61,8 +62,7 @@ class Compiled:
         for where, part in zip(place, (state[:half], state[half : 2 * half]), strict=True):
             y[where] = np.linalg.solve(self.basis, part)
         y[5], y[BALLS:rest] = SPEED, state[2 * half :]
-        dy = np.zeros_like(y)
-        guided_tilting(0.0, y, dy, self.system)
+        dy = rates_at(guided_tilting, 0.0, y, self.system)
         return np.concatenate([*(self.basis @ dy[where] for where in place), dy[BALLS:rest]])
 
 

