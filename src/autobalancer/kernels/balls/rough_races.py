@@ -14,15 +14,17 @@ from autobalancer.kernels.flags import EQUATIONS
 @njit(**EQUATIONS)
 def guided_rough(time: float, y: Any, dy: Any, system: Any) -> None:
     """Guided balls on real races: paths of any shape, friction, any drag, fluid that lags, excitation."""
-    if _rough(time, y, dy, system, 0):
-        _rough(time, y, dy, system, 1)
+    for pressed in range(2):  # a number that changes: a constant would be compiled for each of its values
+        if not _rough(time, y, dy, system, pressed):
+            return
 
 
 @njit(**EQUATIONS)
 def guided_rough_tilting(time: float, y: Any, dy: Any, system: Any) -> None:
     """The same where balls feel the tilt of their race too."""
-    if _rough_tilting(time, y, dy, system, 0):
-        _rough_tilting(time, y, dy, system, 1)
+    for pressed in range(2):  # a number that changes: a constant would be compiled for each of its values
+        if not _rough_tilting(time, y, dy, system, pressed):
+            return
 
 
 @njit(**EQUATIONS)
