@@ -101,10 +101,13 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
     assert set(sample_names("measurements")) == {
         "discoidal_hammer",
         "equilibrium_angles",
+        "four_runs",
         "rodrigues_critical_speeds",
         "rodrigues_plain_rotor",
         "rubber_loops",
+        "run_down_orders",
         "run_up_signals",
+        "two_plane_job",
     }
     assert len(ab.measure.load_rubber(ab.catalog.example_path("rubber_loops"))) == 18
     assert ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")).sizes["frequency"] > 50

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 
 from autobalancer.cli import app
-from autobalancer.public_names import function_of
+from autobalancer.namespace import function_of
 
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 

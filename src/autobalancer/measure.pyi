@@ -11,9 +11,15 @@ from autobalancer.measurement.angle.statics import equilibrium_angles as equilib
 from autobalancer.measurement.balancing.balance import balance as balance
 from autobalancer.measurement.balancing.file import load_balance_runs as load_balance_runs
 from autobalancer.measurement.balancing.four_run import four_run as four_run
+from autobalancer.measurement.balancing.order_table import load_orders as load_orders
+from autobalancer.measurement.balancing.planning import TrialPlan as TrialPlan
+from autobalancer.measurement.balancing.planning import trial_mass as trial_mass
+from autobalancer.measurement.balancing.run_down import unbalance_from_run_down as unbalance_from_run_down
 from autobalancer.measurement.balancing.runs import BalanceRun as BalanceRun
 from autobalancer.measurement.balancing.runs import Reading as Reading
 from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
+from autobalancer.measurement.balancing.splitting import Split as Split
+from autobalancer.measurement.balancing.splitting import split_mass as split_mass
 from autobalancer.measurement.decay import decay_rate as decay_rate
 from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
 from autobalancer.measurement.loop.balls import balls_of as balls_of
@@ -42,8 +48,10 @@ __all__ = [
     "RaceBalls",
     "Reading",
     "Sensor",
+    "Split",
     "Tacho",
     "TrialMass",
+    "TrialPlan",
     "TurnedRace",
     "balance",
     "balls_of",
@@ -58,6 +66,7 @@ __all__ = [
     "hysteresis",
     "load_angle_series",
     "load_balance_runs",
+    "load_orders",
     "load_receptance",
     "load_rubber",
     "load_signals",
@@ -72,4 +81,7 @@ __all__ = [
     "rubber_loops",
     "rubber_resonances",
     "signals",
+    "split_mass",
+    "trial_mass",
+    "unbalance_from_run_down",
 ]

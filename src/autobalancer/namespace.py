@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from autobalancer.public_names import ABOUT, MODULES, NAMES, hint
+from autobalancer.public_names import ABOUT, DRAWN, MODULES, NAMES
 
 PACKAGE = "autobalancer"
 
@@ -33,3 +33,32 @@ def public(space: str, names: dict[str, Any]) -> tuple[Callable[[str], Any], Cal
         return value
 
     return get, lambda: sorted([*listed, *(["__version__"] if not space else [])]), listed
+
+
+def function_of(command: str) -> str:
+    """The public function of a command, without ``ab.``: its last word, wherever it lives; empty if there is none."""
+    if command in DRAWN:
+        return DRAWN[command]
+    *group, last = command.replace("-", "_").split()
+    spaces = [*group, *(space for space in ("", *ABOUT) if space not in group and space != "plot")]
+    return next((f"{space}.{last}".lstrip(".") for space in spaces if last in NAMES.get(space, ())), "")
+
+
+def hint(space: str, name: str) -> str:
+    """Where a name is that somebody looked for in a namespace, or which one was meant; empty if there is none."""
+    if name.startswith("_"):
+        return ""
+    places = [_path(other, name) for other in NAMES if name in NAMES[other]]
+    if places:
+        return f"; there is {' and '.join(places)}"
+    from difflib import get_close_matches
+
+    near = [_path(space, one) for one in get_close_matches(name, NAMES[space], n=2, cutoff=0.75)]
+    near += [
+        _path(other, one) for other in NAMES if other != space for one in get_close_matches(name, NAMES[other], 1, 0.85)
+    ]
+    return f"; did you mean {' or '.join(near[:3])}?" if near else ""
+
+
+def _path(space: str, name: str) -> str:
+    return f"ab.{space}.{name}" if space else f"ab.{name}"

@@ -13,6 +13,9 @@ from autobalancer.plots.chamber.study import chamber_carried as chamber_carried
 from autobalancer.plots.chamber.study import chamber_optimal_means as chamber_optimal_means
 from autobalancer.plots.chamber.study import chamber_step_size as chamber_step_size
 from autobalancer.plots.drawing import style as style
+from autobalancer.plots.measured.balancing import balancing as balancing
+from autobalancer.plots.measured.balancing import four_run as four_run
+from autobalancer.plots.measured.balancing import run_down as run_down
 from autobalancer.plots.measured.ball_drag import ball_drag as ball_drag
 from autobalancer.plots.measured.drag import drag_laws as drag_laws
 from autobalancer.plots.measured.equilibrium_angle import equilibrium_angle as equilibrium_angle
@@ -53,6 +56,7 @@ from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 
 __all__ = [
+    "balancing",
     "ball_drag",
     "basin",
     "bifurcation_curves",
@@ -81,6 +85,7 @@ __all__ = [
     "equilibrium_angle",
     "equivalent_planar",
     "flow",
+    "four_run",
     "identification",
     "impacts",
     "liquid_response",
@@ -94,6 +99,7 @@ __all__ = [
     "receptance",
     "response",
     "rubber",
+    "run_down",
     "run_up",
     "secondary_flow",
     "sheared_drag",

@@ -79,6 +79,9 @@ NAMES: dict[str, dict[str, str]] = {
         "sheared_drag": "plots.measured.sheared_drag",
         "equilibrium_angle": "plots.measured.equilibrium_angle",
         "rubber": "plots.measured.rubber",
+        "balancing": "plots.measured.balancing",
+        "four_run": "plots.measured.balancing",
+        "run_down": "plots.measured.balancing",
         "measured_drag": "plots.measured.equilibrium_angle",
         "chamber_run": "plots.chamber.history",
         "chamber_energy": "plots.chamber.history",
@@ -216,6 +219,12 @@ NAMES: dict[str, dict[str, str]] = {
         "load_balance_runs": "measurement.balancing.file",
         "balance": "measurement.balancing.balance",
         "four_run": "measurement.balancing.four_run",
+        "split_mass": "measurement.balancing.splitting",
+        "Split": "measurement.balancing.splitting",
+        "trial_mass": "measurement.balancing.planning",
+        "TrialPlan": "measurement.balancing.planning",
+        "load_orders": "measurement.balancing.order_table",
+        "unbalance_from_run_down": "measurement.balancing.run_down",
         "Sensor": "measurement.sensors.sensor",
         "Tacho": "measurement.sensors.sensor",
         "record": "measurement.sensors.record",
@@ -268,36 +277,8 @@ ABOUT = {
 MODULES = {"": {"machine": "machine", "errors": "errors", "units": "units"}, "plot": {"style": "plots.drawing.style"}}
 DRAWN = {
     "plot": "plot",
+    "measure run-down": "measure.unbalance_from_run_down",
     "chamber archive": "chamber.Archive",
     "chamber reactions": "plot.chamber_reactions",
     "measure signals": "measure.load_signals",
 }  # no one function
-
-
-def function_of(command: str) -> str:
-    """The public function of a command, without ``ab.``: its last word, wherever it lives; empty if there is none."""
-    if command in DRAWN:
-        return DRAWN[command]
-    *group, last = command.replace("-", "_").split()
-    spaces = [*group, *(space for space in ("", *ABOUT) if space not in group and space != "plot")]
-    return next((f"{space}.{last}".lstrip(".") for space in spaces if last in NAMES.get(space, ())), "")
-
-
-def hint(space: str, name: str) -> str:
-    """Where a name is that somebody looked for in a namespace, or which one was meant; empty if there is none."""
-    if name.startswith("_"):
-        return ""
-    places = [_path(other, name) for other in NAMES if name in NAMES[other]]
-    if places:
-        return f"; there is {' and '.join(places)}"
-    from difflib import get_close_matches
-
-    near = [_path(space, one) for one in get_close_matches(name, NAMES[space], n=2, cutoff=0.75)]
-    near += [
-        _path(other, one) for other in NAMES if other != space for one in get_close_matches(name, NAMES[other], 1, 0.85)
-    ]
-    return f"; did you mean {' or '.join(near[:3])}?" if near else ""
-
-
-def _path(space: str, name: str) -> str:
-    return f"ab.{space}.{name}" if space else f"ab.{name}"

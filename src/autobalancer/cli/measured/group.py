@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import record, signals
+from autobalancer.cli.measured import balance, record, signals, trial
 
 app = typer.Typer(
     name="measure",
@@ -13,3 +13,8 @@ app = typer.Typer(
 )
 app.command()(signals.signals)
 app.command()(record.record)
+app.command()(balance.balance)
+app.command("four-run")(balance.four_run)
+app.command("run-down")(balance.run_down)
+app.command("trial-mass")(trial.trial_mass)
+app.command("split-mass")(trial.split_mass)

@@ -30,6 +30,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "LiquidResponse": "rotordynamics.liquid.answers",
     "Measured": "results.answers.measured",
     "Modes": "rotordynamics.answers",
+    "PlaneUnbalances": "measurement.balancing.run_down_answer",
     "PlanarOscillators": "rotordynamics.answers",
     "Ranges": "stability.states.answers",
     "Response": "rotordynamics.answers",
