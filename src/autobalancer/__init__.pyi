@@ -45,6 +45,8 @@ from autobalancer.studies.basin import basin as basin
 from autobalancer.studies.compare import compare as compare
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
+from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
+from autobalancer.studies.study.study import study as study
 from autobalancer.studies.sweep import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
 
@@ -86,11 +88,13 @@ __all__ = [
     "rotor",
     "save_machine",
     "save_run",
+    "sensitivity",
     "settling_time",
     "simulate",
     "stability",
     "static_deflection",
     "stepped_response",
+    "study",
     "support_forces",
     "sweep",
     "units",

@@ -54,6 +54,8 @@ from autobalancer.plots.stability.ensemble import ensemble_distribution as ensem
 from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
 from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
+from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity
+from autobalancer.plots.studies.study import study as study
 
 __all__ = [
     "balancing",
@@ -102,9 +104,11 @@ __all__ = [
     "run_down",
     "run_up",
     "secondary_flow",
+    "sensitivity",
     "sheared_drag",
     "spin_up",
     "stepped_response",
+    "study",
     "style",
     "torsional_response",
     "velocity_profiles",

@@ -78,6 +78,7 @@ from autobalancer.cli.runs import (  # noqa: E402
     study,
 )
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
+from autobalancer.cli.studies import study as study_file  # noqa: E402
 
 app.command()(check.check)
 app.command("simulate")(run.run)
@@ -92,6 +93,7 @@ app.command("map")(stability_map.map_)
 app.command()(branches.branches)
 app.command()(basin.basin)
 app.command()(ensemble.ensemble)
+app.command()(study_file.study)
 app.command()(compare.compare)
 app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)

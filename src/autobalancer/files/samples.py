@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from importlib.resources import files
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.safe_file import write_text_safely
 
 _DATA = Path(str(files("autobalancer"))) / "catalog" / "data"
-KINDS = ("machines", "rigs", "measurements")
+KINDS = ("machines", "rigs", "measurements", "studies")
 
 
 def sample_names(kind: str) -> tuple[str, ...]:
@@ -18,7 +19,7 @@ def sample_names(kind: str) -> tuple[str, ...]:
 
 
 def sample_files(name: str) -> tuple[Path, ...]:
-    """The files of a sample; a table that belongs to a file comes behind it.
+    """The files of a sample; a table that belongs to a file comes behind it, and so does the machine of a study.
 
     Raises
     ------
@@ -29,7 +30,13 @@ def sample_files(name: str) -> tuple[Path, ...]:
     if not found:
         known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in KINDS)
         raise CatalogError(f"no sample is called {name!r}; there are {known}")
-    return tuple(sorted(found, key=lambda path: (path.suffix != ".toml", path.suffix)))
+    found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
+    machines = [tomllib.loads(path.read_text(encoding="utf-8"))["machine"] for path in found if _is_study(path)]
+    return (*found, *(path for path in _files("machines") if path.name in machines))
+
+
+def _is_study(path: Path) -> bool:
+    return path.parent.name == "studies"
 
 
 def example_path(name: str) -> Path:

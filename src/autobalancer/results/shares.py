@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 Z = 1.959964  # of a normal distribution, for 95 %
 
 
-def wilson_interval(counts: NDArray[Any], total: int) -> tuple[Floats, Floats]:
+def wilson_interval(counts: NDArray[Any], total: int | NDArray[Any]) -> tuple[Floats, Floats]:
     """95 % interval of shares (Wilson 1927): of ``counts`` in ``total``."""
     share = counts / total
     middle = (share + Z * Z / (2 * total)) / (1 + Z * Z / total)

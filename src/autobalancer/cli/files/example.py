@@ -11,6 +11,8 @@ import typer
 from autobalancer.cli.terminal.options import Json
 from autobalancer.cli.terminal.output import check_suffix, print_json
 
+SINGULAR = {"machines": "machine", "rigs": "rig", "measurements": "measurement", "studies": "study"}
+
 
 def example(
     names: Annotated[list[str] | None, typer.Argument(help='Such as "discoidal"; without one all are listed.')] = None,
@@ -72,7 +74,7 @@ def _list(as_json: bool) -> None:
     if as_json:
         print_json(
             [
-                {"name": name, "kind": kind.removesuffix("s"), "title": title, "description": text}
+                {"name": name, "kind": SINGULAR[kind], "title": title, "description": text}
                 for kind, listed in found.items()
                 for name, (title, text) in listed.items()
             ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -27,7 +27,7 @@ class Ensemble(Answer):
     """The members of an ensemble and what each left."""
 
     __slots__ = ()
-    needed = ("outcome", "verdict")
+    needed: ClassVar[tuple[str, ...]] = ("outcome", "verdict")
 
     def heading(self) -> str:
         """Whose they are, and how many ran."""

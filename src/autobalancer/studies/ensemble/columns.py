@@ -145,3 +145,8 @@ def _is_text(text: str) -> bool:
     except ValueError:
         return True
     return False
+
+
+def is_start(name: str) -> bool:
+    """Whether a column is a start of a ball, not a parameter of the machine."""
+    return _START.fullmatch(name) is not None

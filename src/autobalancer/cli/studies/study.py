@@ -1,0 +1,82 @@
+"""``autobalancer study``: what varies and how it scatters, from a file, run until enough is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autobalancer.cli.terminal.options import Csv, Json, Plot, SpeedUnit, Unit
+from autobalancer.cli.terminal.words import say, speed_sign
+
+
+def study(
+    file: Annotated[Path, typer.Argument(help="Study file (TOML).", metavar="STUDY")],
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Where finished parts are kept; by default the name of the file with _parts here."),
+    ] = None,
+    sensitivity: Annotated[
+        str, typer.Option(help="Also say which scatter drives that of this quantity, such as peak_deflection.")
+    ] = "",
+    scheduler: Annotated[
+        str, typer.Option(help='Address of a Dask scheduler whose workers run the members, such as "tcp://host:8786".')
+    ] = "",
+    workers: Annotated[int, typer.Option(min=0, help="Threads; 0 for one each core.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Result file: .nc, .csv or .json; by default the name of the file with .nc here."),
+    ] = None,
+    plot: Plot = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Run a machine many times with values from a grid and from distributions, as a study file says.
+
+    Finished parts are kept in a folder: after Ctrl-C or a crash the same command goes on, with the same numbers.
+
+    Example: autobalancer study centrifuge_study.toml --sensitivity peak_deflection
+    """
+    import autobalancer as ab
+    from autobalancer.cli.terminal.exit_codes import stop_code
+    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
+    from autobalancer.cli.terminal.sheet import print_sheet
+    from autobalancer.results.export import plain_json
+
+    one_form(as_json, as_csv)
+    files = Files(out if out is not None else Path(f"{file.stem}.nc"), plot)
+    with progress_bar("members") as update:
+        found = ab.study(
+            file,
+            folder=folder if folder is not None else Path(f"{file.stem}_parts"),
+            scheduler=scheduler or None,
+            workers=workers or None,
+            progress=update,
+            keep_on_interrupt=True,
+        )
+    driven = ab.sensitivity(found, sensitivity) if sensitivity else None
+    files.save(
+        found,
+        lambda: ab.plot.sensitivity(driven) if driven is not None else ab.plot.study(found, speed_unit=speed_unit),
+    )
+    shown = found if driven is None else driven
+    if as_json:
+        print_json(
+            {"study": str(file), **plain_json({column.head: column.values for column in shown.columns(speed_sign())})}
+        )
+    elif as_csv:
+        print_csv(shown.columns(speed_sign()))
+    else:
+        print_sheet(found.columns(speed_sign()))
+        for line in found.remarks():
+            say(line, indent="  ")
+        if driven is not None:
+            say(driven.heading())
+            print_sheet(driven.columns())
+        files.say()
+    if found.attrs["stopped_by"] == "interrupted":
+        typer.echo("interrupted; the same command goes on", err=True)
+        raise typer.Exit(stop_code())

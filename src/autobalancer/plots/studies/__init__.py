@@ -1,0 +1,1 @@
+"""Pictures of studies and of what is decided by them."""

@@ -1,0 +1,114 @@
+"""The members of a study: shares with their intervals, quantiles, for every point of its grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from autobalancer.results.answers.ensemble import Ensemble
+from autobalancer.results.display_units import axis_unit
+from autobalancer.results.shares import wilson_interval
+from autobalancer.shown import Column
+
+MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
+
+
+class Studied(Ensemble):
+    """The members of a study and what each left."""
+
+    __slots__ = ()
+    needed: ClassVar[tuple[str, ...]] = ("outcome",)
+
+    def heading(self) -> str:
+        """Whose study it is, and how many members it has."""
+        text = f"{self.attrs.get('study_name', 'study')}: {self.attrs.get('machine_name', 'machine')}"
+        return f"{text}, {self.sizes['member']} members"
+
+    def group(self) -> str:
+        """The only parameter of the grid; empty if there are several or none."""
+        grid = self.grid_names()
+        return grid[0] if len(grid) == 1 else ""
+
+    def grid_names(self) -> list[str]:
+        """The coordinates of the grid."""
+        from autobalancer.machine.plain_names import dimension_of
+
+        return [dimension_of(name) for name in self.attrs.get("grid", [])]
+
+    def point_texts(self, unit: str = "") -> list[str]:
+        """The values of the grid at each point, as people write them."""
+        found = []
+        for where in self.at_points():
+            first = int(np.flatnonzero(where)[0])
+            columns = [self._of_grid(name, [first], unit) for name in self.grid_names()]
+            found.append(", ".join(f"{one.head} {one.cells()[0]} {one.unit}".strip() for one in columns))
+        return found
+
+    def at_points(self) -> list[Any]:
+        """Which members belong to each point of the grid, (member,) each."""
+        return [self["point"].values == point for point in np.unique(self["point"].values)]
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """A row for each point of the grid: its values, share of balanced runs, medians and 95 % quantiles of numbers."""
+        points, ran = self.at_points(), self.ran()
+        first = [int(np.flatnonzero(where)[0]) for where in points]
+        columns = [self._of_grid(name, first, unit) for name in self.grid_names()]
+        columns.append(Column("members", [int((where & ran).sum()) for where in points]))
+        if "balanced" in self:
+            counts = np.array([(self["balanced"].values & where & ran).sum() for where in points])
+            totals = np.array([max(int((where & ran).sum()), 1) for where in points])
+            low, high = wilson_interval(counts, totals)
+            columns += [
+                Column(head, 100.0 * values, "%", ".2f")
+                for head, values in (("balanced", counts / totals), ("95 % from", low), ("95 % to", high))
+            ]
+        for name in self._shown_numbers():
+            shown = axis_unit(self[name], unit or self.shown_in)
+            text = name.replace("_", " ")
+            for head, level in ((text, 0.5), ("95 % below", 0.95)):
+                values = [_quantile(self[name].values[where & ran], level) for where in points]
+                columns.append(Column(head, shown.shown(np.array(values)), shown.sign, ".4g"))
+        return columns
+
+    def _shown_numbers(self) -> list[str]:
+        standing = [
+            str(name)
+            for name in self.data_vars
+            if self[name].dims == ("member",) and self[name].dtype.kind == "f" and "balanced" not in self
+        ]
+        return standing or [name for name in (MAIN,) if name in self]
+
+    def _of_grid(self, name: str, first: list[int], unit: str) -> Column:
+        values = self[name].values[first]
+        if values.dtype.kind not in "fi":
+            return Column(name, [str(value) for value in values])
+        shown = axis_unit(self[name], unit or self.shown_in)
+        return Column(name.replace("_", " "), shown.shown(values), shown.sign)
+
+    def remarks(self) -> Sequence[str]:
+        """Why it stopped, what was impossible, and what a member took."""
+        return [
+            *self._stopped(),
+            *(self.spread() if len(self.at_points()) == 1 else ()),
+            *self.without(),
+            *self._cost(),
+        ]
+
+    def _stopped(self) -> Iterator[str]:
+        draws = np.unique(self["draw"].values).size
+        why = {
+            "confidence": f"stopped after {draws} draws: the interval that was asked for is reached",
+            "interrupted": "interrupted; the same call goes on if the study has a folder",
+        }.get(str(self.attrs.get("stopped_by")))
+        if why:
+            yield why
+        if "drawn_again" in self and (again := int((self["drawn_again"].values > 0).sum())):
+            share = 100.0 * again / self.sizes["member"]
+            yield f"{share:.3g} % of the draws were taken again, since they made no possible machine"
+
+
+def _quantile(values: Any, level: float) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.quantile(known, level)) if known.size else np.nan

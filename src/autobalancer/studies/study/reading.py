@@ -1,0 +1,182 @@
+"""Study files: TOML, or the same as a dict, turned into a study; every fault is named with its key."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
+from autobalancer.files.text import MACHINE, read_text
+from autobalancer.machine import Machine
+from autobalancer.machine.part import unknown_key
+from autobalancer.studies.study.entries import number, one_of, whole
+from autobalancer.studies.study.outputs import OUTPUTS, RUN, quantity_kind
+from autobalancer.studies.study.samples import PLANS
+from autobalancer.studies.study.scatter import check_pairs, correlation, joint, vary
+from autobalancer.studies.study.spec import START, Study
+from autobalancer.studies.study.stopping import Stop
+from autobalancer.units import argument, shortened
+
+DEFAULTS: dict[str, Any] = {
+    "name": None,
+    "members": 1000,
+    "plan": "random",
+    "seed": 0,
+    "starts": "random",
+    "duration": None,
+    "tolerance": 1e-6,
+    "bins": 500,
+    "results": ["run"],
+    "impossible": "refuse",
+    "vary": {},
+    "correlation": [],
+    "joint": [],
+    "stop": None,
+}
+KEYS = ("machine", *DEFAULTS)
+MOST = 10_000_000  # members
+
+
+def read_study(given: str | Path | Mapping[str, Any]) -> Study:
+    """A study from a file or a dict of the same form.
+
+    Raises
+    ------
+    QuestionError
+        With the file and the key at fault, what was given, and what is allowed.
+    MachineFileError
+        If its machine cannot be read.
+    """
+    if isinstance(given, (str, Path)):
+        path = Path(given)
+        try:
+            data = tomllib.loads(read_text(path, MACHINE, QuestionError))
+        except (ValueError, RecursionError) as reason:
+            raise (
+                reason if isinstance(reason, QuestionError) else QuestionError(f"{path}: not valid TOML: {reason}")
+            ) from None
+        return _named_faults(str(path), data, path.parent, path.stem)
+    if isinstance(given, Mapping):
+        return _named_faults("study", dict(given), Path(), "study")
+    raise QuestionError(f"study: given {shortened(given)}; give the path of a study file, or a dict of the same form")
+
+
+def _named_faults(source: str, data: dict[str, Any], folder: Path, name: str) -> Study:
+    try:
+        return _read(data, folder, name)
+    except QuestionError as error:
+        raise QuestionError(f"{source}: {error}") from None
+
+
+def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
+    for key in data:
+        if key not in KEYS:
+            raise QuestionError(f"{key}: {unknown_key(key, sorted(KEYS))}")
+    if "machine" not in data:
+        raise QuestionError('machine: missing; give the path of a machine file, such as machine = "centrifuge.toml"')
+    given = {**DEFAULTS, **data}
+    machine = _machine(data["machine"], folder)
+    grid, scatter = vary(machine, given["vary"])
+    pairs = joint(machine, given["joint"], scatter) | correlation(given["correlation"])
+    check_pairs(pairs, scatter)
+    random_starts = one_of("starts", given["starts"], ("random", "machine")) == "random"
+    results = _results(given["results"])
+    plan = one_of("plan", given["plan"], PLANS)
+    study = Study(
+        machine=machine,
+        name=str(given["name"] or name),
+        grid=grid,
+        scatter=scatter,
+        correlation=pairs,
+        members=whole("members", given["members"], 1),
+        plan=cast(Any, plan),
+        seed=whole("seed", given["seed"], 0),
+        random_starts=random_starts and RUN in results,
+        duration=_duration(machine, given["duration"]),
+        tolerance=number("tolerance", given["tolerance"], 1e-13, 1e-2),
+        bins=whole("bins", given["bins"], 10),
+        results=results,
+        impossible=cast(Any, one_of("impossible", given["impossible"], ("refuse", "truncate", "record"))),
+        stop=None if given["stop"] is None else stop_of(given["stop"], results),
+        written={key: value for key, value in data.items() if key != "machine"},
+    )
+    _checkwhole(study)
+    return study
+
+
+def _checkwhole(study: Study) -> None:
+    if study.count > MOST:
+        raise QuestionError(f"members: {study.count} in all are asked for; at most {MOST} are possible")
+    if not study.grid and not study.inputs:
+        raise QuestionError("vary: nothing varies; give a parameter with values or a distribution, or random starts")
+    if study.plan == "sensitivity" and study.correlation:
+        raise QuestionError(
+            "plan, correlation: Sobol' indices need inputs that are independent; take the plan 'random'"
+        )
+    if study.plan == "sensitivity" and not study.inputs:
+        raise QuestionError("plan: 'sensitivity' needs inputs that scatter; give distributions under 'vary'")
+    if study.impossible == "truncate" and study.plan != "random":
+        raise QuestionError(f"impossible: 'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'")
+    if study.stop is not None and study.plan != "random":
+        raise QuestionError(
+            f"stop: the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
+        )
+    if START in study.scatter:
+        raise QuestionError(f"vary.{START}: no parameter has this name; random starts are starts = 'random'")
+
+
+def _machine(given: Any, folder: Path) -> Machine:
+    return balls_in_races(folder / given if isinstance(given, (str, Path)) else given)
+
+
+def stop_of(given: Any, results: tuple[str, ...]) -> Stop:
+    allowed = ("of", "statistic", "half_width", "relative", "at")
+    if not isinstance(given, Mapping):
+        raise QuestionError(f"stop: given {shortened(given)}; must be a table with {', '.join(allowed)}")
+    for key in given:
+        if key not in allowed:
+            raise QuestionError(f"stop.{key}: {unknown_key(key, allowed)}")
+    if "of" not in given:
+        raise QuestionError("stop.of: missing; name a quantity, such as 'balanced' or 'peak_deflection'")
+    try:
+        of, kind, unit = str(given["of"]), *quantity_kind(str(given["of"]), results)
+    except QuestionError as error:
+        raise QuestionError(f"stop.of: {error}") from None
+    usual = "share" if kind == "bool" else "mean"
+    statistic = one_of("stop.statistic", given.get("statistic", usual), ("share", "mean", "quantile"))
+    if (statistic == "share") != (kind == "bool"):
+        raise QuestionError(
+            f"stop.statistic: given {statistic!r}; of {of!r} there is {usual!r}{'' if kind == 'bool' else ' or quantile'}"
+        )
+    if ("half_width" in given) == ("relative" in given):
+        raise QuestionError(
+            "stop: give half_width, in the unit of the quantity, or relative, over its value; one of them"
+        )
+    level = number("stop.at", given.get("at", 0.5), 0.0, 1.0)
+    width = "half_width" if "half_width" in given else "relative"
+    value = argument(f"stop.{width}", given[width], "" if statistic == "share" or width == "relative" else unit)
+    if not value > 0.0:
+        raise QuestionError(f"stop.{width}: given {given[width]!r}; must be greater than zero")
+    return Stop(of, statistic, at=level, **{width: value})
+
+
+def _results(given: Any) -> tuple[str, ...]:
+    wanted = [given] if isinstance(given, str) else given
+    if not isinstance(wanted, list) or not wanted:
+        raise QuestionError(f"results: given {shortened(given)}; must be a list of {', '.join(OUTPUTS)}")
+    for one in wanted:
+        one_of("results", one, tuple(OUTPUTS))
+    return tuple(dict.fromkeys(wanted))
+
+
+def _duration(machine: Machine, given: Any) -> float:
+    if given is None:
+        return float(machine.run.duration) if machine.run is not None else math.nan
+    found = argument("duration", given, "s")
+    if not (math.isfinite(found) and found > 0.0):
+        raise QuestionError(f"duration: given {given!r}; must be a time greater than zero")
+    return found

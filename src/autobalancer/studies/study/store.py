@@ -1,0 +1,129 @@
+"""The folder of a study: what was asked, and every finished chunk, so that nothing finished is ever lost.
+
+A chunk is a file that is there as a whole or not at all. What was asked is written before the first of them; a folder of another
+study is refused. A lock, which the system takes back when its process dies, keeps two processes from one folder.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.safe_file import write_safely, write_text_safely
+
+ASKED, LOCK, CHUNKS = "study.json", "lock", "chunks"
+FORM = 1  # of the files
+
+Arrays = dict[str, np.ndarray]
+
+
+class Store:
+    """The folder of one study.
+
+    Parameters
+    ----------
+    folder
+        Made if there is none.
+    identity
+        What makes the study this one, as plain data.
+
+    Raises
+    ------
+    QuestionError
+        If the folder belongs to another study, holds other files, or another process works in it.
+    ResultError
+        If it cannot be written.
+    """
+
+    def __init__(self, folder: str | Path, identity: dict[str, Any]) -> None:
+        self.folder = Path(folder)
+        self._asked = self.folder / ASKED
+        self._identity = json.loads(json.dumps(identity))
+        if self._asked.exists():
+            self._compare()
+        elif self.folder.exists() and any(self.folder.iterdir()):
+            raise QuestionError(f"{self.folder}: has other files in it and no study; give a new or empty folder")
+        else:
+            self._write()
+        self._lock = self._locked()
+
+    def chunks(self) -> dict[tuple[int, int], Arrays]:
+        """All finished chunks, by (first, after the last) member."""
+        found = {}
+        for path in sorted((self.folder / CHUNKS).glob("*.npz")):
+            first, _, last = path.stem.partition("-")
+            if first.isdigit() and last.isdigit():
+                found[int(first), int(last)] = self._read(path)
+        return found
+
+    def keep(self, first: int, last: int, arrays: Arrays) -> None:
+        """Write a finished chunk."""
+
+        def write(path: Path) -> None:
+            with path.open("wb") as file:  # a name would get the suffix that it lacks
+                np.savez(file, **_with_plain_names(arrays))  # type: ignore[arg-type]
+
+        write_safely(self.folder / CHUNKS / f"{first:09d}-{last:09d}.npz", write)
+
+    def close(self) -> None:
+        """Give the folder back to others."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def _write(self) -> None:
+        content = {"form": FORM, "study": self._identity}
+        write_text_safely(self._asked, json.dumps(content, indent=1))
+
+    def _read(self, path: Path) -> Arrays:
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                return {name.replace("|", "/"): stored[name] for name in stored.files}
+        except (OSError, ValueError, EOFError, KeyError) as reason:
+            raise ResultError(
+                f"{path}: is damaged: {reason}; delete it, and the study runs its members again"
+            ) from None
+
+    def _compare(self) -> None:
+        try:
+            stored = json.loads(self._asked.read_text(encoding="utf-8"))
+            before = dict(stored["study"])
+        except (OSError, ValueError, KeyError, TypeError) as reason:
+            raise ResultError(f"{self._asked}: cannot be read: {reason}; give another folder") from None
+        differ = [key for key in {**before, **self._identity} if before.get(key) != self._identity.get(key)]
+        if differ:
+            told = ", ".join(f"{key}{_both(before.get(key), self._identity.get(key))}" for key in differ)
+            raise QuestionError(
+                f"{self.folder}: holds another study; different: {told}. Give another folder, or delete this one"
+            )
+
+    def _locked(self) -> IO[str] | None:
+        try:
+            import fcntl
+        except ImportError:  # Windows
+            return None
+        try:
+            file = (self.folder / LOCK).open("w")
+        except OSError as reason:
+            raise ResultError(f"{self.folder}: cannot be written: {reason.strerror}") from None
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            file.close()
+            raise QuestionError(
+                f"{self.folder}: another process is running this study; wait for it, or stop it"
+            ) from None
+        return file
+
+
+def _with_plain_names(arrays: Arrays) -> Arrays:
+    return {name.replace("/", "|"): values for name, values in arrays.items()}
+
+
+def _both(before: Any, now: Any) -> str:
+    short = all(isinstance(one, (int, float, str)) and len(str(one)) < 30 for one in (before, now))
+    return f" ({before!r} there, {now!r} now)" if short else ""

@@ -1,0 +1,259 @@
+"""Studies: what scatters does so as it should, chunks make no difference, and nothing finished is lost."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+import xarray as xr
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError
+from autobalancer.studies.study import execute
+from autobalancer.studies.study.distributions import Discrete, LogNormal, Normal, Tolerance, Triangular, Uniform
+from autobalancer.studies.study.samples import shares
+from autobalancer.studies.study.stopping import interval
+
+ROOT = Path(__file__).parents[1]
+MACHINE = str(ROOT / "examples/machines/discoidal.toml")
+MASS = {"distribution": "normal", "standard_deviation": "5 %"}
+SHORT: dict[str, Any] = {"machine": MACHINE, "duration": "0.5 s", "members": 40, "vary": {"unbalances[1].mass": MASS}}
+U = (np.arange(2000) + 0.5) / 2000
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        (Normal(3.0, 2.0), scipy.stats.norm(3.0, 2.0)),
+        (Normal(3.0, 2.0, low=2.0, high=4.5), scipy.stats.truncnorm(-0.5, 0.75, 3.0, 2.0)),
+        (Uniform(-1.0, 4.0), scipy.stats.uniform(-1.0, 5.0)),
+        (LogNormal(2.0, 1.3), scipy.stats.lognorm(np.log(1.3), scale=2.0)),
+        (Triangular(1.0, 2.0, 4.0), scipy.stats.triang(1.0 / 3.0, 1.0, 3.0)),
+        (Tolerance(10.0, plus=0.3, minus=0.3), scipy.stats.truncnorm(-3.0, 3.0, 10.0, 0.1)),
+    ],
+)
+def test_a_distribution_has_the_quantiles_of_its_formula(ours: Any, theirs: Any) -> None:
+    np.testing.assert_allclose(ours.at(U), theirs.ppf(U), rtol=1e-9)
+
+
+def test_discrete_values_come_as_often_as_their_weights_say() -> None:
+    found = Discrete((1.0, 2.0, 5.0), (1.0, 2.0, 1.0)).at(U)
+    assert [float((found == value).mean()) for value in (1.0, 2.0, 5.0)] == [0.25, 0.5, 0.25]
+
+
+@pytest.mark.parametrize("plan", ["random", "sobol", "latin_hypercube", "sensitivity"])
+def test_a_sample_is_the_same_in_pieces(plan: Any) -> None:
+    whole = shares(plan, 7, 3, np.arange(2000), 2000)
+    pieces = [shares(plan, 7, 3, np.arange(first, min(first + 77, 2000)), 2000) for first in range(0, 2000, 77)]
+    assert np.array_equal(whole, np.concatenate(pieces))
+    assert not np.array_equal(whole, shares(plan, 8, 3, np.arange(2000), 2000))
+    np.testing.assert_allclose(whole.mean(axis=0), 0.5, atol=0.03)
+
+
+def test_more_members_leave_the_first_ones_as_they_are() -> None:
+    few, many = (shares("sobol", 1, 4, np.arange(100), total) for total in (100, 5000))
+    assert np.array_equal(few, many)
+
+
+def test_the_interval_of_a_quantile_covers_it_as_often_as_it_says() -> None:
+    draws = np.random.default_rng(1).exponential(size=(2000, 150))
+    true = -np.log(1.0 - 0.9)
+    covered = np.mean([low <= true <= high for _, low, high in (interval("quantile", row, 0.9) for row in draws)])
+    assert 0.945 <= covered <= 0.985  # whole ranks cover a little more than 95 %
+
+
+def of_function(values: Any, inputs: list[str]) -> xr.Dataset:
+    count = values.size
+    data = xr.Dataset({"f": ("member", values)}, attrs={"inputs": inputs, "plan": "sensitivity"})
+    return data.assign_coords(point=("member", np.ones(count, int)), draw=("member", np.arange(count)))
+
+
+def test_sobol_indices_of_the_ishigami_function() -> None:
+    count = 4096
+    x = np.pi * (2.0 * shares("sensitivity", 0, 3, np.arange(5 * count), 5 * count) - 1.0)
+    f = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    found = ab.sensitivity(of_function(f, ["x1", "x2", "x3"]), "f")
+    np.testing.assert_allclose(found["first"], [0.3139, 0.4424, 0.0], atol=0.01)  # Ishigami and Homma (1990)
+    np.testing.assert_allclose(found["total"], [0.5576, 0.4424, 0.2437], atol=0.01)
+    for name, exact in (("first", [0.3139, 0.4424, 0.0]), ("total", [0.5576, 0.4424, 0.2437])):
+        assert np.all((found[f"{name}_low"] <= exact) & (exact <= found[f"{name}_high"]))
+
+
+def test_sobol_indices_of_the_critical_speed_are_those_of_its_formula() -> None:
+    scatter = {"stiffness": Uniform(2500.0, 4500.0), "rotor.mass": Uniform(6.0, 9.0)}
+    vary = {name: {"distribution": "uniform", "low": one.low, "high": one.high} for name, one in scatter.items()}
+    found = ab.study(
+        {"machine": MACHINE, "plan": "sensitivity", "members": 128, "vary": vary, "results": ["critical speed"]}
+    )
+    machine = ab.load_machine(MACHINE)
+    speed = float(ab.rotor.critical_speeds(MACHINE)["critical_speed"][0])
+    rotor = machine.rotor  # w = sqrt(k / (m + balls)), a product of two functions
+    balls = rotor.stiffness_xy[0] / speed**2 - rotor.mass
+    k, m = np.sqrt(scatter["stiffness"].at(U)), 1.0 / np.sqrt(scatter["rotor.mass"].at(U) + balls)
+    variance = (k**2).mean() * (m**2).mean() - (k.mean() * m.mean()) ** 2
+    exact = [k.var() * m.mean() ** 2 / variance, m.var() * k.mean() ** 2 / variance]
+    assert list(found.attrs["inputs"]) == list(scatter)
+    np.testing.assert_allclose(ab.sensitivity(found, "critical_speed")["first"], exact, atol=0.02)
+
+
+def test_the_balanced_share_is_that_of_the_unbalances_within_the_capability() -> None:
+    capability = ab.study({**SHORT, "results": ["capability"], "members": 1})["capability"].values[0]
+    moment = {"distribution": "uniform", "low": 0.5 * capability, "high": 1.5 * capability}
+    machine = ab.with_parameter(ab.load_machine(MACHINE), "unbalances", ({"moment": 1e-4},))
+    found = ab.study({"machine": machine, "members": 300, "vary": {"unbalances[1].moment": moment}})
+    share, low, high = found.share_of(found["residual_share"] < 1e-3)
+    assert low <= 0.5 <= high, share
+    within = found["unbalances_1_moment"] < 0.99 * capability
+    assert np.all(found["residual_share"].values[within] < 1e-3)
+
+
+def test_chunks_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {**SHORT, "vary": {**SHORT["vary"], "viscosity": ["10 mm^2/s", "50 mm^2/s"]}}
+    one = ab.study(asked, workers=1)
+    monkeypatch.setattr(execute, "MOST", 7)
+    monkeypatch.setattr(execute, "FIRST", 3)
+    other = ab.study(asked, workers=2)
+    for name in one.variables:
+        assert np.array_equal(one[name].values, other[name].values, equal_nan=one[name].dtype.kind == "f"), name
+
+
+def test_a_study_goes_on_where_it_was_and_gives_the_same_bits(tmp_path: Path) -> None:
+    whole = ab.study(SHORT, folder=tmp_path / "a")
+    chunks = sorted((tmp_path / "a" / "chunks").glob("*.npz"))
+    chunks[0].unlink()
+    before = {path: path.stat().st_mtime_ns for path in chunks[1:]}
+    again = ab.study(SHORT, folder=tmp_path / "a")
+    assert before == {path: path.stat().st_mtime_ns for path in chunks[1:]}
+    assert np.array_equal(whole["peak_deflection"], again["peak_deflection"])
+    more = ab.study({**SHORT, "members": 50}, folder=tmp_path / "a")
+    assert np.array_equal(whole["peak_deflection"], more["peak_deflection"][:40])
+
+
+def test_the_folder_of_another_study_is_left_alone(tmp_path: Path) -> None:
+    ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
+    with pytest.raises(QuestionError, match=r"holds another study; different: seed \(0 there, 1 now\)"):
+        ab.study({**SHORT, "members": 4, "seed": 1}, folder=tmp_path / "a")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "notes.txt").write_text("mine")
+    with pytest.raises(QuestionError, match="has other files in it"):
+        ab.study({**SHORT, "members": 4}, folder=tmp_path / "b")
+
+
+def test_it_stops_when_the_interval_is_narrow_enough() -> None:
+    stop = {"of": "peak_deflection", "relative": 0.05}
+    found = ab.study({**SHORT, "members": 5000, "stop": stop})
+    assert found.attrs["stopped_by"] == "confidence"
+    assert 100 <= found.sizes["member"] < 1000
+    values = found["peak_deflection"].values
+    assert 1.96 * values.std(ddof=1) / np.sqrt(values.size) <= 0.05 * values.mean()
+
+
+def test_impossible_machines_are_refused_drawn_again_or_recorded() -> None:
+    wide = {**SHORT, "vary": {"rotor.mass": {"distribution": "normal", "mean": "2 kg", "standard_deviation": "2 kg"}}}
+    with pytest.raises(
+        QuestionError, match=r"[12]\d.* % of the first 40 members cannot be built; the first: .*rotor.mass = -"
+    ):
+        ab.study(wide)
+    again = ab.study({**wide, "impossible": "truncate"})
+    assert again["rotor_mass"].min() > 0.0
+    assert 0 < (again["drawn_again"] > 0).sum() < 20
+    kept = ab.study({**wide, "impossible": "record"})
+    assert set(kept["outcome"].values) == {"finished", "impossible"}
+    assert np.all((kept["outcome"] == "impossible") == (kept["rotor_mass"] <= 0.0))
+
+
+def test_correlated_inputs_have_their_correlation() -> None:
+    names = ["stiffness", "rotor.mass"]
+    joint = {"names": names, "mean": [3500.0, 7.5], "covariance": [[1e4, 16.0], [16.0, 0.04]]}
+    found = ab.study({"machine": MACHINE, "members": 4000, "joint": [joint], "results": ["capability"]})
+    k, m = found["stiffness"].values, found["rotor_mass"].values
+    np.testing.assert_allclose(np.cov(k, m), joint["covariance"], rtol=0.08)
+    assert ab.sensitivity(ab.study({**SHORT, "vary": SHORT["vary"] | {"rotor.mass": MASS}}), "peak_deflection")
+
+
+def test_every_draw_has_its_own_start_and_every_point_the_same_ones() -> None:
+    found = ab.study({**SHORT, "members": 3, "vary": {"viscosity": ["10 mm^2/s", "50 mm^2/s"]}})
+    starts = found["start_ball_angle_in_rotor"].values.reshape(3, 2, 2)  # draws, points, balls
+    assert np.array_equal(starts[:, 0], starts[:, 1])
+    assert len({tuple(row) for row in starts[:, 0]}) == 3
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"machin": 1}, "machin: unknown key; did you mean 'machine'"),
+        ({"members": 0}, "members: given 0; must be a whole number, 1 or more"),
+        ({"vary": {"viscosit": [1]}}, "vary.viscosit: .*did you mean 'viscosity'"),
+        (
+            {"vary": {"rotor.mass": {"distribution": "gauss"}}},
+            'vary."rotor.mass": distribution: given .gauss.; must be one',
+        ),
+        ({"vary": {"rotor.mass": {**MASS, "sd": 1}}}, "sd: unknown key"),
+        ({"vary": {"rotor.mass": {**MASS, "low": "9 kg", "high": "8 kg"}}}, "low must be below high"),
+        ({"vary": {"plateau": MASS}}, "mean: missing, and the machine has no single value"),
+        ({"vary": {"temperature": MASS}}, "a share of an absolute temperature says little"),
+        ({"stop": {"of": "peak", "half_width": 1}}, "stop.of: given 'peak'; this study has balanced, peak_deflection"),
+        ({"stop": {"of": "balanced", "half_width": 0.1, "relative": 0.1}}, "one of them"),
+        ({"plan": "sobol", "stop": {"of": "balanced", "half_width": 0.1}}, "intervals are those of independent draws"),
+        ({"results": ["speed"]}, "results: given 'speed'; must be one of 'run'"),
+        ({"correlation": [{"between": ["stiffness", "x"], "value": 0.5}]}, "'stiffness' has no distribution"),
+        ({"vary": {}, "starts": "machine"}, "nothing varies"),
+    ],
+)
+def test_a_fault_in_a_study_is_named_with_its_key(changed: dict[str, Any], said: str) -> None:
+    with pytest.raises(QuestionError, match=said):
+        ab.study({**SHORT, **changed})
+
+
+def test_no_scheduler_is_said() -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(QuestionError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
+        ab.study(SHORT, scheduler="tcp://127.0.0.1:1")
+
+
+def count(folder: Path) -> int:
+    return len(list((folder / "a" / "chunks").glob("0*.npz")))
+
+
+PROGRAM = """
+import sys, autobalancer as ab
+ab.study({spec!r}, folder={folder!r}, progress=False)
+"""
+
+
+@pytest.mark.slow
+def test_a_study_that_is_killed_many_times_has_the_same_bits(tmp_path: Path) -> None:
+    asked = {**SHORT, "members": 3000, "duration": "20 s"}
+    program = [sys.executable, "-c", PROGRAM.format(spec=asked, folder=str(tmp_path / "a"))]
+    random, killed, kept = np.random.default_rng(0), 0, 0
+    for _ in range(6):
+        process = subprocess.Popen(program)
+        while process.poll() is None and count(tmp_path) <= kept:
+            time.sleep(0.02)
+        time.sleep(0.3 * random.random())
+        killed += process.poll() is None
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        kept = count(tmp_path)
+    assert killed >= 3
+    assert kept > 0
+    found, once = ab.study(asked, folder=tmp_path / "a"), ab.study(asked)
+    for name in once.variables:
+        assert np.array_equal(once[name].values, found[name].values, equal_nan=once[name].dtype.kind == "f"), name
+
+
+@pytest.mark.slow
+def test_a_cluster_of_two_processes_gives_the_same_bits(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        found = ab.study(SHORT, scheduler=cluster.scheduler_address, folder=tmp_path / "a")
+    once = ab.study(SHORT)
+    for name in once.variables:
+        assert np.array_equal(once[name].values, found[name].values, equal_nan=once[name].dtype.kind == "f"), name
