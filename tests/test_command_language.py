@@ -151,9 +151,11 @@ SAMPLES = (
     "run_down_orders",
     "rodrigues_rig",
     "rodrigues_critical_speeds",
+    "oil_study",
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',
+    "study oil_study.toml --sensitivity peak_deflection",
     "check discoidal.toml",
     "check two_plane_rotor.toml",
     "check deep_chamber.toml",

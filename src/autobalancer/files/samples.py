@@ -89,6 +89,13 @@ def write_example(name: str, folder: str | Path = ".") -> tuple[Path, ...]:
     return tuple(texts)
 
 
+def beside(folder: Path, name: str | Path) -> Path:
+    """A file that another one names, seen from its folder; samples name others of any kind."""
+    if folder.resolve().parent == _DATA.resolve() and not (folder / name).exists():
+        return next((path for kind in KINDS for path in _files(kind) if path.name == str(name)), folder / name)
+    return folder / name
+
+
 def sample_hint(path: Path) -> str:
     """How to get the sample that has the name of a missing file; empty if none has."""
     if not any(path.name == known.name for kind in KINDS for known in _files(kind)):

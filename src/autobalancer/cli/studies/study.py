@@ -37,7 +37,7 @@ def study(
 
     Finished parts are kept in a folder: after Ctrl-C or a crash the same command goes on, with the same numbers.
 
-    Example: autobalancer study centrifuge_study.toml --sensitivity peak_deflection
+    Example: autobalancer study oil_study.toml --sensitivity peak_deflection
     """
     import autobalancer as ab
     from autobalancer.cli.terminal.exit_codes import stop_code

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
+from autobalancer.files.samples import beside
 from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.part import unknown_key
@@ -130,7 +131,7 @@ def _checkwhole(study: Study) -> None:
 
 
 def _machine(given: Any, folder: Path) -> Machine:
-    return balls_in_races(folder / given if isinstance(given, (str, Path)) else given)
+    return balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
 
 
 def stop_of(given: Any, results: tuple[str, ...]) -> Stop:
