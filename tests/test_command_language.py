@@ -195,6 +195,7 @@ WIDE = (
     'measure trial-mass --radius "100 mm" --speed "1500 rpm" --rotor-mass "20 kg"',
     'measure split-mass "15 g" "40 deg" --holes 6',
     'measure record stall.nc --sensor "displacement::x:40 dB" --rate "2 kHz" --end "0.1 s"',
+    "measure orders run_up_signals.csv --orders 1,2",
     "chamber archive runs",
     "chamber bounds deep_chamber.toml",
     'catalog bearings --unbalance "594 g*mm"',

@@ -27,6 +27,8 @@ from autobalancer.measurement.loop.balls import equal_balls as equal_balls
 from autobalancer.measurement.loop.border import receptance_border as receptance_border
 from autobalancer.measurement.loop.curve import receptance_loop as receptance_loop
 from autobalancer.measurement.loop.growth import receptance_stability as receptance_stability
+from autobalancer.measurement.orders.angle import rotor_angle as rotor_angle
+from autobalancer.measurement.orders.question import orders as orders
 from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
 from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
 from autobalancer.measurement.receptance.rational_fit import receptance as receptance
@@ -71,12 +73,14 @@ __all__ = [
     "load_rubber",
     "load_signals",
     "modes_of",
+    "orders",
     "receptance",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
     "record",
     "rolling_resistance_deviation",
+    "rotor_angle",
     "rubber",
     "rubber_loops",
     "rubber_resonances",

@@ -45,6 +45,7 @@ from autobalancer.plots.run.orbit import orbit as orbit
 from autobalancer.plots.run.race import race as race
 from autobalancer.plots.run.run_up import run_up as run_up
 from autobalancer.plots.run.stepped_response import stepped_response as stepped_response
+from autobalancer.plots.signals.orders import orders as orders
 from autobalancer.plots.stability.basins import basin as basin
 from autobalancer.plots.stability.bifurcation_curves import bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import border_curve as border_curve
@@ -96,6 +97,7 @@ __all__ = [
     "modes",
     "nyquist",
     "orbit",
+    "orders",
     "polar_response",
     "race",
     "receptance",

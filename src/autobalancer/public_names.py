@@ -86,6 +86,7 @@ NAMES: dict[str, dict[str, str]] = {
         "balancing": "plots.measured.balancing",
         "four_run": "plots.measured.balancing",
         "run_down": "plots.measured.balancing",
+        "orders": "plots.signals.orders",
         "measured_drag": "plots.measured.equilibrium_angle",
         "chamber_run": "plots.chamber.history",
         "chamber_energy": "plots.chamber.history",
@@ -232,6 +233,8 @@ NAMES: dict[str, dict[str, str]] = {
         "Sensor": "measurement.sensors.sensor",
         "Tacho": "measurement.sensors.sensor",
         "record": "measurement.sensors.record",
+        "rotor_angle": "measurement.orders.angle",
+        "orders": "measurement.orders.question",
     },
     "laws": {
         "capability": "laws.ball_capability",

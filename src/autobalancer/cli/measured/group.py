@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import balance, record, signals, trial
+from autobalancer.cli.measured import balance, orders, record, signals, trial
 
 app = typer.Typer(
     name="measure",
@@ -12,6 +12,7 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 app.command()(signals.signals)
+app.command()(orders.orders)
 app.command()(record.record)
 app.command()(balance.balance)
 app.command("four-run")(balance.four_run)

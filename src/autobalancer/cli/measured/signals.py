@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-import autobalancer as ab
+from autobalancer.cli.measured.given import Channels, End, Rate, Resample, SignalFile, Start, given_signals
 from autobalancer.cli.terminal.options import Csv, Json, Outs
-from autobalancer.cli.terminal.words import note
 
 
 def signals(
-    file: Annotated[
-        Path, typer.Argument(help="Table with units in its column names, or a file of this package (.nc).")
-    ],
+    file: SignalFile,
+    channels: Channels = None,
+    rate: Rate = "",
+    resample: Resample = "",
+    start: Start = "",
+    end: End = "",
     out: Outs = None,
     as_json: Json = False,
     as_csv: Csv = False,
@@ -29,18 +26,14 @@ def signals(
 
     one_form(as_json, as_csv)
     files = Files(out)
-    found = ab.measure.load_signals(file)
+    found = given_signals(file, channels, rate, resample, start, end)
     files.save(found)
-    channels = {str(name): entry.attrs for name, entry in found.data_vars.items()}
     if as_json:
         about = {"sampling_rate": found.attrs["sampling_rate"], "samples": found.sizes["time"]}
-        print_json(about | {"channels": channels})
-        return
-    if as_csv:
+        print_json(about | {"channels": {str(name): entry.attrs for name, entry in found.data_vars.items()}})
+    elif as_csv:
         print_csv(found.columns())
-        return
-    print_facts(found.facts(), found.heading())
-    print_sheet(found.columns())
-    for text in found.remarks():
-        note(text)
-    files.say()
+    else:
+        print_facts(found.facts(), found.heading())
+        print_sheet(found.columns())
+        files.say()

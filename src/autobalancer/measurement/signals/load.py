@@ -4,41 +4,91 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError, RangeWarning, ResultError, UnitError, warn
 from autobalancer.files.samples import sample_hint
+from autobalancer.measurement.signals.checks import doubts, refuse_implausible, refuse_missing
+from autobalancer.measurement.signals.described import Described, DescribedChannel, described_channels
+from autobalancer.measurement.signals.form import UNITS, Channel, signals
+from autobalancer.measurement.signals.raw import RawColumn, RawFile
 from autobalancer.measurement.signals.table import read_signal_table
+from autobalancer.measurement.signals.timebase import even, grid_of, instants, resampled, uneven_text
+from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
 from autobalancer.results.answers.signals import Signals
 from autobalancer.results.store import load_run
+from autobalancer.units import optional_argument, to_si
+
+Floats = NDArray[np.float64]
 
 
-def load_signals(path: str | Path) -> Signals:
-    """Read measured signals.
+def load_signals(
+    path: str | Path,
+    channels: Described | str | Path | None = None,
+    *,
+    rate: float | str | None = None,
+    resample: float | str | None = None,
+    start: float | str | None = None,
+    end: float | str | None = None,
+    implausible: bool = False,
+) -> xr.Dataset:
+    """Read measured signals from a file.
 
     Parameters
     ----------
     path
-        A table (``.csv``, ``.txt``, ...) whose first line names the columns, each with its unit in brackets:
-        ``time [s], x [um], tacho [V]``. Or a file that :func:`~autobalancer.save_run` wrote (``.nc``).
+        A table (``.csv``, ``.txt``, ...) whose first line names the columns, best with their units: ``time [s], x [um],
+        tacho [V]``; or a file that :func:`~autobalancer.save_run` wrote (``.nc``).
+    channels
+        What the channels are: a TOML file with a table ``channels``, or the same as a dict,
+        ``{"x": {"column": "ai0", "quantity": "displacement", "unit": "um", "place": "bearing A", "direction": "x"}}``, with
+        ``sensitivity`` (``"10.2 mV/(m/s^2)"``) where the numbers are voltages. By default ``NAME.channels.toml`` beside the
+        file, if there is one, else every column with a unit.
+    rate
+        Samples in a second (Hz), where the file has no column of time.
+    resample
+        Even rate (Hz) to which unevenly spaced samples are brought by a spline of degree five.
+    start, end
+        Piece of the file to use, s.
+    implausible
+        Take vibrations that are so large that their unit is probably wrong.
 
     Returns
     -------
     xarray.Dataset
-        As :func:`~autobalancer.measure.signals` makes it.
+        As :func:`~autobalancer.measure.signals` makes it; ``attrs["warnings"]`` says what is doubtful, with its time.
 
     Raises
     ------
     ResultError
         If the file cannot be read; the message says where and what is expected.
     QuestionError
-        If the times are not even or a value is not finite.
+        If samples are missing, unevenly spaced, not numbers or impossibly large, or a channel is not described well enough.
     """
     path = Path(path)
     if path.suffix.lower() == ".nc":
         return _own(load_run(path), path)
+    raw = read_raw(path)
+    described = described_channels(channels, path)
+    wanted = None if resample is None else hertz_argument("resample", resample)
+    t = instants(raw, None if rate is None else hertz_argument("rate", rate))
+    used = _piece(t, optional_argument("start", start, "s"), optional_argument("end", end, "s"), raw.origin)
+    found = _channels(raw, described, used, t, implausible)
+    return _signals(raw, t[used], found, wanted)
+
+
+def read_raw(path: Path) -> RawFile:
+    """The columns of a file, whatever its format.
+
+    Raises
+    ------
+    ResultError
+        If it cannot be read.
+    """
     if not path.is_file():
-        raise ResultError(f"{path}: no such file{sample_hint(path)}")
+        raise ResultError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{sample_hint(path)}")
     return read_signal_table(path)
 
 
@@ -46,3 +96,95 @@ def _own(found: xr.Dataset, path: Path) -> Signals:
     if not isinstance(found, Signals):
         raise QuestionError(f"{path}: holds no measured signals; ab.measure.signals and load_signals make them")
     return found
+
+
+def _piece(t: Floats, start: float | None, end: float | None, origin: str) -> slice:
+    first = 0 if start is None else int(np.searchsorted(t, start))
+    last = t.size if end is None else int(np.searchsorted(t, end, side="right"))
+    if last - first < 2:
+        raise QuestionError(f"{origin}: no samples from start to end; the file has {t[0]:.6g} s to {t[-1]:.6g} s")
+    return slice(first, last)
+
+
+def _channels(
+    raw: RawFile, described: dict[str, DescribedChannel], used: slice, t: Floats, implausible: bool
+) -> dict[str, Channel]:
+    if not described:
+        described = {
+            name.replace(" ", "_"): DescribedChannel(column=name)
+            for name, column in raw.columns.items()
+            if column.unit or column.quantity or is_tacho(name)
+        }
+    if not described:
+        raise QuestionError(
+            f"{raw.origin}: no column has a unit; write it in brackets after the name, or describe the channels. "
+            f"There are {', '.join(raw.columns)}"
+        )
+    found = {}
+    for name, words in described.items():
+        column = raw.columns.get(words.column or name)
+        if column is None:
+            there = ", ".join(raw.columns)
+            raise QuestionError(
+                f"{raw.origin}: channel {name!r}: no column {words.column or name!r}; there are {there}"
+            )
+        channel = _channel(raw.origin, name, words, column, column.values[used])
+        values = np.asarray(channel.values)
+        refuse_missing(name, t[used], values)
+        if not implausible:
+            refuse_implausible(name, channel.quantity, values)
+        found[name] = channel
+    return found
+
+
+def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn, values: Floats) -> Channel:
+    unit = words.unit or column.unit
+    quantity = words.quantity or column.quantity or quantity_of(words.column or name, unit)
+    if quantity not in UNITS:
+        given = f"quantity {quantity!r}" if quantity else f"its unit {unit!r} is that of no quantity"
+        raise QuestionError(f"{origin}: channel {name!r}: {given}; the quantity must be one of {', '.join(UNITS)}")
+    si = UNITS[quantity][0]
+    try:
+        if words.sensitivity:
+            volts = factor_to(unit or "V", "V")
+            factor = volts / float(to_si(words.sensitivity, f"V/({si.replace(' ', '*')})"))
+        elif words.full_scale:
+            factor = float(to_si(words.full_scale, si))
+        elif not unit and quantity != "tacho":
+            raise UnitError(f"no unit; write it in brackets after the name, or as unit = {si!r}")
+        else:
+            factor = factor_to(unit, si) if unit else 1.0
+        known = float(to_si(words.uncertainty, si)) if words.uncertainty else None
+    except UnitError as reason:
+        raise QuestionError(f"{origin}: channel {name!r}: {reason}") from None
+    direction = words.direction if words.direction != "" else column.direction or _direction(words.column or name)
+    return Channel(factor * values, quantity, words.place or column.place, direction, uncertainty=known)
+
+
+def _direction(name: str) -> str:
+    """``x`` of ``bearing_x``; empty where the name says none."""
+    last = name.replace("_", " ").split()[-1:] or [""]
+    return last[0] if last[0] in ("x", "y", "z") else ""
+
+
+def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float | None) -> Signals:
+    remarks = [text for name, one in found.items() for text in doubts(name, one.quantity, t, np.asarray(one.values))]
+    if wanted is None:
+        exact = even(t, raw.quantum, raw.origin)
+        if exact is None:
+            raise QuestionError(uneven_text(t, raw.origin))
+        t = exact
+    else:
+        grid = grid_of(t, wanted, raw.origin)
+        found = {name: _at(t, one, grid) for name, one in found.items()}
+        remarks.append(f"resampled to {wanted:.6g} Hz from {t.size} samples")
+        t = grid
+    result = signals(t, found, origin=raw.origin)
+    for text in remarks:
+        warn(f"{raw.origin}: {text}", RangeWarning)
+    return Signals.of(result.assign_attrs(warnings="\n".join(remarks)))
+
+
+def _at(t: Floats, channel: Channel, grid: Floats) -> Channel:
+    values = resampled(t, np.asarray(channel.values, np.float64), grid)
+    return Channel(values, channel.quantity, channel.place, channel.direction, uncertainty=channel.uncertainty)

@@ -1,55 +1,103 @@
-"""Measured signals from tables with units in their column names."""
+"""Tables of loggers: a line of column names, perhaps with units in brackets, then numbers."""
 
 from __future__ import annotations
 
+import io
+import re
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from autobalancer.errors import ResultError, UnitError
-from autobalancer.files.table import read_table
-from autobalancer.measurement.signals.form import UNITS, Channel, signals
-from autobalancer.results.answers.signals import Signals
-from autobalancer.units import to_si
+from autobalancer.files.text import TABLE, read_text
+from autobalancer.measurement.signals.raw import RawColumn, RawFile
+from autobalancer.measurement.signals.unit_words import factor_to
 
+Floats = NDArray[np.float64]
 EXAMPLE = "time [s], x [um], y [um], tacho [V]"
+_HEAD = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
+_TIMES = ("time", "t", "zeit")
 
 
-def read_signal_table(path: Path) -> Signals:
-    """The channels of a table.
+def read_signal_table(path: Path) -> RawFile:
+    """The columns of a table; comment lines start with #, columns are parted by semicolon, tab or comma.
 
-    Raises
-    ------
-    ResultError
-        If a column or unit is not there or not understood.
-    """
-    table = read_table(path, EXAMPLE)
-    time = table.numbers("time", "s")
-    channels = {}
-    for name, (_, unit) in table.heads.items():
-        if name == "time":
-            continue
-        quantity, si = quantity_of(name, unit, table.place)
-        direction = name[-1] if name[-1:] in ("x", "y", "z") and not name[-2:-1].isalpha() else ""
-        channels[name.replace(" ", "_")] = Channel(table.numbers(name, si), quantity, direction=direction)
-    return Signals.of(signals(time, channels, origin=path.name))
-
-
-def quantity_of(name: str, unit: str, place: str) -> tuple[str, str]:
-    """Quantity and SI unit of a column, from its unit; a voltage called tacho, encoder or trigger is that of a tacho.
+    With semicolons or tabs a comma is a decimal mark. An empty cell is a missing sample.
 
     Raises
     ------
     ResultError
-        If the unit is none of a quantity that is measured.
+        If there is no line of names, a cell is no number, or a line has too few or too many cells.
     """
-    for quantity, (si, *_) in UNITS.items():
+    lines = read_text(path, TABLE, ResultError, path.name).splitlines()
+    body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    if len(body) < 2:
+        raise ResultError(f"{path.name}: no table; the first line must name the columns, such as: {EXAMPLE}")
+    separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
+    heads = [_head(cell) for cell in body[0][1].split(separator)]
+    if all(_is_number(name) for name, _ in heads):
+        raise ResultError(f"{path.name}: the first line must name the columns, such as: {EXAMPLE}; it has numbers only")
+    double = {name for name, _ in heads if [one for one, _ in heads].count(name) > 1}
+    if double:
+        raise ResultError(f"{path.name}: column {sorted(double)[0]!r} comes twice; give each a name of its own")
+    numbers = _numbers(path.name, body[1:], separator, len(heads))
+    columns = {name: RawColumn(numbers[:, k], unit) for k, (name, unit) in enumerate(heads)}
+    at = next((k for k, (name, _) in enumerate(heads) if name.lower() in _TIMES), None)
+    if at is None:
+        return RawFile(path.name, None, None, columns)
+    name, unit = heads[at]
+    try:
+        factor = factor_to(unit, "s")
+    except UnitError as reason:
+        raise ResultError(f"{path.name}: unit of column {name!r}: {reason}") from None
+    del columns[name]
+    digits = max((_digits(line.split(separator)[at]) for _, line in body[1:20]), default=0)
+    return RawFile(path.name, factor * numbers[:, at], None, columns, quantum=factor * 10.0**-digits)
+
+
+def _head(cell: str) -> tuple[str, str]:
+    match = _HEAD.match(cell)
+    return (match[1].strip(), (match[2] or "").strip()) if match else (cell.strip(), "")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _digits(cell: str) -> int:
+    """Decimals of a written number: of 1.25e-3 five."""
+    head, _, power = cell.strip().lower().replace(",", ".").partition("e")
+    return len(head.partition(".")[2]) - (int(power) if power else 0)
+
+
+def _numbers(place: str, body: list[tuple[int, str]], separator: str, count: int) -> Floats:
+    decimal = separator != ","
+    text = "\n".join(line.replace(",", ".") if decimal else line for _, line in body)
+    try:
+        found = np.loadtxt(io.StringIO(text), delimiter=separator, ndmin=2, comments=None)
+        if found.shape[1] == count:
+            return np.asarray(found, np.float64)
+    except ValueError:
+        pass
+    return np.array([_row(place, number, line, separator, count) for number, line in body])
+
+
+def _row(place: str, number: int, line: str, separator: str, count: int) -> list[float]:
+    """A line that the quick way does not read: it has an empty cell, or a fault that must be named."""
+    cells = (line.replace(",", ".") if separator != "," else line).rstrip().split(separator)
+    if not "".join(cells[count:]).strip():
+        cells = cells[:count]
+    if len(cells) != count:
+        raise ResultError(f"{place}, line {number}: {len(cells)} cells for {count} columns")
+    found = []
+    for cell in cells:
         try:
-            to_si(f"1 {unit}", si)
-        except UnitError:
-            continue
-        marks = any(word in name.lower() for word in ("tacho", "encoder", "trigger", "mark", "keyphasor"))
-        return (
-            "tacho" if quantity in ("tacho", "voltage") and marks else "voltage" if quantity == "tacho" else quantity
-        ), si
-    raise ResultError(
-        f"{place}: unit {unit!r} of column {name!r}; give that of a {', '.join(UNITS)}, such as um, mm/s, m/s^2, N, V"
-    )
+            found.append(float(cell) if cell.strip() else np.nan)
+        except ValueError:
+            raise ResultError(f"{place}, line {number}: {cell.strip()!r} is not a number") from None
+    return found

@@ -32,6 +32,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Modes": "rotordynamics.answers",
     "PlaneUnbalances": "measurement.balancing.run_down_answer",
     "PlanarOscillators": "rotordynamics.answers",
+    "Orders": "results.answers.orders",
     "Ranges": "stability.states.answers",
     "Response": "rotordynamics.answers",
     "ResponsePeaks": "rotordynamics.answers",

@@ -1,0 +1,55 @@
+"""Options of the commands that read measured signals, and the signals that they describe."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SignalFile = Annotated[
+    Path, typer.Argument(help="Table with units in its column names, .uff, .wav, .npz, .mat, or a result file (.nc).")
+]
+Channels = Annotated[
+    Path | None, typer.Option(help="TOML file that says what the columns are; by default NAME.channels.toml beside.")
+]
+Chosen = Annotated[list[str] | None, typer.Option("--channel", help="Use this channel. May be repeated.")]
+Rate = Annotated[str, typer.Option(help='Sampling rate where the file has no time, such as "2 kHz".')]
+Resample = Annotated[str, typer.Option(help='Bring uneven samples to this rate, such as "2 kHz".')]
+Start = Annotated[str, typer.Option(help='Use the file from here, such as "1 s".')]
+End = Annotated[str, typer.Option(help='Use it up to here, such as "12 s".')]
+Tacho = Annotated[str, typer.Option(help="Channel of the tacho; by default the only one.")]
+PulsesOption = Annotated[int, typer.Option(help="Marks of the tacho on a turn, evenly spaced.")]
+Edge = Annotated[str, typer.Option(help="Which edge of a pulse counts: rising or falling.")]
+TachoAngle = Annotated[str, typer.Option(help='Where the tacho looks at the shaft, from the x axis: "90 deg".')]
+
+
+def given_signals(
+    file: Path, channels: Path | None = None, rate: str = "", resample: str = "", start: str = "", end: str = ""
+) -> xr.Dataset:
+    """Read them."""
+    from autobalancer.cli.terminal.quantities import optional
+    from autobalancer.measurement.signals.load import load_signals
+
+    return load_signals(
+        file,
+        channels,
+        rate=rate or None,
+        resample=resample or None,
+        start=optional("--start", start, "s"),
+        end=optional("--end", end, "s"),
+    )
+
+
+def with_angle(signals: xr.Dataset, tacho: str, pulses: int, edge: str, tacho_angle: str) -> xr.Dataset:
+    """Signals with the angle of the rotor, from their tacho if they have none yet."""
+    from autobalancer.cli.terminal.quantities import optional
+    from autobalancer.measurement.orders.angle import rotor_angle
+
+    if "rotor_angle" in signals:
+        return signals
+    look: Any = optional("--tacho-angle", tacho_angle, "rad")
+    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=look or 0.0)

@@ -1,0 +1,148 @@
+"""Angle and speed of the rotor from a tacho, an encoder or a measured speed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.measurement.orders.pulses import crossings, odd_remarks, repaired
+from autobalancer.measurement.orders.smooth_angle import smooth_angle
+from autobalancer.results.answers.signals import Signals
+from autobalancer.results.labels import LABELS
+from autobalancer.units import argument
+
+Floats = NDArray[np.float64]
+
+
+def rotor_angle(
+    signals: xr.Dataset,
+    tacho: str = "",
+    *,
+    pulses: int = 1,
+    threshold: float | None = None,
+    hysteresis: float | None = None,
+    edge: str = "rising",
+    tacho_angle: float | str = 0.0,
+    repair: bool = True,
+) -> xr.Dataset:
+    """Find angle and speed of the rotor, and add them to the signals.
+
+    The instants of the pulses are those at which the signal crosses its threshold. A spline of degree five with little jerk
+    is fitted to the angle over the time; cross-validation says how much it is smoothed, so that it follows a rotor that
+    changes its speed quickly, and not the jitter of the pulses.
+
+    Parameters
+    ----------
+    signals
+        From ``ab.measure.load_signals`` or ``ab.measure.signals``.
+    tacho
+        Name of the channel; by default the only one with the quantity tacho. A channel with the quantity angle is taken as
+        it is.
+    pulses
+        Marks on a turn, evenly spaced.
+    threshold, hysteresis
+        In the unit of the channel; by default the middle of the pulses and three tenths of their height.
+    edge
+        Which edge of a pulse counts: rising or falling.
+    tacho_angle
+        Direction in which the sensor looks at the shaft, from the x axis (rad, or a text such as "90 deg"); the zero mark is
+        there when its pulse comes.
+    repair
+        Count on where a pulse is missing or comes twice; a warning says when. Otherwise such a signal is refused.
+
+    Returns
+    -------
+    xarray.Dataset
+        The signals between the first and the last pulse with ``rotor_angle`` (rad, from the x axis to the mark), ``speed``
+        (rad/s) and ``rotor_angle_deviation`` (rad, one standard deviation) over ``time``. ``attrs``: ``pulse_jitter`` (s,
+        one standard deviation), ``missing_pulses`` and ``extra_pulses`` (s).
+
+    Raises
+    ------
+    QuestionError
+        If there is no such channel, it has no pulses or too few, or more than a tenth of them is odd.
+    """
+    name = _chosen(signals, tacho)
+    if signals[name].attrs["quantity"] == "angle":
+        return _measured_angle(signals, name)
+    if isinstance(pulses, bool) or not isinstance(pulses, (int, np.integer)) or pulses < 1:
+        raise QuestionError(f"pulses: given {pulses!r}; must be a whole number from 1")
+    if edge not in ("rising", "falling"):
+        raise QuestionError(f"edge: given {edge!r}; must be rising or falling")
+    t = signals["time"].values
+    found = repaired(
+        crossings(t, signals[name].values, threshold=threshold, hysteresis=hysteresis, falling=edge == "falling"),
+        repair=repair,
+    )
+    smooth = smooth_angle(found.times, np.asarray(2.0 * math.pi / pulses * found.counts, np.float64))
+    inside = signals.isel(time=(t >= found.times[0]) & (t <= found.times[-1]))
+    time = inside["time"].values
+    if time.size < 8:
+        raise QuestionError("tacho: fewer than 8 samples between the first and the last pulse")
+    speed = smooth.spline.derivative()(time)
+    if not (speed > 0.0).all():
+        i = int(np.argmin(speed))
+        raise QuestionError(
+            f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
+        )
+    remarks = odd_remarks(found)
+    for text in remarks:
+        warn(text, RangeWarning)
+    attrs = {
+        "pulse_jitter": smooth.jitter,
+        "missing_pulses": found.missing.tolist(),
+        "extra_pulses": found.extra.tolist(),
+    }
+    start = argument("tacho_angle", tacho_angle, "rad")
+    return _with(inside, start + smooth.spline(time), speed, smooth.deviation(time), remarks, attrs)
+
+
+def _chosen(signals: xr.Dataset, tacho: str) -> str:
+    if not isinstance(signals, Signals):
+        raise QuestionError("rotor_angle: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    if tacho and tacho in signals:
+        return tacho
+    by = {
+        word: [str(n) for n, v in signals.data_vars.items() if v.attrs.get("quantity") == word]
+        for word in ("tacho", "angle")
+    }
+    there = ", ".join(map(str, signals.data_vars))
+    if tacho:
+        raise QuestionError(f"tacho: no channel {tacho!r}; there are {there}")
+    found = by["tacho"] or by["angle"]
+    if len(found) != 1:
+        what = f"several, {', '.join(found)}; choose one by tacho='{found[0]}'" if found else f"none; there are {there}"
+        raise QuestionError(f"tacho: of the channels with the quantity tacho or angle there is {what}")
+    return found[0]
+
+
+def _measured_angle(signals: xr.Dataset, name: str) -> xr.Dataset:
+    """An angle that was measured itself, wrapped or not."""
+    t, angle = signals["time"].values, np.unwrap(signals[name].values)
+    speed = np.gradient(angle, t)
+    if not (speed > 0.0).all():
+        raise QuestionError(
+            f"{name}: the angle does not grow at {t[int(np.argmin(speed))]:.6g} s; it must, in every step"
+        )
+    sure = float(signals[name].attrs.get("uncertainty", 0.0))
+    return _with(signals.drop_vars([name]), angle, speed, np.full(t.size, sure), [], {})
+
+
+def _with(
+    signals: xr.Dataset, angle: Floats, speed: Floats, deviation: Floats, remarks: list[str], attrs: dict[str, object]
+) -> xr.Dataset:
+    entries = {
+        "rotor_angle": (angle, LABELS["rotor_angle"].long_name, "rad", "angle"),
+        "speed": (speed, LABELS["speed"].long_name, "rad/s", "speed"),
+        "rotor_angle_deviation": (deviation, "standard deviation of the rotor angle", "rad", "angle"),
+    }
+    added = {
+        name: ("time", np.asarray(values, np.float64), {"long_name": text, "units": unit, "quantity": quantity})
+        for name, (values, text, unit, quantity) in entries.items()
+    }
+    doubts = [text for text in (str(signals.attrs.get("warnings", "")), *remarks) if text]
+    return Signals.of(signals.assign(added).assign_attrs(attrs | {"warnings": "\n".join(doubts)}))

@@ -1,0 +1,113 @@
+"""Orders by the Vold–Kalman filter of the second generation: smooth complex amplitudes, several orders at once."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.linalg import solveh_banded
+
+from autobalancer.measurement.orders.fitted import Tracked
+
+Floats = NDArray[np.float64]
+POLES = 2  # second differences of the amplitude are small
+
+
+def filtered_orders(
+    angle: Floats, values: Floats, orders: Floats, bandwidth: float, rate: float, poles: int = POLES
+) -> Tracked:
+    """Amplitudes at every sample.
+
+    Sought are amplitudes a_n with the least sum of squares of the samples less the sum of Re(a_n e^(i n angle)), and of the
+    differences of order ``poles`` of a_n times a weight r, Vold and Leuridan (1993), Tuma (2005). A slow change of the
+    amplitude with the frequency f passes as 1/(1 + 2 r² (2 - 2 cos(2 pi f/rate))^poles); r is such that this is 1/sqrt(2) at
+    half of the bandwidth.
+
+    Parameters
+    ----------
+    angle
+        Of the rotor at the samples, rad; (time,).
+    values
+        Samples, (channel, time).
+    orders
+        (order,).
+    bandwidth
+        Between the points at -3 dB, Hz.
+    rate
+        Samples in a second, Hz.
+    poles
+        1, 2 or 3.
+    """
+    weight = structural_weight(bandwidth / rate, poles)
+    count, size = 2 * orders.size, angle.size
+    waves = np.empty((size, count))
+    for k, order in enumerate(orders):
+        waves[:, 2 * k], waves[:, 2 * k + 1] = np.cos(order * angle), -np.sin(order * angle)
+    band = _band(waves, weight, poles)
+    right = values[:, :, None] * waves[None, :, :]
+    unknown = solveh_banded(band, right.reshape(values.shape[0], size * count).T, lower=True, overwrite_ab=True)
+    found = unknown.T.reshape(values.shape[0], size, count)
+    rest = values - (found * waves[None, :, :]).sum(axis=2)
+    amplitude = (found[:, :, 0::2] + 1j * found[:, :, 1::2]).transpose(2, 0, 1)
+    passed = noise_share(weight, poles)
+    smooth = _smoothed(rest**2, max(3, round(rate / bandwidth)))
+    residual = np.sqrt(smooth / max(1e-9, 1.0 - min(0.9, count * passed)))
+    deviation = np.sqrt(2.0 * passed) * np.broadcast_to(residual, amplitude.shape)
+    return Tracked(amplitude, np.asarray(deviation, np.float64), np.asarray(residual, np.float64))
+
+
+def structural_weight(share: float, poles: int) -> float:
+    """Square of r for a bandwidth that is ``share`` of the sampling rate."""
+    return float(0.5 * (math.sqrt(2.0) - 1.0) / (2.0 - 2.0 * math.cos(math.pi * share)) ** poles)
+
+
+def noise_share(weight: float, poles: int) -> float:
+    """Variance of the real part of an amplitude over twice the variance of white noise in the samples."""
+
+    def passes(w: float) -> float:
+        return float((1.0 + 2.0 * weight * (2.0 - 2.0 * math.cos(w)) ** poles) ** -2.0)
+
+    edge = min(math.pi, 40.0 * (2.0 * weight) ** (-0.5 / poles))
+    return float(quad(passes, 0.0, edge, limit=200)[0]) / math.pi
+
+
+def _band(waves: Floats, weight: float, poles: int) -> Floats:
+    """Lower band of the normal matrix: (bandwidth + 1, samples times unknowns)."""
+    size, count = waves.shape
+    band = np.zeros((count * poles + 1, size, count))
+    for a in range(count):
+        for b in range(a + 1):
+            band[a - b, :, b] += waves[:, a] * waves[:, b]
+    signs = np.array([(-1.0) ** k * math.comb(poles, k) for k in range(poles + 1)])
+    for i in range(poles + 1):
+        for j in range(i + 1):
+            rows = slice(j, size - poles + j)
+            band[count * (i - j), rows, :] += weight * signs[i] * signs[j]
+    return np.asarray(band.reshape(count * poles + 1, size * count), np.float64)
+
+
+def _smoothed(squares: Floats, width: int) -> Floats:
+    """Mean over ``width`` samples on the last axis, of those that are there."""
+    width = min(width, squares.shape[1])
+    sums = np.concatenate([np.zeros((squares.shape[0], 1)), np.cumsum(squares, axis=1)], axis=1)
+    index = np.arange(squares.shape[1])
+    low, high = np.maximum(0, index - width // 2), np.minimum(squares.shape[1], index + width - width // 2)
+    return np.asarray((sums[:, high] - sums[:, low]) / (high - low), np.float64)
+
+
+def bias_of(amplitude: NDArray[np.complex128], share: float, poles: int = POLES) -> Floats:
+    """What the filter takes from a smooth amplitude: 2 r² times its difference of twice the order; (..., time).
+
+    The differences are taken over a tenth of the inverse bandwidth, because the ripple at twice the rotation would dominate
+    those between neighboring samples.
+    """
+    step, size = max(1, round(0.1 / share)), amplitude.shape[-1]
+    thin = np.arange(0, size, step)
+    if thin.size <= 2 * poles:
+        return np.zeros(amplitude.shape)
+    bent = np.abs(np.diff(amplitude[..., thin], 2 * poles, axis=-1)) / float(step) ** (2 * poles)
+    middles = thin[poles:-poles]
+    curved = np.array([np.interp(np.arange(size), middles, row) for row in bent.reshape(-1, middles.size)])
+    return np.asarray(2.0 * structural_weight(share, poles) * curved.reshape(amplitude.shape), np.float64)

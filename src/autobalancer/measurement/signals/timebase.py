@@ -1,0 +1,104 @@
+"""Instants of samples: even ones as they are, rounded ones made even, uneven ones refused or resampled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.signals.form import UNEVEN
+from autobalancer.measurement.signals.raw import RawFile
+
+Floats = NDArray[np.float64]
+GAP = 1.5  # steps; a longer one is a gap
+NAMED = 5  # places that a message names
+
+
+def instants(raw: RawFile, rate: float | None) -> Floats:
+    """The instants of the samples, s; (time,).
+
+    Raises
+    ------
+    QuestionError
+        If neither the file nor the caller says them, or they do not ascend.
+    """
+    if raw.time is None:
+        known = rate or raw.rate
+        if known is None:
+            raise QuestionError(f"{raw.origin}: no column of time; give the rate of the samples, such as rate='2 kHz'")
+        size = next((column.values.size for column in raw.columns.values()), 0)
+        return np.asarray(np.arange(size) / known, np.float64)
+    if rate is not None:
+        raise QuestionError(f"{raw.origin}: has a column of time; leave out the rate, or use resample")
+    t = raw.time
+    if not np.isfinite(t).all():
+        raise QuestionError(f"{raw.origin}: time: sample {int(np.flatnonzero(~np.isfinite(t))[0]) + 1} is not a number")
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if back.size:
+        after = t[back[0]]
+        raise QuestionError(f"{raw.origin}: time must ascend; after {after:.9g} s comes {t[back[0] + 1]:.9g} s")
+    return t
+
+
+def even(t: Floats, quantum: float, origin: str) -> Floats | None:
+    """The same instants at exactly equal steps, if they differ from these no more than by the rounding of the file.
+
+    ``None`` if they are not even.
+
+    Raises
+    ------
+    QuestionError
+        If there is a gap; the message says where.
+    """
+    steps = np.diff(t)
+    step = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP * step + quantum)
+    if gaps.size and gaps.size < 0.01 * steps.size + 1:
+        where = ", ".join(f"{t[i]:.6g} s ({steps[i]:.3g} s)" for i in gaps[:NAMED])
+        more = f" and {gaps.size - NAMED} more" if gaps.size > NAMED else ""
+        raise QuestionError(
+            f"{origin}: samples are missing after {where}{more}; the usual step is {step:.4g} s. Use the pieces between, "
+            "with start and end"
+        )
+    line = t[0] + (t[-1] - t[0]) * np.arange(t.size) / (t.size - 1)
+    if np.abs(t - line).max() <= max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0):
+        return np.asarray(line, np.float64)
+    slope, start = np.polyfit(np.arange(t.size), t, 1)
+    line = start + slope * np.arange(t.size)
+    if np.abs(t - line).max() <= max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0):
+        return np.asarray(line, np.float64)
+    return None
+
+
+def uneven_text(t: Floats, origin: str) -> str:
+    """What is wrong with uneven instants, and what to do."""
+    steps = np.diff(t)
+    i = int(np.argmax(np.abs(steps - np.median(steps))))
+    low, high = 1.0 / steps.max(), 1.0 / steps.min()
+    return (
+        f"{origin}: the samples are not evenly spaced: steps from {steps.min():.4g} s to {steps.max():.4g} s, the oddest "
+        f"at {t[i]:.6g} s. Resample them, for example resample='{0.5 * (low + high):.4g} Hz'"
+    )
+
+
+def resampled(t: Floats, values: Floats, grid: Floats) -> Floats:
+    """Values at other instants, by a spline of degree five."""
+    return np.asarray(make_interp_spline(t, values, k=min(5, t.size - 1))(grid), np.float64)
+
+
+def grid_of(t: Floats, rate: float, origin: str) -> Floats:
+    """Even instants of that rate within the measured ones.
+
+    Raises
+    ------
+    QuestionError
+        If a gap is longer than two of the steps asked for.
+    """
+    steps = np.diff(t)
+    gap = int(np.argmax(steps))
+    if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps):
+        raise QuestionError(
+            f"{origin}: samples are missing from {t[gap]:.6g} s to {t[gap + 1]:.6g} s; use the pieces before or after"
+        )
+    return np.asarray(t[0] + np.arange(int(np.floor((t[-1] - t[0]) * rate)) + 1) / rate, np.float64)

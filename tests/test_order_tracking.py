@@ -1,0 +1,236 @@
+"""Tacho, angle and orders: what is found of run-ups whose motion is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError, RangeWarning
+from autobalancer.measurement.orders.vold_kalman import filtered_orders, noise_share, structural_weight
+
+MASS, STIFFNESS, DAMPING, UNBALANCE = 12.27, 44654.0, 68.37, 594e-6  # the discoidal rig of Spannan (2021), table 6.4
+RATE, GROWTH, START, LENGTH = 1000.0, 4.0, 15.0, 20.0
+TIME = np.arange(int(LENGTH * RATE)) / RATE
+
+
+def angle(t: np.ndarray) -> np.ndarray:
+    return START * t + 0.5 * GROWTH * t**2
+
+
+@pytest.fixture(scope="module")
+def motion() -> np.ndarray:
+    """Center of an isotropic rotor that runs up through its resonance, x + iy in m; its equation is solved to 1e-10."""
+
+    def rates(t: float, s: np.ndarray) -> list[complex]:
+        speed = START + GROWTH * t
+        force = UNBALANCE * (speed**2 - 1j * GROWTH) * np.exp(1j * angle(np.asarray(t)))
+        return [s[1], (force - DAMPING * s[1] - STIFFNESS * s[0]) / MASS]
+
+    first = UNBALANCE * START**2 / (STIFFNESS - MASS * START**2 + 1j * DAMPING * START)
+    start = [first + 0j, 1j * START * first]
+    return solve_ivp(rates, (0.0, LENGTH), start, t_eval=TIME, rtol=1e-9, atol=1e-14, method="DOP853").y[0]
+
+
+def tacho(turned: np.ndarray, pulses: int = 1) -> np.ndarray:
+    """A pulse that rises through half of its height when a mark passes."""
+    within = np.angle(np.exp(1j * (pulses * turned - 0.8)))
+    return 5.0 / (1.0 + np.exp((np.abs(within) - 0.8) / 0.12))
+
+
+def measured(values: dict[str, np.ndarray], pulses: np.ndarray | None = None) -> xr.Dataset:
+    channels = {name: ab.measure.Channel(one, "displacement", direction="x") for name, one in values.items()}
+    mark = tacho(angle(TIME)) if pulses is None else pulses
+    return ab.measure.signals(TIME, {**channels, "tacho": ab.measure.Channel(mark, "tacho")}, origin="test")
+
+
+def envelope(motion: np.ndarray, at: np.ndarray) -> np.ndarray:
+    known = motion * np.exp(-1j * angle(TIME))
+    return np.interp(at, TIME, known.real) + 1j * np.interp(at, TIME, known.imag)
+
+
+@pytest.mark.parametrize(
+    ("how", "percent", "degrees"),
+    [({}, 0.2, 0.1), ({"method": "vold-kalman", "bandwidth": 6.0}, 0.2, 0.1)],
+    ids=["fit", "vold-kalman"],
+)
+def test_orders_of_a_run_up_through_resonance_are_those_of_the_motion(
+    motion: np.ndarray, how: dict[str, object], percent: float, degrees: float
+) -> None:
+    found = ab.measure.orders(measured({"a": motion.real}), **how)
+    inner = found.isel(time=(found["speed"].values > 20.0) & (found["speed"].values < 90.0))
+    ratio = inner.complex_amplitude("a") / envelope(motion, inner["time"].values)
+    assert 100.0 * np.abs(np.abs(ratio) - 1.0).max() < percent
+    assert np.degrees(np.abs(np.angle(ratio))).max() < degrees
+    assert inner["speed"].values[np.argmax(inner["amplitude"].values)] == pytest.approx(62.0, abs=1.0)
+
+
+def test_a_plain_window_flattens_a_resonance_that_the_fit_does_not(motion: np.ndarray) -> None:
+    from autobalancer.measurement.orders.fitted import fitted_orders
+
+    centers = np.interp(np.arange(10.0, 15.0, 0.05), TIME, angle(TIME))
+    known = envelope(motion, np.interp(centers, angle(TIME), TIME))
+    errors = [
+        np.abs(
+            fitted_orders(angle(TIME), motion.real[None], np.ones(1), centers, 4.0, degree).amplitude[0, 0] / known
+            - 1.0
+        )
+        for degree in (0, 2)
+    ]
+    assert errors[0].max() > 0.01
+    assert errors[1].max() < 0.05 * errors[0].max()
+
+
+def test_the_stated_bias_is_that_of_the_window_and_of_the_filter(motion: np.ndarray) -> None:
+    for how in ({"revolutions": 9.0}, {"method": "vold-kalman", "bandwidth": 2.0}):
+        found = ab.measure.orders(measured({"a": motion.real}), **how)
+        found = found.isel(time=(found["speed"].values > 40.0) & (found["speed"].values < 80.0))
+        real = np.abs(found.complex_amplitude("a") - envelope(motion, found["time"].values)).max()
+        assert real > 1e-6
+        assert float(found["bias"].max()) == pytest.approx(real, rel=0.5)
+
+
+def test_deviations_are_those_of_repeated_noise(motion: np.ndarray) -> None:
+    noise = ab.measure.signals(TIME, {"a": ab.measure.Channel(motion.real, "displacement")})["a"].values[None]
+    rng = np.random.default_rng(3)
+    many = noise + 2e-6 * rng.standard_normal((40, TIME.size))
+    values = {f"n{k}": row for k, row in enumerate(many)}
+    for how in ({}, {"method": "vold-kalman", "bandwidth": 4.0}):
+        found = ab.measure.orders(measured(values), **how)
+        found = found.isel(time=found["speed"].values > 40.0)
+        scatter = np.array([found.complex_amplitude(name) for name in values]).real.std(axis=0, ddof=1)
+        assert np.sqrt((scatter**2).mean()) == pytest.approx(
+            float(np.sqrt((found["amplitude_deviation"] ** 2).mean())), rel=0.1
+        )
+
+
+def test_orders_that_are_asked_for_together_do_not_disturb_one_another() -> None:
+    turned = angle(TIME)
+    both = 1e-5 * np.cos(turned + 0.4) + 4e-5 * np.cos(2.0 * turned - 1.1) + 2e-5 * np.cos(3.0 * turned + 2.0)
+    for how in ({}, {"method": "vold-kalman", "bandwidth": 2.0}):
+        found = ab.measure.orders(measured({"a": both}), (1.0, 2.0, 3.0), **how)
+        inner = found.isel(time=slice(found.sizes["time"] // 10, -found.sizes["time"] // 10))
+        for order, known in ((3.0, 2e-5 * np.exp(2j)), (1.0, 1e-5 * np.exp(0.4j)), (2.0, 4e-5 * np.exp(-1.1j))):
+            assert np.abs(inner.complex_amplitude("a", order) / known - 1.0).max() < 3e-3
+
+
+def test_half_of_the_bandwidth_is_passed_by_three_decibels_and_the_noise_is_its_integral() -> None:
+    t = np.arange(8000) / 1000.0
+    slow = np.cos(2.0 * np.pi * t)
+    inner = slice(2000, 6000)
+    for poles in (1, 2, 3):
+        found = (
+            filtered_orders(130.0 * t, (slow * np.cos(130.0 * t))[None], np.ones(1), 2.0, 1000.0, poles)
+            .amplitude[0, 0]
+            .real
+        )
+        assert found[inner] @ slow[inner] / (slow[inner] @ slow[inner]) == pytest.approx(2.0**-0.5, rel=0.01)
+        weight = structural_weight(0.01, poles)
+        assert 1.0 / (1.0 + 2.0 * weight * (2.0 - 2.0 * np.cos(np.pi * 0.01)) ** poles) == pytest.approx(2.0**-0.5)
+        lines = np.linspace(0.0, np.pi, 400001)
+        passed = (1.0 + 2.0 * weight * (2.0 - 2.0 * np.cos(lines)) ** poles) ** -2.0
+        assert noise_share(weight, poles) == pytest.approx(float(np.trapezoid(passed, lines)) / np.pi, rel=1e-4)
+
+
+def test_runout_is_told_from_unbalance_by_its_growth_with_the_speed(motion: np.ndarray) -> None:
+    runout = 12e-6 * np.exp(0.9j)
+    seen = motion.real + (runout * np.exp(1j * angle(TIME))).real
+    found = ab.measure.orders(measured({"a": seen}), slow_roll=(0.0, 5.0))
+    assert float(found["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.04)
+    assert float(found["runout_phase"][0, 0]) == pytest.approx(0.9, abs=0.08)
+    late = found.isel(time=found["speed"].values > 85.0)
+    assert np.abs(late.complex_amplitude("a") / envelope(motion, late["time"].values) - 1.0).max() < 0.012
+    again = ab.measure.orders(
+        measured({"a": seen}), slow_roll=ab.measure.orders(measured({"a": seen})).isel(time=slice(40))
+    )
+    assert float(again["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.08)
+
+
+@pytest.mark.parametrize("pulses", [1, 6])
+def test_the_angle_of_a_tacho_is_that_of_the_rotor(pulses: int) -> None:
+    found = ab.measure.rotor_angle(measured({}, tacho(angle(TIME), pulses)), pulses=pulses)
+    error = found["rotor_angle"].values - angle(found["time"].values)
+    error -= 2.0 * np.pi / pulses * np.round(error.mean() / (2.0 * np.pi / pulses))
+    assert np.degrees(np.abs(error).max()) < 0.3
+    assert np.abs(found["speed"].values - START - GROWTH * found["time"].values)[5:-5].max() < 0.3
+    turned = ab.measure.rotor_angle(measured({}, tacho(angle(TIME), pulses)), pulses=pulses, tacho_angle="90 deg")
+    assert (turned["rotor_angle"] - found["rotor_angle"]).values == pytest.approx(np.pi / 2)
+
+
+def test_jitter_of_pulses_is_smoothed_and_the_angle_says_how_sure_it_is() -> None:
+    from autobalancer.measurement.orders.smooth_angle import smooth_angle
+
+    counts = np.arange(120.0)
+    exact = (-START + np.sqrt(START**2 + 4.0 * np.pi * GROWTH * counts)) / GROWTH
+    errors, stated = [], []
+    for seed in range(12):
+        jittered = exact + 4e-4 * np.random.default_rng(seed).standard_normal(counts.size)
+        smooth = smooth_angle(jittered, 2.0 * np.pi * counts)
+        assert smooth.jitter == pytest.approx(4e-4, rel=0.25)
+        errors.append(smooth.spline(exact) - 2.0 * np.pi * counts)
+        stated.append(smooth.deviation(exact))
+    raw = 4e-4 * (START + GROWTH * exact)
+    assert np.sqrt((np.array(errors) ** 2).mean()) < 0.5 * np.sqrt((raw**2).mean())
+    assert np.sqrt((np.array(errors) ** 2).mean()) == pytest.approx(np.sqrt((np.array(stated) ** 2).mean()), rel=0.3)
+
+
+def test_missing_and_double_pulses_are_told_with_their_times_and_repaired() -> None:
+    good = tacho(angle(TIME))
+    instants = [np.interp(2.0 * np.pi * k, angle(TIME), TIME) for k in (20, 21, 50, 70)]
+    bad = good.copy()
+    for instant in (instants[0], instants[1], instants[2]):
+        bad[np.abs(TIME - instant - 0.02) < 0.05 * (instant < 20.0)] = 0.0
+    bad[np.abs(TIME - instants[3] - 0.0525) < 0.003] = 5.0
+    with pytest.warns(RangeWarning, match=r"missing after .* too many at"):
+        found = ab.measure.rotor_angle(measured({}, bad))
+    clean = ab.measure.rotor_angle(measured({}, good))
+    assert found["rotor_angle"].values == pytest.approx(clean["rotor_angle"].values, abs=0.02)
+    assert len(found.attrs["missing_pulses"]) == 2, "two in line are one place"
+    assert found.attrs["extra_pulses"] == pytest.approx([instants[3] + 0.05], abs=2e-3)
+    with pytest.raises(QuestionError, match="missing after"):
+        ab.measure.rotor_angle(measured({}, bad), repair=False)
+
+
+def test_a_rotor_that_starts_from_rest_misses_no_pulse() -> None:
+    from autobalancer.measurement.orders.pulses import repaired
+
+    times = np.sqrt(np.arange(1.0, 60.0))
+    found = repaired(times)
+    assert found.counts.tolist() == list(range(59))
+    assert not found.missing.size
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tacho": "b"}, "no channel 'b'; there are a, tacho"),
+        ({"pulses": 0}, "whole number from 1"),
+        ({"edge": "both"}, "rising or falling"),
+        ({"orders": 0.0}, "numbers above zero"),
+        ({"orders": 60.0}, "beyond half of the sampling rate"),
+        ({"revolutions": 500.0}, "were measured"),
+        ({"method": "fft"}, "'fit' or 'vold-kalman'"),
+        ({"channels": "tacho"}, "no vibration 'tacho'; there are a"),
+        ({"slow_roll": (30.0, 40.0)}, "0 points from 30 s to 40 s"),
+        ({"threshold": 9.0}, "no pulse crosses the threshold; the signal is between"),
+    ],
+)
+def test_an_impossible_question_is_refused(motion: np.ndarray, change: dict[str, object], words: str) -> None:
+    with pytest.raises(QuestionError, match=words):
+        ab.measure.orders(measured({"a": motion.real}), **change)
+
+
+def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path) -> None:
+    found = ab.measure.orders(measured({"a": motion.real}), (1.0, 2.0))
+    ab.save_run(found, tmp_path / "o.nc")
+    again = ab.load_run(tmp_path / "o.nc")
+    assert type(again) is type(found)
+    assert repr(again) == repr(found)
+    figure = ab.plot.orders(tmp_path / "o.nc", over="time")
+    assert len(figure.axes[0].get_lines()) == 2
+    with pytest.raises(QuestionError, match="speed' or 'time"):
+        ab.plot.orders(found, over="order")
