@@ -19,6 +19,7 @@ from numba.core.registry import cpu_target
 
 from autobalancer.kernels import cache
 from autobalancer.kernels.announce import KINDS, TEXT, Announcement
+from autobalancer.kernels.inlining import KernelCompiler
 
 ROOT = Path(__file__).parents[1]
 
@@ -103,6 +104,36 @@ def test_a_second_process_compiles_nothing(second: str) -> None:
         assert any(kernel in line for line in loaded), kernel
     assert any("advance" in line for line in loaded)
     assert not [path.name for path in cache._indexes() if cache._damaged(path)]
+
+
+@numba.njit(inline="always")
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+@numba.njit(inline="always")
+def bent(x: float, many: int) -> float:
+    if x < 0.0:
+        return doubled(-x)
+    for i in range(many):
+        x = doubled(x) - doubled(1.0 / (i + x))
+    return x
+
+
+def called_often(x: float, many: int) -> float:
+    return bent(bent(x, many) - many, 3) + bent(doubled(x), 1)
+
+
+def test_the_own_inlining_gives_the_code_of_numba() -> None:
+    """Instruction by instruction; names have the number of the compilation."""
+    code = []
+    for pipeline in (None, KernelCompiler):
+        kernel = numba.njit("f8(f8, i8)", error_model="numpy", pipeline_class=pipeline)(called_often)
+        (compiled,) = kernel.overloads.values()
+        code.append([line for line in compiled.library.get_asm_str().splitlines() if "_ZN" not in line])
+        assert kernel(-1.5, 4) == pytest.approx(called_often(-1.5, 4), rel=1e-14)
+    assert len(code[0]) > 50
+    assert code[0] == code[1]
 
 
 def written(path: Path, *values: object) -> Path:
