@@ -20,6 +20,8 @@ from autobalancer.measurement.balancing.runs import Reading as Reading
 from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
 from autobalancer.measurement.balancing.splitting import Split as Split
 from autobalancer.measurement.balancing.splitting import split_mass as split_mass
+from autobalancer.measurement.comparison.fit import fit_run_up as fit_run_up
+from autobalancer.measurement.comparison.run_up import MeasuredRunUp as MeasuredRunUp
 from autobalancer.measurement.decay import decay_rate as decay_rate
 from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
 from autobalancer.measurement.loop.balls import balls_of as balls_of
@@ -47,6 +49,7 @@ from autobalancer.measurement.signals.load import load_signals as load_signals
 __all__ = [
     "BalanceRun",
     "Channel",
+    "MeasuredRunUp",
     "RaceBalls",
     "Reading",
     "Sensor",
@@ -64,6 +67,7 @@ __all__ = [
     "equilibrium_angles",
     "evaluate_angles",
     "fit_rolling_resistance",
+    "fit_run_up",
     "four_run",
     "hysteresis",
     "load_angle_series",

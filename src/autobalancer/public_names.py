@@ -235,6 +235,8 @@ NAMES: dict[str, dict[str, str]] = {
         "record": "measurement.sensors.record",
         "rotor_angle": "measurement.orders.angle",
         "orders": "measurement.orders.question",
+        "fit_run_up": "measurement.comparison.fit",
+        "MeasuredRunUp": "measurement.comparison.run_up",
     },
     "laws": {
         "capability": "laws.ball_capability",

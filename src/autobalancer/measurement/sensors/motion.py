@@ -73,6 +73,13 @@ def motion(run: xr.Dataset, sensor: Sensor, time: Floats) -> Motion:
     return Motion(spline)
 
 
+def at_samples(run: xr.Dataset, sensor: Sensor, time: Floats) -> Floats:
+    """A displacement or force at samples of the run, as they are; ``time`` (s) is among their times."""
+    x, y = _vectors(run, sensor)
+    rows = np.searchsorted(run["time"].values, time - 1e-12 * (1.0 + abs(time)))
+    return np.asarray((x * math.cos(sensor.angle) + y * math.sin(sensor.angle))[rows], np.float64)
+
+
 def _vectors(run: xr.Dataset, sensor: Sensor) -> tuple[Floats, Floats]:
     """x and y of the place over the samples."""
     if sensor.quantity == "force":

@@ -9,7 +9,6 @@ import numpy as np
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.rotordynamics.identification.free import Unknown
 
-NO_EFFECT = 1e-7  # of the greatest singular value: below it differences are rounding
 WEAK = 0.5  # standard uncertainty of a combination, relative to the values, above which a note says so
 LIKE = 0.98  # correlation above which two parameters are hardly told apart
 PART = 0.1  # of a direction: smaller parts are not named
@@ -27,8 +26,13 @@ class Determination:
     notes: list[str]
 
 
-def determination(unknowns: list[Unknown], values: Floats, jacobian: Floats, at_bound: np.ndarray) -> Determination:
-    """From the weighted Jacobian of the residuals (rows, p) over the search variables."""
+def determination(
+    unknowns: list[Unknown], values: Floats, jacobian: Floats, at_bound: np.ndarray, no_effect: float = 1e-7
+) -> Determination:
+    """From the weighted Jacobian of the residuals (rows, p) over the search variables.
+
+    Singular values below ``no_effect`` of the greatest one are errors of its differences.
+    """
     count = len(unknowns)
     free = np.flatnonzero(~at_bound)
     singular, directions = np.zeros(count), np.zeros((count, count))
@@ -41,7 +45,7 @@ def determination(unknowns: list[Unknown], values: Floats, jacobian: Floats, at_
     padded = np.vstack([jacobian[:, free], np.zeros((max(0, free.size - jacobian.shape[0]), free.size))])
     _, found, rows = np.linalg.svd(padded, full_matrices=False)
     singular[: free.size], directions[: free.size, free] = found, rows
-    rank = int(np.sum(found > NO_EFFECT * max(found[0], 1e-300)))
+    rank = int(np.sum(found > no_effect * max(found[0], 1e-300)))
     names = [unknowns[i].name for i in free]
     lost = np.abs(rows[rank:]).max(axis=0, initial=0.0) > 1e-3
     inverse = rows[:rank].T / found[:rank]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -15,10 +15,24 @@ from autobalancer.errors import QuestionError
 from autobalancer.random_numbers import generator
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
-STEP = 1e-5  # of a search variable, for central differences: their error is about its square
-ACCURACY = 1e-14  # the search ends where steps and gains are below it
 SAME = 1e-6  # costs closer than this, relative, count as one optimum
 Residuals = Callable[[Floats], Floats]
+
+
+class Search(NamedTuple):
+    """How a search takes differences, and when it ends.
+
+    ``step`` is that of a search variable: the error of ``central`` differences is about its square. The last differences are
+    central; what of them is below the share ``error`` is not real. The search ends where steps and gains are below ``accuracy``.
+    """
+
+    step: float = 1e-5
+    accuracy: float = 1e-14
+    central: bool = True
+    error: float = 1e-7
+
+
+EXACT = Search()
 
 
 @dataclass(frozen=True)
@@ -43,6 +57,7 @@ def best_fit(
     loss_scale: float,
     starts: int,
     seed: int,
+    how: Search = EXACT,
 ) -> Fit:
     """Search from ``start`` and from ``starts - 1`` points spread within the bounds.
 
@@ -62,7 +77,7 @@ def best_fit(
         inside = np.clip(point, low, high)
         if not np.isfinite(residuals(inside)).all():
             continue
-        found.append(_search(residuals, inside, low, high, loss, loss_scale))
+        found.append(_search(residuals, inside, low, high, loss, loss_scale, how))
     if not found:
         raise QuestionError(
             "identify: at the start the machine lacks something that was measured (a mode, a critical speed); "
@@ -76,9 +91,18 @@ def best_fit(
     )
 
 
-def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss: Loss, loss_scale: float) -> Fit:
+def _search(
+    residuals: Residuals, start: Floats, low: Floats, high: Floats, loss: Loss, loss_scale: float, how: Search
+) -> Fit:
+    last: dict[bytes, Floats] = {}  # the search asks again at the first point
+
     def jacobian(point: Floats) -> Floats:
-        return differences(residuals, point, low, high)
+        key = point.tobytes()
+        if key not in last:
+            found = differences(residuals, point, low, high, how)
+            last.clear()
+            last[key] = found
+        return last[key]
 
     first = jacobian(start)
     regular = np.isfinite(first).all() and np.abs(first).sum(axis=0).all()
@@ -91,9 +115,9 @@ def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss
         loss=loss,
         f_scale=loss_scale,
         x_scale="jac" if regular else 1.0,
-        ftol=ACCURACY,
-        xtol=ACCURACY,
-        gtol=ACCURACY,
+        ftol=how.accuracy,
+        xtol=how.accuracy,
+        gtol=how.accuracy,
         max_nfev=300,
     )
     point = np.asarray(result.x)
@@ -102,21 +126,25 @@ def _search(residuals: Residuals, start: Floats, low: Floats, high: Floats, loss
     if not np.isfinite(residuals(point)).all():
         point = np.asarray(result.x)
     outcome = "converged" if result.status > 0 else "stopped after 300 steps; give more starts or tighter bounds"
-    return Fit(point, float(result.cost), jacobian(point), outcome, int(result.nfev), 1, 1)
+    last_one = differences(residuals, point, low, high, how._replace(central=True))
+    return Fit(point, float(result.cost), last_one, outcome, int(result.nfev), 1, 1)
 
 
-def differences(residuals: Residuals, point: Floats, low: Floats, high: Floats) -> Floats:
-    """Jacobian by central differences; one-sided at a bound or where one side has no answer."""
+def differences(residuals: Residuals, point: Floats, low: Floats, high: Floats, how: Search = EXACT) -> Floats:
+    """Jacobian by central differences; one-sided at a bound, where one side has no answer, or if asked."""
     here = residuals(point)
     columns = []
     for i in range(point.size):
         sides = []
         for sign in (1.0, -1.0):
             moved = point.copy()
-            moved[i] += sign * STEP
+            moved[i] += sign * how.step
             inside = low[i] <= moved[i] <= high[i]
             value = residuals(moved) if inside else here
             sides.append((moved[i] - point[i], value) if inside and np.isfinite(value).all() else (0.0, here))
+            if sides[0][0] and not how.central:
+                sides.append((0.0, here))
+                break
         (ahead, above), (behind, below) = sides
         columns.append((above - below) / (ahead - behind) if ahead != behind else np.zeros_like(here))
     return np.asarray(np.array(columns).T)

@@ -17,7 +17,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.identification.between import with_curves
 from autobalancer.rotordynamics.identification.determination import determination
-from autobalancer.rotordynamics.identification.fit import Loss, best_fit, weights
+from autobalancer.rotordynamics.identification.fit import EXACT, Loss, Search, best_fit, weights
 from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter, Unknown, unknowns
 from autobalancer.rotordynamics.identification.measurements import Measurement
 from autobalancer.rotordynamics.identification.outcome import dataset, report_text
@@ -58,6 +58,7 @@ def identify(
     loss_scale: float = 2.0,
     starts: int = 1,
     seed: int = 0,
+    search: Search = EXACT,
 ) -> Identification:
     """Fit free parameters to measured modes, critical speeds, response curves, stiffness and known values.
 
@@ -78,6 +79,8 @@ def identify(
         Number of searches: from the machine, and from points spread over the bounds.
     seed
         Of these points.
+    search
+        How differences are taken, and when the search ends.
 
     Returns
     -------
@@ -107,7 +110,17 @@ def identify(
     begin = np.array([u.inner(u.start) for u in sought])
     before = _predictions(_trial(machine, sought, begin), measurements)  # a wrong question is refused here
 
+    last: dict[bytes, Floats] = {}
+
     def residuals(point: Floats) -> Floats:
+        key = point.tobytes()
+        if key not in last:
+            value = away(point)
+            last.clear()
+            last[key] = value
+        return last[key]
+
+    def away(point: Floats) -> Floats:
         try:
             predicted = _predictions(_trial(machine, sought, point), measurements)
         except MachineError:
@@ -115,12 +128,12 @@ def identify(
         return _residual(measurements, predicted)
 
     low, high = np.array([u.inner_bounds for u in sought]).T
-    fit = best_fit(residuals, begin, low, high, loss, loss_scale, starts, seed)
+    fit = best_fit(residuals, begin, low, high, loss, loss_scale, starts, seed, search)
     values = np.array([u.outer(v) for u, v in zip(sought, fit.variables, strict=True)])
     deviation = residuals(fit.variables)
     weight = weights(deviation, loss, loss_scale)
     at_bound = (fit.variables == low) | (fit.variables == high)
-    known = determination(sought, values, np.sqrt(weight)[:, None] * fit.jacobian, at_bound)
+    known = determination(sought, values, np.sqrt(weight)[:, None] * fit.jacobian, at_bound, search.error)
     at_end = _trial(machine, sought, fit.variables)
     after = np.concatenate(_predictions(at_end, measurements))
     fitted = _applied(machine, sought, values)

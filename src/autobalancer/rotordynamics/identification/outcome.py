@@ -18,6 +18,7 @@ from autobalancer.rotordynamics.identification.free import Unknown
 from autobalancer.rotordynamics.identification.measurements import Rows
 
 OUTLIER = 0.5  # weight below which a value counts as one
+RUN_UP = "run-up"  # kind of rows that are samples of one
 TOO_LARGE = 2.0  # ratio of the scatter to the stated errors above which a note says so
 
 
@@ -119,6 +120,10 @@ def report_text(data: xr.Dataset) -> str:
         )
     lines += ["", "  measured -> before, after the fit, deviation in standard deviations"]
     for label, part in grouped(data):
+        if part.sizes["row"] > 1 and str(part["row_kind"].values[0]) == RUN_UP:
+            rms, greatest = (float(f(np.abs(part["deviation"].values))) for f in (_rms, np.max))
+            lines.append(f"  {label}: {part.sizes['row']} values, rms {rms:.3f}, greatest {greatest:.2f}")
+            continue
         if part.sizes["row"] > 1:
             rms = float(np.sqrt(np.mean(np.log(part["after"].values / part["measured"].values) ** 2)))
             greatest = float(np.abs(part["deviation"]).max())
@@ -138,6 +143,10 @@ def report_text(data: xr.Dataset) -> str:
     ]
     lines += [f"  note: {note}" for note in data.attrs["notes"]]
     return "\n".join(lines)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def shown_unit(part: xr.Dataset) -> tuple[float, str]:
@@ -161,7 +170,9 @@ def grouped(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     found: list[tuple[str, xr.Dataset]] = []
     start = 0
     for end in range(1, labels.size + 1):
-        same = end < labels.size and labels[end] == labels[start] and data["row_kind"].values[end] == "response"
+        same = (
+            end < labels.size and labels[end] == labels[start] and data["row_kind"].values[end] in ("response", RUN_UP)
+        )
         if not same:
             found.append((str(labels[start]), data.isel(row=slice(start, end))))
             start = end

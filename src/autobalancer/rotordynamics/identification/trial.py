@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.assembly.rotors import LateralModel, lateral_model, with_ball_mass
 from autobalancer.machine import Machine
@@ -21,6 +23,7 @@ class Trial:
     def __init__(self, machine: Machine, values: dict[str, float]) -> None:
         self.machine = machine
         self.values = values
+        self.runs: dict[Any, xr.Dataset] = {}  # that measurements of one run-up share
         self.motions = cache(self._motions)
         self.words = cache(self._words)
         self.critical = cache(self._critical)
