@@ -151,3 +151,69 @@ def test_signals_are_kept_in_a_file_and_show_their_channels(tmp_path: Path) -> N
     assert "bearing A x" in repr(found)
     with pytest.raises(ResultError, match="no such file"):
         ab.measure.load_signals(tmp_path / "t.csv")
+
+
+def universal(kind: str, values: np.ndarray) -> bytes:
+    """A time record of the acceleration at node 12 along minus x, in g, from 0.5 s at 1 kHz."""
+    lines = [
+        "bearing",
+        "",
+        "",
+        "",
+        "",
+        "    1         1    0         0       NONE        12  -1       NONE         0   0",
+    ]
+    form = 2 if kind == "58" else 4
+    lines.append(f"{form:10d}{values.size:10d}{1:10d}{0.5:13.5e}{1e-3:13.5e}{0.0:13.5e}")
+    lines.append(f"{17:10d}    0    0    0 {'Time':<20} {'s':<20}")
+    lines.append(f"{12:10d}    0    0    0 {'Acceleration':<20} {'g':<20}")
+    lines += [f"{0:10d}    0    0    0 {'NONE':<20} {'NONE':<20}"] * 2
+    if kind == "58":
+        rows = ["".join(f"{v:13.5e}" for v in values[i : i + 6]) for i in range(0, values.size, 6)]
+        body = ("\n".join(["    58", *lines, *rows]) + "\n").encode()
+    else:
+        first = f"    58b{1:6d}{2:6d}{11:12d}{8 * values.size:12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+        body = ("\n".join([first, *lines]) + "\n").encode() + values.astype("<f8").tobytes() + b"\n"
+    return b"    -1\n" + body + b"    -1\n"
+
+
+@pytest.mark.parametrize("kind", ["58", "58b"])
+def test_time_records_of_universal_files_are_read_in_ascii_and_binary(tmp_path: Path, kind: str) -> None:
+    values = np.sin(40.0 * TIME) + 0.1
+    (tmp_path / "r.uff").write_bytes(universal(kind, values) + universal(kind, 2.0 * values))
+    found = ab.measure.load_signals(tmp_path / "r.uff")
+    assert found["acceleration_12_x"].values == pytest.approx(-9.80665 * values, abs=1e-4)
+    assert found["acceleration_12_x'"].values == pytest.approx(-9.80665 * 2.0 * values, abs=2e-4)
+    assert found["acceleration_12_x"].attrs["place"] == "12"
+    assert float(found["time"][0]) == 0.5
+    (tmp_path / "r.uff").write_bytes(universal(kind, values).replace(b"       400 ", b"       402 ", 1))
+    with pytest.raises(ResultError, match="400 numbers where 402" if kind == "58" else "ends before its 402 values"):
+        ab.measure.load_signals(tmp_path / "r.uff")
+
+
+def test_arrays_of_numpy_and_matlab_are_read(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    np.savez(tmp_path / "s.npz", **{"time": TIME, "x [um]": 1e6 * WAVE, "note": np.array("text")})
+    assert ab.measure.load_signals(tmp_path / "s.npz")["x"].values == pytest.approx(WAVE, abs=1e-12)
+    savemat(tmp_path / "s.mat", {"fs": 1000.0, "ai0": 1e6 * WAVE})
+    words = {"x": {"column": "ai0", "quantity": "displacement", "unit": "um"}}
+    found = ab.measure.load_signals(tmp_path / "s.mat", words)
+    assert found["x"].values == pytest.approx(WAVE, abs=1e-12)
+    assert found.attrs["sampling_rate"] == pytest.approx(1000.0)
+    with pytest.raises(QuestionError, match="no column has a unit"):
+        ab.measure.load_signals(tmp_path / "s.mat")
+    np.savez(tmp_path / "s.npz", a=TIME, b=TIME[1:])
+    with pytest.raises(ResultError, match=r"equally long arrays of one dimension; there are a \(400\), b \(399\)"):
+        ab.measure.load_signals(tmp_path / "s.npz")
+
+
+def test_sound_files_need_a_full_scale(tmp_path: Path) -> None:
+    from scipy.io import wavfile
+
+    wavfile.write(tmp_path / "s.wav", 1000, np.round(32767 * WAVE / 1e-4).astype(np.int16))
+    words = {"a": {"column": "1", "quantity": "acceleration", "full_scale": "20 m/s^2"}}
+    found = ab.measure.load_signals(tmp_path / "s.wav", words)
+    assert found["a"].values == pytest.approx(20.0 * WAVE / 1e-4, abs=2e-3)
+    with pytest.raises(QuestionError, match="describe the channels"):
+        ab.measure.load_signals(tmp_path / "s.wav")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, RangeWarning, ResultError, UnitError, warn
 from autobalancer.files.samples import sample_hint
+from autobalancer.measurement.signals.arrays import read_arrays, read_sound
 from autobalancer.measurement.signals.checks import doubts, refuse_implausible, refuse_missing
 from autobalancer.measurement.signals.described import Described, DescribedChannel, described_channels
 from autobalancer.measurement.signals.form import UNITS, Channel, signals
@@ -17,6 +18,7 @@ from autobalancer.measurement.signals.raw import RawColumn, RawFile
 from autobalancer.measurement.signals.table import read_signal_table
 from autobalancer.measurement.signals.timebase import even, grid_of, instants, resampled, uneven_text
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
+from autobalancer.measurement.signals.universal import is_universal, read_universal_signals
 from autobalancer.results.answers.signals import Signals
 from autobalancer.results.store import load_run
 from autobalancer.units import optional_argument, to_si
@@ -40,7 +42,9 @@ def load_signals(
     ----------
     path
         A table (``.csv``, ``.txt``, ...) whose first line names the columns, best with their units: ``time [s], x [um],
-        tacho [V]``; or a file that :func:`~autobalancer.save_run` wrote (``.nc``).
+        tacho [V]``; a universal file with time records (datasets 58 and 58b); arrays of equal length with ``time`` (s) or
+        ``rate`` (Hz) in ``.npz`` or ``.mat``; a sound file (``.wav``), whose channels are called 1, 2, ... and need a
+        ``full_scale``; or a file that :func:`~autobalancer.save_run` wrote (``.nc``).
     channels
         What the channels are: a TOML file with a table ``channels``, or the same as a dict,
         ``{"x": {"column": "ai0", "quantity": "displacement", "unit": "um", "place": "bearing A", "direction": "x"}}``, with
@@ -89,7 +93,12 @@ def read_raw(path: Path) -> RawFile:
     """
     if not path.is_file():
         raise ResultError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{sample_hint(path)}")
-    return read_signal_table(path)
+    suffix = path.suffix.lower()
+    if suffix in (".npz", ".mat"):
+        return read_arrays(path)
+    if suffix == ".wav":
+        return read_sound(path)
+    return read_universal_signals(path) if is_universal(path) else read_signal_table(path)
 
 
 def _own(found: xr.Dataset, path: Path) -> Signals:
@@ -117,7 +126,8 @@ def _channels(
         }
     if not described:
         raise QuestionError(
-            f"{raw.origin}: no column has a unit; write it in brackets after the name, or describe the channels. "
+            f"{raw.origin}: no column has a unit; write it in brackets after the name, or describe the channels, such as "
+            'channels={"x": {"column": "NAME", "quantity": "displacement", "unit": "um"}}. '
             f"There are {', '.join(raw.columns)}"
         )
     found = {}

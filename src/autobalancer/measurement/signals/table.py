@@ -35,7 +35,7 @@ def read_signal_table(path: Path) -> RawFile:
     if len(body) < 2:
         raise ResultError(f"{path.name}: no table; the first line must name the columns, such as: {EXAMPLE}")
     separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
-    heads = [_head(cell) for cell in body[0][1].split(separator)]
+    heads = [head_of(cell) for cell in body[0][1].split(separator)]
     if all(_is_number(name) for name, _ in heads):
         raise ResultError(f"{path.name}: the first line must name the columns, such as: {EXAMPLE}; it has numbers only")
     double = {name for name, _ in heads if [one for one, _ in heads].count(name) > 1}
@@ -56,7 +56,8 @@ def read_signal_table(path: Path) -> RawFile:
     return RawFile(path.name, factor * numbers[:, at], None, columns, quantum=factor * 10.0**-digits)
 
 
-def _head(cell: str) -> tuple[str, str]:
+def head_of(cell: str) -> tuple[str, str]:
+    """Name and unit of ``x [um]``."""
     match = _HEAD.match(cell)
     return (match[1].strip(), (match[2] or "").strip()) if match else (cell.strip(), "")
 
