@@ -107,6 +107,7 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "rubber_loops",
         "run_down_orders",
         "run_up_signals",
+        "decay_signals",
         "two_plane_job",
     }
     assert len(ab.measure.load_rubber(ab.catalog.example_path("rubber_loops"))) == 18

@@ -45,6 +45,12 @@ from autobalancer.measurement.sensors.sensor import Tacho as Tacho
 from autobalancer.measurement.signals.form import Channel as Channel
 from autobalancer.measurement.signals.form import signals as signals
 from autobalancer.measurement.signals.load import load_signals as load_signals
+from autobalancer.measurement.spectra.conversion import converted as converted
+from autobalancer.measurement.spectra.damping import damping as damping
+from autobalancer.measurement.spectra.damping import half_power as half_power
+from autobalancer.measurement.spectra.orbit import orbit as orbit
+from autobalancer.measurement.spectra.order_map import order_map as order_map
+from autobalancer.measurement.spectra.spectrum import spectrum as spectrum
 
 __all__ = [
     "BalanceRun",
@@ -60,6 +66,8 @@ __all__ = [
     "TurnedRace",
     "balance",
     "balls_of",
+    "converted",
+    "damping",
     "decay_rate",
     "drag_coefficients",
     "equal_balls",
@@ -69,6 +77,7 @@ __all__ = [
     "fit_rolling_resistance",
     "fit_run_up",
     "four_run",
+    "half_power",
     "hysteresis",
     "load_angle_series",
     "load_balance_runs",
@@ -77,6 +86,8 @@ __all__ = [
     "load_rubber",
     "load_signals",
     "modes_of",
+    "orbit",
+    "order_map",
     "orders",
     "receptance",
     "receptance_border",
@@ -89,6 +100,7 @@ __all__ = [
     "rubber_loops",
     "rubber_resonances",
     "signals",
+    "spectrum",
     "split_mass",
     "trial_mass",
     "unbalance_from_run_down",

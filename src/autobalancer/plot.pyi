@@ -45,7 +45,11 @@ from autobalancer.plots.run.orbit import orbit as orbit
 from autobalancer.plots.run.race import race as race
 from autobalancer.plots.run.run_up import run_up as run_up
 from autobalancer.plots.run.stepped_response import stepped_response as stepped_response
+from autobalancer.plots.signals.decay import damping as damping
+from autobalancer.plots.signals.decay import measured_orbit as measured_orbit
 from autobalancer.plots.signals.orders import orders as orders
+from autobalancer.plots.signals.spectrum import order_map as order_map
+from autobalancer.plots.signals.spectrum import spectrum as spectrum
 from autobalancer.plots.stability.basins import basin as basin
 from autobalancer.plots.stability.bifurcation_curves import bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import border_curve as border_curve
@@ -79,6 +83,7 @@ __all__ = [
     "chamber_run",
     "chamber_step_size",
     "comparison",
+    "damping",
     "drag_laws",
     "drive_train",
     "eigenvalues",
@@ -94,9 +99,11 @@ __all__ = [
     "liquid_response",
     "map",
     "measured_drag",
+    "measured_orbit",
     "modes",
     "nyquist",
     "orbit",
+    "order_map",
     "orders",
     "polar_response",
     "race",
@@ -108,6 +115,7 @@ __all__ = [
     "secondary_flow",
     "sensitivity",
     "sheared_drag",
+    "spectrum",
     "spin_up",
     "stepped_response",
     "study",

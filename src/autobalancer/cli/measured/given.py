@@ -53,3 +53,8 @@ def with_angle(signals: xr.Dataset, tacho: str, pulses: int, edge: str, tacho_an
         return signals
     look: Any = optional("--tacho-angle", tacho_angle, "rad")
     return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=look or 0.0)
+
+
+def tacho_of(signals: xr.Dataset, tacho: str) -> bool:
+    """Whether the signals have a tacho, or one was named."""
+    return bool(tacho) or any(entry.attrs.get("quantity") == "tacho" for entry in signals.data_vars.values())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import balance, orders, record, signals, trial
+from autobalancer.cli.measured import balance, motion, orders, record, signals, spectrum, trial
 
 app = typer.Typer(
     name="measure",
@@ -13,6 +13,10 @@ app = typer.Typer(
 )
 app.command()(signals.signals)
 app.command()(orders.orders)
+app.command()(spectrum.spectrum)
+app.command("order-map")(spectrum.order_map)
+app.command()(motion.damping)
+app.command()(motion.orbit)
 app.command()(record.record)
 app.command()(balance.balance)
 app.command("four-run")(balance.four_run)

@@ -87,7 +87,7 @@ def orders(
         signals = rotor_angle(signals, **tacho)
     elif tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
-    asked = _Asked(_orders(orders, signals), _channel_names(signals, channels), method, revolutions)
+    asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
         at, tracked, bias, text = _by_fit(signals, asked)
     elif method == "vold-kalman":
@@ -158,7 +158,14 @@ def _orders(given: float | Sequence[float], signals: xr.Dataset) -> Floats:
     return found
 
 
-def _channel_names(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[str]:
+def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[str]:
+    """Names of the vibrations that were chosen, by default all.
+
+    Raises
+    ------
+    QuestionError
+        If there is none, or not the one that was named.
+    """
     there = [str(name) for name, entry in signals.data_vars.items() if entry.attrs.get("quantity") in VIBRATIONS]
     if given is None:
         if not there:

@@ -78,7 +78,7 @@ def read_universal_signals(path: Path) -> RawFile:
         while name in columns:
             name += "'"
         columns[name] = one.column
-    time = first.start + first.step * np.arange(first.column.values.size)
+    time = np.asarray(first.start + first.step * np.arange(first.column.values.size), np.float64)
     return RawFile(path.name, time, None, columns)
 
 

@@ -40,6 +40,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Sensitivity": "results.answers.sensitivity",
     "ShearedDrag": "flow.ball.sheared_answer",
     "Signals": "results.answers.signals",
+    "Spectrum": "results.answers.spectrum",
     "StabilityMap": "stability.maps.answers",
     "SteppedResponse": "results.answers.stepped",
     "Studied": "results.answers.studied",

@@ -1,0 +1,51 @@
+"""Spectra of measured signals show their lines with their names."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.shown import Column
+
+
+class Spectrum(Answer):
+    """One row for each line that stands out of the noise."""
+
+    __slots__ = ()
+    row_of: ClassVar[str] = "line"
+    needed: ClassVar[tuple[str, ...]] = ("line_frequency", "line_amplitude", "line_name", "line_channel")
+    shown_in: ClassVar[str] = "Hz"
+    most = 40
+
+    def facts(self) -> list[tuple[str, str]]:
+        """How it was made."""
+        a = self.attrs
+        rows = [
+            ("window", f"{a['window']}, mean of {a['averages']} segment{'s' * bool(a['averages'] > 1)}"),
+            ("resolution", f"{a['resolution']:.4g} Hz, noise bandwidth {a['noise_bandwidth']:.4g} Hz"),
+        ]
+        if np.isfinite(a.get("speed", np.nan)):
+            rows.append(("speed", f"{a['speed'] * 30.0 / np.pi:.5g} rpm"))
+        return rows
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Channel, frequency, amplitude and name of each line."""
+        shown = speed_axis(unit or self.shown_in)
+        units = [self.amplitude_unit(str(name)) for name in self["line_channel"].values]
+        sizes = self["line_amplitude"].values
+        return [
+            Column("channel", [str(name) for name in self["line_channel"].values]),
+            Column("frequency", self["line_frequency"].values * shown.factor, shown.sign, ".5g"),
+            Column("amplitude", [u.factor * size for u, size in zip(units, sizes, strict=True)], form=".4g"),
+            Column("unit", [u.sign for u in units]),
+            self.texts("line_name", "what it is"),
+        ]
+
+    def amplitude_unit(self, channel: str) -> AxisUnit:
+        """In which unit amplitudes of a channel are shown."""
+        unit = str(self["units"].sel(channel=channel).values)
+        greatest = float(np.nanmax(self["amplitude"].sel(channel=channel).values))
+        return length_axis(None, greatest or 1.0) if unit == "m" else AxisUnit(unit, 1.0)
