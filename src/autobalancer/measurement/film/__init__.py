@@ -1,1 +1,1 @@
-"""Films of a race: made of a run, and evaluated."""
+"""Balls in films and photographs: a camera that films a simulated race, and the way back from pictures to angles."""

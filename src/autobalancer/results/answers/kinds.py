@@ -11,6 +11,7 @@ from autobalancer.results.answers.answer import Answer
 PACKAGE = "autobalancer"
 HOMES = {  # modules, some of them above this one, imported when such an answer is read
     "Balancing": "measurement.balancing.answer",
+    "BallFilm": "results.answers.ball_film",
     "BifurcationCurves": "stability.diagrams.answers",
     "BorderCurve": "stability.maps.answers",
     "Branches": "stability.diagrams.answers",

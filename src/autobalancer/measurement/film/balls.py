@@ -1,0 +1,95 @@
+"""Where the balls are in one picture."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.measurement.film.edges import located
+from autobalancer.measurement.film.rings import ball_outlines
+from autobalancer.measurement.film.search import circle, peaks, steps_around
+from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.measurement.film.view import View, in_space
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Gray = NDArray[np.uint8]
+POINTS = 56
+LEAST = 0.3  # share of the edge of a ball that must be seen
+CLOSER = 0.6  # of the contact angle: two finds so near each other are one ball
+
+
+class Seen(NamedTuple):
+    """Balls of one picture, in the order of their angles."""
+
+    place: Complexes  # m, of the centers in space
+    deviation: Floats  # m, along the race
+    height: Floats  # of the peaks of the search, of 255
+
+
+class BallSearch:
+    """Looks for balls of equal look in a race."""
+
+    def __init__(self, view: View, setup: FilmSetup) -> None:
+        self.view, self.setup = view, setup
+        pixel = view.focal_length / float(np.linalg.norm(view.position))
+        self.steps = steps_around(setup.orbit * pixel)
+        around = setup.orbit * np.exp(2j * np.pi * np.arange(self.steps) / self.steps)
+        self.circle = circle(ball_outlines(view, around, setup.height, 0.5 * setup.diameter, 24))
+        self.dark = False  # balls darker than the race
+
+    def candidates(self, picture: Gray, most: int) -> tuple[Floats, Floats]:
+        """Angles in space, about the middle of the circle, and heights of the highest peaks."""
+        score = self.circle.scores(picture)
+        return peaks(-score if self.dark else score, 0.75 * self.setup.contact_angle, most)
+
+    def found(self, picture: Gray, angles: Floats, heights: Floats, center: complex, noise: float) -> Seen:
+        """The balls near these angles, by their edges; an edge behind or beside a ball that touches does not count."""
+        place = self.setup.orbit * np.exp(1j * angles)
+        radius, height = 0.5 * self.setup.diameter, self.setup.height
+        covariance, share = np.zeros((len(place), 2, 2)), np.zeros(len(place))
+        for turn in range(3):
+            outline = ball_outlines(self.view, place, height, radius, POINTS)
+            usable = _free(outline.edge, self.view.pixels(in_space(place, height)))
+            edge = located(picture, outline, rises=True, noise=noise, usable=usable)
+            pixels = self.view.pixels(in_space(place, height)) + edge.shift
+            moved = self.view.places(pixels, height)
+            place = moved[:, 0] + 1j * moved[:, 1]
+            covariance, share = edge.covariance, edge.share
+            if turn == 0:  # from the search they are off by up to some pixels along the race, never across
+                place = center + self.setup.orbit * np.exp(1j * np.angle(place - center))
+        along = self._along(place, center)
+        slope = self.view.pixels(in_space(place + 1e-5 * along, height)) - self.view.pixels(in_space(place, height))
+        slope /= 1e-5
+        size = (slope**2).sum(axis=1)
+        deviation = np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)) / size
+        off = np.abs(np.abs(place - center) - self.setup.orbit)
+        kept = np.flatnonzero((share >= LEAST) & (off < 0.4 * self.setup.diameter))
+        kept = kept[np.argsort(np.angle(place[kept] - center), kind="stable")]
+        kept = _apart(kept, place, heights, center, CLOSER * self.setup.contact_angle)
+        return Seen(place[kept], deviation[kept], heights[kept])
+
+    def _along(self, place: Complexes, center: complex) -> Complexes:
+        away = place - center
+        return np.asarray(1j * away / np.abs(away))
+
+
+def _free(edge: Floats, centers: Floats) -> NDArray[np.bool_]:
+    """Points of outlines that are nearer to the middle of their own ball than to that of any other, by some pixels."""
+    if len(centers) < 2:
+        return np.ones(edge.shape[:2], np.bool_)
+    far = np.linalg.norm(edge[:, :, None, :] - centers, axis=-1)
+    own = np.take_along_axis(far, np.arange(len(centers))[:, None, None], axis=2)[..., 0]
+    others = np.where(np.eye(len(centers), dtype=np.bool_)[:, None, :], np.inf, far).min(axis=-1)
+    return np.asarray(others > own + np.minimum(3.0, 0.3 * own))
+
+
+def _apart(kept: NDArray[np.intp], place: Complexes, heights: Floats, center: complex, least: float) -> NDArray[np.intp]:
+    """Of finds at one place the one with the higher peak."""
+    chosen: list[int] = []
+    for one in kept[np.argsort(-heights[kept], kind="stable")]:
+        if all(abs(np.angle((place[one] - center) / (place[other] - center))) >= least for other in chosen):
+            chosen.append(int(one))
+    return np.array([one for one in kept if one in chosen], np.intp)

@@ -1,0 +1,153 @@
+"""Where the camera stood and how its lens draws, from marks of known place in a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.film.homography import homography
+from autobalancer.measurement.film.view import View, in_space, turned_by
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+USUAL, SPREAD = 1.6, 0.7  # focal lengths of cameras over the width of the picture, and the standard deviation of their logarithm
+BENT = 0.3  # standard deviation of distortion before anything is known
+FLOOR = 0.03  # pixels: marks are not found better than this
+
+
+class Calibration(NamedTuple):
+    """A view with the covariance of what was fitted."""
+
+    view: View
+    covariance: Floats  # of rotation (3, rad), position (3, m), logarithm of the focal length and distortion terms
+    residual: float  # pixels, root mean square of the marks
+
+    def moved(self, change: Floats) -> View:
+        """The view with other fitted numbers."""
+        return _changed(self.view, change)
+
+    def angle_deviation(self, places: Complexes, height: float, center: complex) -> Floats:
+        """Standard deviation (rad) of the angles about ``center`` of points at ``places`` (m) and ``height``, from the marks alone."""
+        pixels = self.view.pixels(in_space(places, height))
+        size = self.covariance.shape[0]
+        deviation = np.sqrt(np.maximum(np.diag(self.covariance), 1e-30))
+        slope = np.empty((size, len(places)))
+        for i in range(size):
+            step = np.zeros(size)
+            step[i] = 0.1 * deviation[i]
+            ahead, behind = (_complex(self.moved(s).places(pixels, height)) for s in (step, -step))
+            slope[i] = np.angle((ahead - center) / (behind - center)) / (2.0 * step[i])
+        return np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", slope, self.covariance, slope), 0.0))
+
+
+def calibrate(
+    places: Complexes,
+    pixels: ArrayLike,
+    size: tuple[int, int],
+    *,
+    focal_length: float | None = None,
+    distortion: int | Sequence[float] = 0,
+    deviation: float = FLOOR,
+) -> Calibration:
+    """Fit the camera to marks in one plane.
+
+    Parameters
+    ----------
+    places
+        Of the marks as x + i y, m.
+    pixels
+        Where they are in the picture, (marks, 2).
+    size
+        Columns and rows of the picture; the lens is taken to point at its middle.
+    focal_length
+        Pixels; by default fitted, which an oblique view allows. Seen straight from above it stays between half and five widths of
+        the picture, and the deviations contain that.
+    distortion
+        Number of radial terms to fit (0, 1 or 2), or the known terms.
+    deviation
+        Least standard deviation of a mark, pixels; the residuals may say that it is more.
+
+    Raises
+    ------
+    QuestionError
+        If there are too few marks, they are degenerate, or do not fit to any camera.
+    """
+    u = np.asarray(pixels, np.float64)
+    terms = distortion if isinstance(distortion, int) else 0
+    known = (0.0, 0.0) if isinstance(distortion, int) else (*map(float, distortion), 0.0, 0.0)[:2]
+    if not 0 <= terms <= 2:
+        raise QuestionError(f"distortion: given {distortion}; 0, 1 or 2 terms can be fitted")
+    free = 6 + (focal_length is None) + terms
+    if 2 * len(u) < free + 1 and len(u) != 4:
+        raise QuestionError(f"{len(u)} marks: {free} numbers of the camera are unknown; give at least {(free + 2) // 2} marks")
+    first = _first(places, u, size, focal_length, known)
+
+    def miss(change: Floats) -> Floats:
+        view = _changed(first, _whole(change, focal_length is None))
+        away = (view.pixels(in_space(places, 0.0)) - u).ravel() / deviation
+        prior = [] if focal_length is not None else [np.log(view.focal_length / (USUAL * size[0])) / SPREAD]
+        return np.concatenate([away, prior, change[6 + (focal_length is None) :] / BENT])
+
+    scale = np.array([1e-2] * 3 + [1e-2 * float(np.linalg.norm(first.position))] * 3 + [0.1] * (free - 6))
+    found = least_squares(miss, np.zeros(free), x_scale=scale, method="trf", max_nfev=200)
+    view = _changed(first, _whole(found.x, focal_length is None))
+    away = view.pixels(in_space(places, 0.0)) - u
+    residual = float(np.sqrt((away**2).mean()))
+    if not np.isfinite(residual) or residual > 0.05 * size[1]:
+        raise QuestionError(f"marks: no camera sees them where they are in the picture; they miss by {residual:.3g} pixels. Check places and order")
+    freedom = max(2 * len(u) - free, 1)
+    worse = max(1.0, float((away**2).sum()) / freedom / deviation**2) if 2 * len(u) > free else 1.0
+    covariance = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-15) * worse
+    if focal_length is not None:
+        covariance = np.insert(np.insert(covariance, 6, 0.0, axis=0), 6, 0.0, axis=1)
+    return Calibration(view, covariance, residual)
+
+
+def _whole(change: Floats, focal: bool) -> Floats:
+    return change if focal else np.insert(change, 6, 0.0)
+
+
+def _changed(view: View, change: Floats) -> View:
+    k1, k2 = view.distortion
+    more = (*change[7:], 0.0, 0.0)[:2]
+    return View(
+        view.turn @ turned_by(change[:3]),
+        view.position + change[3:6],
+        view.focal_length * float(np.exp(np.clip(change[6], -3.0, 3.0))),
+        view.middle,
+        (k1 + float(more[0]), k2 + float(more[1])),
+    )
+
+
+def _first(places: Complexes, u: Floats, size: tuple[int, int], focal: float | None, known: tuple[float, ...]) -> View:
+    """Camera of the homography: its first two columns are those of a rotation, Zhang (2000)."""
+    middle = (0.5 * (size[0] - 1), 0.5 * (size[1] - 1))
+    h = homography(np.column_stack([places.real, places.imag]), u)
+    c = np.array([[1.0, 0.0, -middle[0]], [0.0, 1.0, -middle[1]], [0.0, 0.0, 1.0]]) @ h
+    if focal is None:
+        along = np.array([c[0, 0] * c[0, 1] + c[1, 0] * c[1, 1], (c[:2, 0] ** 2).sum() - (c[:2, 1] ** 2).sum()])
+        across = np.array([c[2, 0] * c[2, 1], c[2, 0] ** 2 - c[2, 1] ** 2])
+        inverse = -float(along @ across) / max(float(along @ along), 1e-300)
+        focal = float(np.clip(inverse**-0.5 if inverse > 0.0 else np.inf, 0.5 * size[0], 5.0 * size[0]))
+    b = np.diag([1.0 / focal, 1.0 / focal, 1.0]) @ c
+    b /= 0.5 * (np.linalg.norm(b[:, 0]) + np.linalg.norm(b[:, 1]))
+    b *= 1.0 if b[2, 2] > 0.0 else -1.0  # the marks are in front of the camera
+    turn = np.column_stack([b[:, 0], b[:, 1], np.cross(b[:, 0], b[:, 1])])
+    left, _, right = np.linalg.svd(turn)
+    turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    position = -turn.T @ b[:, 2]
+    if position[2] <= 0.0:
+        raise QuestionError(
+            "marks: the camera would be below the rotor, so the picture or the order of the marks is mirrored; places count "
+            "counterclockwise as the camera sees them"
+        )
+    return View(turn, position, focal, middle, (known[0], known[1]))
+
+
+def _complex(places: Floats) -> Complexes:
+    return np.asarray(places[..., 0] + 1j * places[..., 1])

@@ -1,0 +1,112 @@
+"""Round things found to a small part of a pixel, by their edges.
+
+Across the edge of a ball the brightness is a step, behind which it rises with the root of the depth, because there the surface
+turns away from the camera; behind the edge of a flat mark it does not rise. For each ray across an edge the place is found at which
+such a profile fits best, whatever the light; the rays together, robustly, give the center.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.measurement.film.rings import Outline
+
+Floats = NDArray[np.float64]
+INSIDE, OUTSIDE, STEP = 4.0, 3.0, 0.5  # pixels along a ray
+SHIFTS = np.arange(-2.4, 2.401, 0.1)  # pixels outwards that are tried
+BLUR = 0.6  # pixels: half width of the edge that a camera makes
+TUKEY = 4.7
+FLOOR = 0.02  # pixels: nothing is found better
+
+
+class Found(NamedTuple):
+    """Shifts of things from where they were looked for."""
+
+    shift: Floats  # (things, 2) pixels
+    covariance: Floats  # (things, 2, 2)
+    share: Floats  # of the rays that agree
+    contrast: Floats  # brightness across the edge, of 255
+
+
+def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
+    """Brightness between pixels, linear; outside of the picture that of its border."""
+    rows, columns = picture.shape
+    u = np.clip(pixels[..., 0], 0.0, columns - 1.001)
+    v = np.clip(pixels[..., 1], 0.0, rows - 1.001)
+    left, up = u.astype(np.int64), v.astype(np.int64)
+    across, down = (u - left).astype(np.float32), (v - up).astype(np.float32)
+    flat, at = picture.ravel(), up * columns + left
+    top = flat[at] * (1.0 - across) + flat[at + 1] * across
+    bottom = flat[at + columns] * (1.0 - across) + flat[at + columns + 1] * across
+    return np.asarray(top * (1.0 - down) + bottom * down, np.float32)
+
+
+@cache
+def _profiles(rises: bool) -> tuple[Floats, Floats, Floats]:
+    """Offsets along a ray, and for each shift what is left of a ray beside the best profile, and the size of its step."""
+    offset = np.arange(-INSIDE, OUTSIDE + 0.5 * STEP, STEP)
+    left, step = [], []
+    fine = np.linspace(-2.5 * BLUR, 2.5 * BLUR, 41)
+    weight = np.exp(-0.5 * (fine / BLUR) ** 2)
+    weight /= weight.sum()
+    for shift in SHIFTS:
+        depth = shift - offset[:, None] + fine
+        shapes = [np.ones(offset.size), (depth > 0.0) @ weight]
+        if rises:
+            shapes.append(np.sqrt(np.maximum(depth, 0.0)) @ weight)
+        shape = np.stack(shapes, axis=1)
+        inverse = np.linalg.pinv(shape)
+        left.append(np.eye(offset.size) - shape @ inverse)
+        step.append(inverse[1])
+    return offset, np.array(left), np.array(step)
+
+
+def located(picture: NDArray[np.uint8], outline: Outline, *, rises: bool, noise: float, usable: NDArray[np.bool_]) -> Found:
+    """Shift of each outline, (things, points) of which ``usable`` rays count, that fits best; ``noise`` of a pixel, of 255."""
+    offset, left, step = _profiles(rises)
+    pixels = outline.edge[..., None, :] + offset[:, None] * outline.outwards[..., None, :]
+    ray = sampled(picture, pixels).astype(np.float64)
+    miss = (np.einsum("skl,tpl->tpsk", left, ray, optimize=True) ** 2).sum(axis=-1)
+    best = miss.argmin(axis=-1)
+    inner = np.clip(best, 1, SHIFTS.size - 2)
+    before, at, after = (np.take_along_axis(miss, inner[..., None] + k, axis=-1)[..., 0] for k in (-1, 0, 1))
+    bend = np.maximum(before - 2.0 * at + after, 1e-12)
+    gap = SHIFTS[1] - SHIFTS[0]
+    place = SHIFTS[inner] + gap * np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
+    spread = np.maximum(at / (offset.size - 3 - rises), noise**2)
+    weight = 0.5 * bend / gap**2 / spread  # the inverse square of the deviation of the place of an edge
+    weight = np.where(usable & (best == inner), weight, 0.0)
+    contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], ray))
+    weight = np.where(contrast > 4.0 * noise, np.minimum(weight, 1.0 / FLOOR**2), 0.0)
+    return _together(outline.outwards, place, weight, contrast, usable)
+
+
+def _together(outwards: Floats, place: Floats, weight: Floats, contrast: Floats, usable: NDArray[np.bool_]) -> Found:
+    """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree."""
+    things = place.shape[0]
+    rows = np.concatenate([outwards, np.ones((*place.shape, 1))], axis=-1)
+    own, spread = weight.copy(), np.full(things, 1.0)
+    answer = np.zeros((things, 3))
+    ease = np.diag([1e-4, 1e-4, 1.0])  # the size is known to about a pixel
+    for turn in range(6):
+        normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
+        answer = np.linalg.solve(normal, np.einsum("tp,tp,tpi->ti", own, place, rows)[..., None])[..., 0]
+        away = place - np.einsum("tpi,ti->tp", rows, answer)
+        counted = np.where(weight > 0.0, np.abs(away), np.nan)
+        with np.errstate(all="ignore"):
+            middle = np.array([np.nanmedian(row) if np.isfinite(row).any() else 1.0 for row in counted])
+        spread = np.maximum(1.4826 * middle, 0.05)
+        far = np.minimum(np.abs(away) / ((TUKEY if turn else 2.0 * TUKEY) * spread[:, None]), 1.0)
+        own = weight * (1.0 - far**2) ** 2
+    freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
+    worse = np.maximum((own * away**2).sum(axis=-1) / freedom, 1.0)
+    normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
+    covariance = (np.linalg.inv(normal) * worse[:, None, None])[:, :2, :2] + FLOOR**2 * np.eye(2)
+    counts = np.maximum(usable.sum(axis=-1), 1)
+    agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
+    level = (contrast * usable).sum(axis=-1) / counts
+    return Found(answer[:, :2], covariance, agree, level)
