@@ -23,6 +23,13 @@ from autobalancer.measurement.balancing.splitting import split_mass as split_mas
 from autobalancer.measurement.comparison.fit import fit_run_up as fit_run_up
 from autobalancer.measurement.comparison.run_up import MeasuredRunUp as MeasuredRunUp
 from autobalancer.measurement.decay import decay_rate as decay_rate
+from autobalancer.measurement.film.drawn.camera import Camera as Camera
+from autobalancer.measurement.film.drawn.camera import Exposure as Exposure
+from autobalancer.measurement.film.drawn.render import render_film as render_film
+from autobalancer.measurement.film.marks import Mark as Mark
+from autobalancer.measurement.film.setup import FilmSetup as FilmSetup
+from autobalancer.measurement.film.track import track_balls as track_balls
+from autobalancer.measurement.film.video import Film as Film
 from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
 from autobalancer.measurement.loop.balls import balls_of as balls_of
 from autobalancer.measurement.loop.balls import equal_balls as equal_balls
@@ -54,7 +61,12 @@ from autobalancer.measurement.spectra.spectrum import spectrum as spectrum
 
 __all__ = [
     "BalanceRun",
+    "Camera",
     "Channel",
+    "Exposure",
+    "Film",
+    "FilmSetup",
+    "Mark",
     "MeasuredRunUp",
     "RaceBalls",
     "Reading",
@@ -94,6 +106,7 @@ __all__ = [
     "receptance_loop",
     "receptance_stability",
     "record",
+    "render_film",
     "rolling_resistance_deviation",
     "rotor_angle",
     "rubber",
@@ -102,6 +115,7 @@ __all__ = [
     "signals",
     "spectrum",
     "split_mass",
+    "track_balls",
     "trial_mass",
     "unbalance_from_run_down",
 ]

@@ -7,17 +7,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.measurement.film.background import Background
 from autobalancer.measurement.film.edges import located
-from autobalancer.measurement.film.rings import ball_outlines
+from autobalancer.measurement.film.optics.rings import ball_outlines
+from autobalancer.measurement.film.optics.view import View, in_space
 from autobalancer.measurement.film.search import circle, peaks, steps_around
 from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.measurement.film.view import View, in_space
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Gray = NDArray[np.uint8]
 POINTS = 56
 LEAST = 0.3  # share of the edge of a ball that must be seen
+SIDE = 0.5  # of the edge only what faces along the race within 60 degrees counts: beside it are the walls
 CLOSER = 0.6  # of the contact angle: two finds so near each other are one ball
 
 
@@ -32,37 +34,45 @@ class Seen(NamedTuple):
 class BallSearch:
     """Looks for balls of equal look in a race."""
 
-    def __init__(self, view: View, setup: FilmSetup) -> None:
+    def __init__(self, view: View, setup: FilmSetup, background: Background) -> None:
         self.view, self.setup = view, setup
         pixel = view.focal_length / float(np.linalg.norm(view.position))
         self.steps = steps_around(setup.orbit * pixel)
         around = setup.orbit * np.exp(2j * np.pi * np.arange(self.steps) / self.steps)
         self.circle = circle(ball_outlines(view, around, setup.height, 0.5 * setup.diameter, 24))
+        self.background = background
         self.dark = False  # balls darker than the race
 
-    def candidates(self, picture: Gray, most: int) -> tuple[Floats, Floats]:
-        """Angles in space, about the middle of the circle, and heights of the highest peaks."""
-        score = self.circle.scores(picture)
+    def candidates(self, picture: Gray, most: int, center: complex) -> tuple[Floats, Floats]:
+        """Angles in space about the middle of the race, and heights, of the highest peaks."""
+        there, here = self.view.pixels(in_space(np.array([center, 0j]), self.setup.height))
+        score = self.circle.scores(picture, there - here)
         return peaks(-score if self.dark else score, 0.75 * self.setup.contact_angle, most)
 
     def found(self, picture: Gray, angles: Floats, heights: Floats, center: complex, noise: float) -> Seen:
         """The balls near these angles, by their edges; an edge behind or beside a ball that touches does not count."""
-        place = self.setup.orbit * np.exp(1j * angles)
+        place = center + self.setup.orbit * np.exp(1j * angles)
         radius, height = 0.5 * self.setup.diameter, self.setup.height
+
+        def behind(pixels: Floats) -> Floats:
+            return self.background.at(pixels, center)
+
         covariance, share = np.zeros((len(place), 2, 2)), np.zeros(len(place))
         for turn in range(3):
             outline = ball_outlines(self.view, place, height, radius, POINTS)
             usable = _free(outline.edge, self.view.pixels(in_space(place, height)))
-            edge = located(picture, outline, rises=True, noise=noise, usable=usable)
+            slope = self._slope(place, center)
+            usable &= (
+                np.abs(np.einsum("tpi,ti->tp", outline.outwards, slope)) > SIDE * np.linalg.norm(slope, axis=1)[:, None]
+            )
+            edge = located(picture, outline, rises=True, noise=noise, usable=usable, behind=behind)
             pixels = self.view.pixels(in_space(place, height)) + edge.shift
             moved = self.view.places(pixels, height)
             place = moved[:, 0] + 1j * moved[:, 1]
             covariance, share = edge.covariance, edge.share
             if turn == 0:  # from the search they are off by up to some pixels along the race, never across
                 place = center + self.setup.orbit * np.exp(1j * np.angle(place - center))
-        along = self._along(place, center)
-        slope = self.view.pixels(in_space(place + 1e-5 * along, height)) - self.view.pixels(in_space(place, height))
-        slope /= 1e-5
+        slope = self._slope(place, center)
         size = (slope**2).sum(axis=1)
         deviation = np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)) / size
         off = np.abs(np.abs(place - center) - self.setup.orbit)
@@ -71,9 +81,13 @@ class BallSearch:
         kept = _apart(kept, place, heights, center, CLOSER * self.setup.contact_angle)
         return Seen(place[kept], deviation[kept], heights[kept])
 
-    def _along(self, place: Complexes, center: complex) -> Complexes:
-        away = place - center
-        return np.asarray(1j * away / np.abs(away))
+    def _slope(self, place: Complexes, center: complex) -> Floats:
+        """Pixels for each meter along the race."""
+        away, height = place - center, self.setup.height
+        ahead = place + 1e-5 * 1j * away / np.abs(away)
+        return np.asarray(
+            (self.view.pixels(in_space(ahead, height)) - self.view.pixels(in_space(place, height))) / 1e-5
+        )
 
 
 def _free(edge: Floats, centers: Floats) -> NDArray[np.bool_]:
@@ -86,7 +100,9 @@ def _free(edge: Floats, centers: Floats) -> NDArray[np.bool_]:
     return np.asarray(others > own + np.minimum(3.0, 0.3 * own))
 
 
-def _apart(kept: NDArray[np.intp], place: Complexes, heights: Floats, center: complex, least: float) -> NDArray[np.intp]:
+def _apart(
+    kept: NDArray[np.intp], place: Complexes, heights: Floats, center: complex, least: float
+) -> NDArray[np.intp]:
     """Of finds at one place the one with the higher peak."""
     chosen: list[int] = []
     for one in kept[np.argsort(-heights[kept], kind="stable")]:

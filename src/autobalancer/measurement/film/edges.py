@@ -1,26 +1,28 @@
 """Round things found to a small part of a pixel, by their edges.
 
-Across the edge of a ball the brightness is a step, behind which it rises with the root of the depth, because there the surface
-turns away from the camera; behind the edge of a flat mark it does not rise. For each ray across an edge the place is found at which
-such a profile fits best, whatever the light; the rays together, robustly, give the center.
+Across the edge of a ball the brightness is a step, behind which it rises with the root of the depth, because there the
+surface turns away from the camera; behind the edge of a flat mark it does not rise. For each ray across an edge the place is
+found at which such a profile fits best, whatever the light; the rays together, robustly, give the center.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.measurement.film.rings import Outline
+from autobalancer.measurement.film.optics.rings import Outline
 
 Floats = NDArray[np.float64]
-INSIDE, OUTSIDE, STEP = 4.0, 3.0, 0.5  # pixels along a ray
+INSIDE, OUTSIDE, STEP = 3.5, 3.0, 0.5  # pixels along a ray
 SHIFTS = np.arange(-2.4, 2.401, 0.1)  # pixels outwards that are tried
 BLUR = 0.6  # pixels: half width of the edge that a camera makes
 TUKEY = 4.7
-FLOOR = 0.02  # pixels: nothing is found better
+MODEL = 0.1  # pixels: no edge has quite such a profile
+FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
 
 
 class Found(NamedTuple):
@@ -46,31 +48,61 @@ def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
 
 
 @cache
-def _profiles(rises: bool) -> tuple[Floats, Floats, Floats]:
-    """Offsets along a ray, and for each shift what is left of a ray beside the best profile, and the size of its step."""
+def _profiles(rises: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Offsets along a ray; for each shift what a thing covers of each pixel, what a profile leaves of a ray, and its step."""
     offset = np.arange(-INSIDE, OUTSIDE + 0.5 * STEP, STEP)
-    left, step = [], []
+    left, step, cover = [], [], []
     fine = np.linspace(-2.5 * BLUR, 2.5 * BLUR, 41)
     weight = np.exp(-0.5 * (fine / BLUR) ** 2)
     weight /= weight.sum()
     for shift in SHIFTS:
         depth = shift - offset[:, None] + fine
-        shapes = [np.ones(offset.size), (depth > 0.0) @ weight]
+        covered = (depth > 0.0) @ weight
+        shapes = [np.ones(offset.size), covered]
         if rises:
             shapes.append(np.sqrt(np.maximum(depth, 0.0)) @ weight)
         shape = np.stack(shapes, axis=1)
         inverse = np.linalg.pinv(shape)
         left.append(np.eye(offset.size) - shape @ inverse)
         step.append(inverse[1])
-    return offset, np.array(left), np.array(step)
+        cover.append(covered)
+    return offset, np.array(cover), np.array(left), np.array(step)
 
 
-def located(picture: NDArray[np.uint8], outline: Outline, *, rises: bool, noise: float, usable: NDArray[np.bool_]) -> Found:
-    """Shift of each outline, (things, points) of which ``usable`` rays count, that fits best; ``noise`` of a pixel, of 255."""
-    offset, left, step = _profiles(rises)
+def located(
+    picture: NDArray[np.uint8],
+    outline: Outline,
+    *,
+    rises: bool,
+    noise: float,
+    usable: NDArray[np.bool_],
+    behind: Callable[[Floats], Floats] | None = None,
+) -> Found:
+    """Shift of each outline that fits best.
+
+    Parameters
+    ----------
+    picture
+        Brightness from 0 to 255.
+    outline
+        Where edges are expected.
+    rises
+        Whether things are round like a ball, or flat.
+    noise
+        Standard deviation of a pixel, of 255.
+    usable
+        Which rays count, (things, points).
+    behind
+        What pixels would show without the things, but for a constant on each ray; by default the same all along a ray.
+    """
+    offset, cover, left, step = _profiles(rises)
     pixels = outline.edge[..., None, :] + offset[:, None] * outline.outwards[..., None, :]
-    ray = sampled(picture, pixels).astype(np.float64)
-    miss = (np.einsum("skl,tpl->tpsk", left, ray, optimize=True) ** 2).sum(axis=-1)
+    ray = sampled(picture, pixels).astype(np.float64)[..., None, :]
+    if behind is not None:
+        ray = ray - behind(pixels)[..., None, :] * (1.0 - cover)
+        miss = (np.einsum("skl,tpsl->tpsk", left, ray, optimize=True) ** 2).sum(axis=-1)
+    else:
+        miss = (np.einsum("skl,tpl->tpsk", left, ray[..., 0, :], optimize=True) ** 2).sum(axis=-1)
     best = miss.argmin(axis=-1)
     inner = np.clip(best, 1, SHIFTS.size - 2)
     before, at, after = (np.take_along_axis(miss, inner[..., None] + k, axis=-1)[..., 0] for k in (-1, 0, 1))
@@ -78,20 +110,25 @@ def located(picture: NDArray[np.uint8], outline: Outline, *, rises: bool, noise:
     gap = SHIFTS[1] - SHIFTS[0]
     place = SHIFTS[inner] + gap * np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
     spread = np.maximum(at / (offset.size - 3 - rises), noise**2)
-    weight = 0.5 * bend / gap**2 / spread  # the inverse square of the deviation of the place of an edge
+    weight = 1.0 / (
+        gap**2 * spread / (0.5 * bend) + MODEL**2
+    )  # the inverse square of the deviation of the place of an edge
     weight = np.where(usable & (best == inner), weight, 0.0)
-    contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], ray))
-    weight = np.where(contrast > 4.0 * noise, np.minimum(weight, 1.0 / FLOOR**2), 0.0)
-    return _together(outline.outwards, place, weight, contrast, usable)
+    own = np.take_along_axis(ray, np.minimum(inner, ray.shape[-2] - 1)[..., None, None], axis=-2)[..., 0, :]
+    contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], own))
+    weight = np.where((contrast > 4.0 * noise) | (behind is not None), weight, 0.0)
+    return _together(outline.outwards, place, weight, contrast, usable, SHADED if rises else FLOOR)
 
 
-def _together(outwards: Floats, place: Floats, weight: Floats, contrast: Floats, usable: NDArray[np.bool_]) -> Found:
+def _together(
+    outwards: Floats, place: Floats, weight: Floats, contrast: Floats, usable: NDArray[np.bool_], floor: float
+) -> Found:
     """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree."""
     things = place.shape[0]
     rows = np.concatenate([outwards, np.ones((*place.shape, 1))], axis=-1)
     own, spread = weight.copy(), np.full(things, 1.0)
     answer = np.zeros((things, 3))
-    ease = np.diag([1e-4, 1e-4, 1.0])  # the size is known to about a pixel
+    ease = np.diag([1e-4, 1e-4, 100.0])  # the size is known to a part of a pixel
     for turn in range(6):
         normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
         answer = np.linalg.solve(normal, np.einsum("tp,tp,tpi->ti", own, place, rows)[..., None])[..., 0]
@@ -105,7 +142,7 @@ def _together(outwards: Floats, place: Floats, weight: Floats, contrast: Floats,
     freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
     worse = np.maximum((own * away**2).sum(axis=-1) / freedom, 1.0)
     normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
-    covariance = (np.linalg.inv(normal) * worse[:, None, None])[:, :2, :2] + FLOOR**2 * np.eye(2)
+    covariance = (np.linalg.inv(normal) * worse[:, None, None])[:, :2, :2] + floor**2 * np.eye(2)
     counts = np.maximum(usable.sum(axis=-1), 1)
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts

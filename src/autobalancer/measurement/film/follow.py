@@ -38,7 +38,7 @@ def unwrapped_rotor(time: Floats, rotor: list[RotorPlace], first_speed: float) -
     return np.asarray(found)
 
 
-def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, Floats]:
+def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, NDArray[np.intp]]:
     """Angles of the finds of one picture in the rotor, increasing, and their order."""
     turned = (seen.place - place.center) * np.exp(-1j * place.angle) - complex(*setup.race_center)
     angle = np.angle(turned)
@@ -46,7 +46,14 @@ def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Fl
     return np.asarray(angle[order]), order
 
 
-def follow(time: Floats, rotor: list[RotorPlace], seen: list[Seen], deviation: list[Floats], setup: FilmSetup, first_rate: float) -> Followed:
+def follow(
+    time: Floats,
+    rotor: list[RotorPlace],
+    seen: list[Seen],
+    deviation: list[Floats],
+    setup: FilmSetup,
+    first_rate: float,
+) -> Followed:
     """Give each find to its ball.
 
     Parameters
@@ -107,7 +114,10 @@ def _apart(expected: Floats, contact: float) -> Floats:
 
 
 def speeds(time: Floats, angle: Floats, deviation: Floats, breaks: list[Floats]) -> tuple[Floats, Floats]:
-    """Speed of each ball and its deviation: slopes of parabolas through neighboring pictures, none across an impact (times of ``breaks``)."""
+    """Speed of each ball and its deviation: slopes of parabolas through neighboring pictures.
+
+    None reaches across an impact; ``breaks`` has their times for each ball.
+    """
     rate, spread = np.full(angle.shape, np.nan), np.full(angle.shape, np.nan)
     for i in range(angle.shape[1]):
         rows = np.flatnonzero(np.isfinite(angle[:, i]))

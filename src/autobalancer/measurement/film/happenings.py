@@ -36,29 +36,34 @@ def impacts(time: Floats, angle: Floats, deviation: Floats, contact: float, orbi
         if n == 2:
             gap = np.minimum(gap, 2.0 * np.pi - gap)
         spread = np.hypot(deviation[both, i], deviation[both, j])
+        before = -2  # number of the picture before the last impact: the slope over an impact is none
         for k in range(1, both.size - 1):
             step, after = t[k] - t[k - 1], t[k + 1] - t[k]
             slope = (gap[k] - gap[k - 1]) / step
             unsure = np.hypot(spread[k], spread[k - 1]) / step
-            if slope > -max(SURE * unsure, 1e-6):
+            if k == before + 1 or slope > -max(SURE * unsure, 1e-6):
                 continue
             until = (contact - gap[k]) / slope
             ahead = gap[k] + slope * after
             if -step < until <= after and gap[k + 1] - ahead > SURE * np.hypot(spread[k + 1], unsure * after):
                 rows.append((t[k] + max(until, 0.0), -slope * orbit, i + 1, j + 1))
+                before = k
     rows.sort()
-    kept = [row for number, row in enumerate(rows) if number == 0 or row[2:] != rows[number - 1][2:] or row[0] > rows[number - 1][0]]
-    columns = list(zip(*kept, strict=True)) or [(), (), (), ()]
+    columns = list(zip(*rows, strict=True)) or [(), (), (), ()]
     return Contacts(
-        np.array(columns[0], np.float64), np.array(columns[1], np.float64), np.array(columns[2], np.int64), np.array(columns[3], np.int64)
+        np.array(columns[0], np.float64),
+        np.array(columns[1], np.float64),
+        np.array(columns[2], np.int64),
+        np.array(columns[3], np.int64),
     )
 
 
 def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[tuple[float, str]]:
     """Times at which balls are captured at the critical speed, and released from it.
 
-    A ball is stalled while its speed in space is three times nearer to the critical speed than to the rotor speed, at least 2 % above the
-    critical speed, the rule of ``release_speed``; it is captured where that begins after it ran with the rotor, and released where it ends.
+    A ball is stalled while its speed in space is three times nearer to the critical speed than to the rotor speed, at least
+    2 % above the critical speed, the rule of ``release_speed``; it is captured where that begins after it ran with the rotor,
+    and released where it runs with the rotor again.
     """
     found: list[tuple[float, str]] = []
     for i in range(rate.shape[1]):

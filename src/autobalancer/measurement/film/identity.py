@@ -69,7 +69,9 @@ def _aligned(cost: Floats) -> tuple[float, NDArray[np.intp]]:
     best[:, 0] = MISSING * np.arange(n + 1)
     for i in range(1, n + 1):
         for j in range(1, m + 1):
-            best[i, j] = min(best[i - 1, j - 1] + cost[i - 1, j - 1], best[i - 1, j] + MISSING, best[i, j - 1] + MISSING)
+            best[i, j] = min(
+                best[i - 1, j - 1] + cost[i - 1, j - 1], best[i - 1, j] + MISSING, best[i, j - 1] + MISSING
+            )
     find, i, j = np.full(n, -1, np.intp), n, m
     while i and j:
         if best[i, j] == best[i - 1, j - 1] + cost[i - 1, j - 1]:

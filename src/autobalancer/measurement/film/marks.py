@@ -41,7 +41,9 @@ class Mark:
         radius = argument("radius of a mark", self.radius, "m")
         known = [x, y, radius, *(self.pixel or ())]
         if not (all(map(math.isfinite, known)) and radius > 0.0):
-            raise QuestionError(f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0")
+            raise QuestionError(
+                f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0"
+            )
         object.__setattr__(self, "place", (x, y))
         object.__setattr__(self, "radius", radius)
 

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.measurement.film.background import Background
 from autobalancer.measurement.film.balls import BallSearch, Seen
-from autobalancer.measurement.film.calibration import Calibration
-from autobalancer.measurement.film.finding import camera_of, noise_of
+from autobalancer.measurement.film.optics.calibration import Calibration
+from autobalancer.measurement.film.optics.finding import camera_of, noise_of
 from autobalancer.measurement.film.rotor import UNKNOWN, RotorMarks, RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
 
@@ -41,7 +42,8 @@ class Reader:
         self.usual = float(np.median(bright))
         if self.usual < 4.0:
             raise QuestionError(
-                f"film: pictures 1 to {len(first)} are dark (mean brightness {self.usual:.2g} of 255); use more light, or begin the film later"
+                f"film: pictures 1 to {len(first)} are dark (mean brightness {self.usual:.2g} of 255); use more light, or begin "
+                "the film later"
             )
         clear = [picture for picture, mean in zip(first, bright, strict=True) if mean > DARK * self.usual]
         still = np.mean(np.array(clear, np.float32), axis=0) if len(clear) > 1 else clear[0]
@@ -50,19 +52,36 @@ class Reader:
         self.setup, self.before = setup, first[0][:0]
         self.calibration = camera_of(np.round(still).astype(np.uint8), setup)
         self.noise = float(np.median([noise_of(picture) for picture in clear[:4]]))
-        self.search = BallSearch(self.calibration.view, setup)
         self.rotor = RotorMarks(self.calibration.view, tuple(setup.rotor_marks)) if setup.rotor_marks else None
+        self.search = BallSearch(self.calibration.view, setup, self._background(clear))
         self._learn(clear)
+
+    def _background(self, clear: list[Gray]) -> Background:
+        """The race without balls, from pictures in which the rotor is found."""
+        if self.rotor is None:
+            return Background(self.calibration.view, self.setup, clear, [0j] * len(clear))
+        places = [self.rotor.found(picture, self.noise) for picture in clear]
+        known = [k for k, place in enumerate(places) if np.isfinite(place.angle)]
+        if not known:
+            raise QuestionError(
+                f"film: the marks on the rotor are not found in pictures 1 to {len(clear)}; check their places and radius, and "
+                "whether the exposure is short enough"
+            )
+        middle = [places[k].center + complex(*self.setup.race_center) * np.exp(1j * places[k].angle) for k in known]
+        return Background(self.calibration.view, self.setup, [clear[k] for k in known], middle)
 
     def _learn(self, clear: list[Gray]) -> None:
         """Whether balls are lighter or darker than the race, and whether there are as many as was said."""
         scores = [self.search.circle.scores(picture) for picture in clear]
-        light, dark = (float(np.median([np.sort(sign * score)[-self.search.steps // 100 :].mean() for score in scores])) for sign in (1.0, -1.0))
+        light, dark = (
+            float(np.median([np.sort(sign * score)[-self.search.steps // 100 :].mean() for score in scores]))
+            for sign in (1.0, -1.0)
+        )
         self.search.dark = dark > light
         if max(light, dark) < max(3.0, self.noise):
             raise QuestionError(
-                f"film: no balls in pictures 1 to {len(clear)}: nothing round on the orbit of {self.setup.orbit:g} m differs from the race; "
-                "check orbit radius, ball diameter, height and marks"
+                f"film: no balls in pictures 1 to {len(clear)}: nothing round on the orbit of {self.setup.orbit:g} m differs "
+                "from the race; check orbit radius, ball diameter, height and marks"
             )
 
     def read(self, picture: Gray, count: int, known: RotorPlace | None) -> tuple[RotorPlace, Seen, str]:
@@ -78,7 +97,7 @@ class Reader:
                 return place, NOBODY, "marks on the rotor not found"
         place = place or RotorPlace(0.0, 0j, 0.0)
         middle = place.center + complex(*self.setup.race_center) * np.exp(1j * place.angle)
-        angles, heights = self.search.candidates(picture, count)
+        angles, heights = self.search.candidates(picture, count, middle)
         return place, self.search.found(picture, angles, heights, middle, self.noise), ""
 
     def _fault(self, picture: Gray) -> str:
@@ -140,4 +159,6 @@ def _count(reader: Reader, first: list[Gray], known: list[RotorPlace] | None) ->
     if usual > balls:
         raise QuestionError(f"film: given {balls} balls; {usual} are seen in most of the pictures 1 to {len(first)}")
     if usual < balls and max(counts) < balls:
-        raise QuestionError(f"film: given {balls} balls; {usual} are seen in most of the pictures 1 to {len(first)}, never more than {max(counts)}")
+        raise QuestionError(
+            f"film: given {balls} balls; {usual} are seen in most of the pictures 1 to {len(first)}, at most {max(counts)}"
+        )

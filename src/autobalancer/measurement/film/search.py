@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.measurement.film.edges import sampled
-from autobalancer.measurement.film.rings import Outline
+from autobalancer.measurement.film.optics.rings import Outline
 
 Floats = NDArray[np.float64]
 Gray = NDArray[np.uint8]
@@ -22,16 +22,16 @@ class Circle(NamedTuple):
     inner: NDArray[np.float64]
     outer: NDArray[np.float64]
 
-    def scores(self, picture: Gray) -> Floats:
-        """Mean step from outside to inside of each ring, of 255, less that of the circle without things."""
-        step = sampled(picture, self.inner) - sampled(picture, self.outer)
+    def scores(self, picture: Gray, shift: Floats | float = 0.0) -> Floats:
+        """Mean step from outside to inside of each ring, all shifted by some pixels, of 255, less that without things."""
+        step = sampled(picture, self.inner + shift) - sampled(picture, self.outer + shift)
         score = step.mean(axis=-1).astype(np.float64)
         return np.asarray(score - np.median(score))
 
 
-def circle(outline: Outline) -> Circle:
-    """Rings from the outlines of a thing at all places of a circle."""
-    return Circle(outline.beside(-AWAY), outline.beside(AWAY))
+def circle(outline: Outline, away: float = AWAY) -> Circle:
+    """Rings from the outlines of a thing at all places of a circle, so many pixels inside and outside."""
+    return Circle(outline.beside(-away), outline.beside(away))
 
 
 def steps_around(radius_in_pixels: float) -> int:

@@ -38,7 +38,7 @@ class FilmSetup:
     race_center
         Of an eccentric race in the rotor, x and y, m.
     marks_exact
-        Whether the pixels of the marks are taken as they are, with ``pixel_deviation``; by default they are where marks are looked for.
+        Whether the pixels of the marks are taken as they are, with ``pixel_deviation``; by default marks are looked for there.
     pixel_deviation
         Standard deviation of points that a person gave, pixels.
 
@@ -64,12 +64,16 @@ class FilmSetup:
     def __post_init__(self) -> None:
         field_arguments(self, orbit_radius="m", ball_diameter="m", ball_height="m")
         if not 0.0 < 0.5 * self.diameter < self.orbit:
-            raise QuestionError(f"film: orbit radius {self.orbit:g} m, ball diameter {self.diameter:g} m; the ball must be smaller than its orbit")
+            raise QuestionError(
+                f"film: orbit radius {self.orbit:g} m, ball diameter {self.diameter:g} m; a ball must be smaller than its orbit"
+            )
         most = int(math.pi / math.asin(0.5 * self.diameter / self.orbit) + 1e-9)
         if not 1 <= self.balls <= most:
             raise QuestionError(f"film: given {self.balls} balls; 1 to {most} have room in this race")
         if len(self.marks) < 4:
-            raise QuestionError(f"film: {len(self.marks)} marks; four or more marks of known place are needed to rectify a picture")
+            raise QuestionError(
+                f"film: {len(self.marks)} marks; four or more marks of known place are needed to rectify a picture"
+            )
         for number, mark in enumerate(self.marks, 1):
             if mark.pixel is None:
                 raise QuestionError(f"film: mark {number} has no pixel; say about where it is in the picture")
@@ -108,4 +112,6 @@ class FilmSetup:
             turn = other / z[0]
             if all(min(abs(one * turn - place) for place in z) < float(self.rotor_marks[0].radius) for one in z):
                 degrees = math.degrees(math.atan2(turn.imag, turn.real)) % 360.0
-                raise QuestionError(f"film: the marks on the rotor look the same after {degrees:.3g} degrees; move one of them")
+                raise QuestionError(
+                    f"film: the marks on the rotor look the same after {degrees:.3g} degrees; move one of them"
+                )

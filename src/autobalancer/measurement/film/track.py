@@ -15,7 +15,7 @@ from autobalancer.measurement.film.happenings import impacts, stalls
 from autobalancer.measurement.film.pictures import Pictures, read_all
 from autobalancer.measurement.film.rotor import RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.measurement.film.video import Film, film_facts, read_pictures
+from autobalancer.measurement.film.video import Film, film_facts
 from autobalancer.results.answers.ball_film import BallFilm
 from autobalancer.units import argument, optional_argument
 
@@ -47,13 +47,13 @@ def track_balls(
     time
         Of each picture, s; of a stroboscope that follows the rotor the times of its flashes.
     rotor_angle
-        Of each picture, rad, from a tacho; by default read from the marks on the rotor. A camera that turns with the rotor needs it
-        only for speeds in space.
+        Of each picture, rad, from a tacho; by default read from the marks on the rotor. A camera that turns with the rotor
+        needs it only for speeds in space.
     first_speed
-        Rotor speed at the first picture, rad/s or a text: needed where the rotor makes more than half a turn between pictures.
+        Rotor speed at the first picture, rad/s or a text: needed where the rotor turns by more than half between pictures.
     first_ball_speed
-        About how fast the balls move in the rotor at first, rad/s or a text: needed where a ball moves by half the distance to the
-        next one between pictures.
+        About how fast the balls move in the rotor at first, rad/s or a text: needed where a ball moves by half the distance
+        to the next one between pictures.
     critical_speed
         rad/s or a text, for events of release and capture.
 
@@ -61,8 +61,9 @@ def track_balls(
     -------
     BallFilm
         Dataset over ``time`` and ``ball``: ``ball_angle_in_rotor`` (rad), ``ball_angle_deviation`` (one standard deviation),
-        ``ball_speed_in_rotor``, ``ball_speed_deviation``, ``seen``; over ``time`` ``rotor_angle``, ``speed``, ``x``, ``y`` (where marks on
-        the rotor show the deflection), ``fault`` (why a picture is of no use) and ``identity_margin``; impacts and events as in runs.
+        ``ball_speed_in_rotor``, ``ball_speed_deviation``, ``seen``; over ``time`` ``rotor_angle``, ``speed``, ``x``, ``y`` (where
+        marks on the rotor show the deflection), ``fault`` (why a picture is of no use) and ``identity_margin``; impacts and
+        events as in runs.
 
     Raises
     ------
@@ -82,7 +83,9 @@ def track_balls(
     when = when[:count] if when.size >= count else np.arange(count) / float(frame_rate or 1.0)
     faults = _judged(found, setup, when)
     turns = unwrapped_rotor(when, found.rotor, speed) if setup.camera == "rest" or known else np.full(count, np.nan)
-    rotor = [place._replace(angle=float(a)) if np.isfinite(a) else place for place, a in zip(found.rotor, turns, strict=True)]
+    rotor = [
+        place._replace(angle=float(a)) if np.isfinite(a) else place for place, a in zip(found.rotor, turns, strict=True)
+    ]
     if setup.camera == "turning":
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
     followed = follow(when, rotor, found.seen, _deviations(found, rotor, setup), setup, slip)
@@ -94,7 +97,9 @@ def track_balls(
     return ball_film(when, turns, rotor_speed, rotor, followed, (rate, unsure), hits, events, faults, found, setup)
 
 
-def _opened(film: Film | str | Path | ArrayLike, frame_rate: float | None, time: ArrayLike | None) -> tuple[Film, Floats]:
+def _opened(
+    film: Film | str | Path | ArrayLike, frame_rate: float | None, time: ArrayLike | None
+) -> tuple[Film, Floats]:
     given = None if time is None else np.asarray(time, np.float64)
     if frame_rate is not None and not (np.isfinite(frame_rate) and frame_rate > 0.0):
         raise QuestionError(f"frame_rate: given {frame_rate}; must be above zero pictures a second")
@@ -109,7 +114,9 @@ def _opened(film: Film | str | Path | ArrayLike, frame_rate: float | None, time:
         return Film(Path(film), when, np.empty(0)), when
     pictures = np.asarray(film)
     if pictures.ndim != 3 or pictures.dtype != np.uint8:
-        raise QuestionError(f"film: an array {pictures.shape} of {pictures.dtype}; must be (frames, rows, columns) of uint8, in shades of gray")
+        raise QuestionError(
+            f"film: an array {pictures.shape} of {pictures.dtype}; must be (frames, rows, columns) of uint8, in shades of gray"
+        )
     if given is None and frame_rate is None:
         raise QuestionError("film: an array has no times; give frame_rate or time")
     when = np.arange(len(pictures)) / float(frame_rate or 1.0) if given is None else given
@@ -121,12 +128,15 @@ def _known(setup: FilmSetup, rotor_angle: ArrayLike | None, when: Floats) -> lis
     if rotor_angle is None:
         if setup.camera == "rest" and not setup.rotor_marks:
             raise QuestionError(
-                "film: no marks on the rotor and no rotor_angle; a camera at rest needs one of them to know where a ball is in the rotor"
+                "film: no marks on the rotor and no rotor_angle; a camera at rest needs one of them to know where a ball is in "
+                "the rotor"
             )
         return None
     angle = np.asarray(rotor_angle, np.float64)
     if angle.ndim != 1 or not np.isfinite(angle).all() or angle.size > when.size:
-        raise QuestionError(f"rotor_angle: given {angle.shape}; one finite angle for each of the {when.size} pictures is needed")
+        raise QuestionError(
+            f"rotor_angle: given {angle.shape}; one finite angle for each of the {when.size} pictures is needed"
+        )
     return [RotorPlace(float(a), 0j, 0.0) for a in angle]
 
 

@@ -103,7 +103,7 @@ def _open(path: Path) -> Any:
     _encoder(path)
     from imageio_ffmpeg import read_frames
 
-    return _told(path, read_frames(str(path), pix_fmt="gray", bpp=8))
+    return _told(path, read_frames(str(path), pix_fmt="gray", bpp=1))
 
 
 def _told(path: Path, reader: Any) -> Iterator[Any]:

@@ -31,7 +31,12 @@ class BallFilm(Answer):
             facts.append(("rotor speed", f"{rpm_and_si(float(speed[0]))} to {rpm_and_si(float(speed[-1]))}"))
         deviation = np.degrees(self["ball_angle_deviation"].values)
         if np.isfinite(deviation).any():
-            facts.append(("angles", f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°"))
+            facts.append(
+                (
+                    "angles",
+                    f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°",
+                )
+            )
         facts.append(("impacts", f"{self.sizes.get('impact', 0)} between balls"))
         for at, name in zip(self["event_time"].values[:6], self["event_name"].values[:6], strict=True):
             facts.append(("event", f"{name} at {at:.4g} s"))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.measurement.film.view import View, in_space
+from autobalancer.measurement.film.optics.view import View, in_space
 
 Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
@@ -83,7 +83,10 @@ class Painter:
 
     def add(self, picture: Singles, things: Things) -> None:
         """Draw marks and balls into a picture of the ground."""
-        for places, radius in ((things.frame_marks, self.sizes.frame_mark), (things.rotor_marks, self.sizes.rotor_mark)):
+        for places, radius in (
+            (things.frame_marks, self.sizes.frame_mark),
+            (things.rotor_marks, self.sizes.rotor_mark),
+        ):
             for mark in places:
                 self._mark(picture, complex(mark), radius)
         height = self.sizes.ball_height

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.measurement.film.view import View, in_space
+from autobalancer.measurement.film.optics.view import View, in_space
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.view import View, looking
+from autobalancer.measurement.film.optics.view import View, looking
 from autobalancer.units import argument, field_arguments
 
 

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.camera import Camera, Exposure
+from autobalancer.measurement.film.drawn.camera import Camera, Exposure
+from autobalancer.measurement.film.drawn.scene import LIGHT, Painter, Sizes, Things
+from autobalancer.measurement.film.drawn.shutter import instants_of, picture_times
 from autobalancer.measurement.film.marks import Mark, places_of
-from autobalancer.measurement.film.scene import LIGHT, Painter, Sizes, Things
-from autobalancer.measurement.film.shutter import instants_of, picture_times
 from autobalancer.measurement.film.video import Film, Gray, write_film
 from autobalancer.random_numbers import generator
 from autobalancer.results.drawn.motion import Motion, Races, races_of
@@ -22,7 +21,10 @@ from autobalancer.results.given import Given, given_race_run
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
-ROTOR_MARKS, FRAME_MARKS = (0.0, 100.0, 215.0), (20.0, 75.0, 140.0, 200.0, 265.0, 320.0)  # degrees; no two patterns alike
+ROTOR_MARKS, FRAME_MARKS = (
+    (0.0, 100.0, 215.0),
+    (20.0, 75.0, 140.0, 200.0, 265.0, 320.0),
+)  # degrees; no two patterns alike
 MOST = 20_000  # pictures
 
 
@@ -61,7 +63,7 @@ def scenery(
     frame_marks: Sequence[Mark] | None = None,
     ball_height: float | str | None = None,
 ) -> Scenery:
-    """One race of a run with marks; by default three on the rotor and six around it, and balls that lie on the plane of the marks.
+    """One race of a run with marks; by default three on the rotor and six around it, and balls that lie on their plane.
 
     Raises
     ------
@@ -77,7 +79,8 @@ def scenery(
     orbit, ball = float(races.orbit_radius[balls[0]]), 0.5 * float(races.ball_diameter[balls[0]])
     if not (ball > 0.0 and orbit > ball):
         raise QuestionError(
-            f"race {race}: orbit radius {orbit:g} m, ball diameter {2.0 * ball:g} m; balls in a film need a diameter: give it in the machine"
+            f"race {race}: orbit radius {orbit:g} m, ball diameter {2.0 * ball:g} m; balls in a film need a diameter: give it in "
+            "the machine"
         )
     spot = max(0.35 * ball, 0.035 * orbit)
     disc = orbit + 2.4 * ball
@@ -136,7 +139,7 @@ def render_film(
     Raises
     ------
     QuestionError
-        If the run has no samples or no such race, the film would have no pictures or more than 20 000, or the camera sees no race.
+        If the run has no samples or no such race, or the film would have no pictures or more than 20 000.
     """
     camera_, exposure_ = camera, exposure or Exposure()
     here = scenery(run, race, rotor_marks, frame_marks, ball_height)
@@ -144,8 +147,11 @@ def render_film(
     begin, stop = optional_argument("start", start, "s"), optional_argument("end", end, "s")
     begin, stop = first if begin is None else begin, last if stop is None else stop
     if not first - 1e-9 <= begin < stop <= last + 1e-9:
-        raise QuestionError(f"start, end: given {begin:g} s to {stop:g} s; the samples go from {first:g} s to {last:g} s")
-    time = picture_times(here.motion, begin, stop, exposure_)
+        raise QuestionError(
+            f"start, end: given {begin:g} s to {stop:g} s; the samples go from {first:g} s to {last:g} s"
+        )
+    lit = 0.5 * float(exposure_.time)
+    time = picture_times(here.motion, max(begin, first + lit), min(stop, last - lit), exposure_)
     if not 1 <= time.size <= MOST:
         raise QuestionError(f"film: {time.size} pictures from {begin:g} s to {stop:g} s; 1 to {MOST} are possible")
     if camera_ is None:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.calibration import FLOOR, Calibration, calibrate
 from autobalancer.measurement.film.edges import located
 from autobalancer.measurement.film.marks import Mark, places_of
-from autobalancer.measurement.film.rings import mark_outlines
+from autobalancer.measurement.film.optics.calibration import FLOOR, Calibration, calibrate
+from autobalancer.measurement.film.optics.rings import mark_outlines
 from autobalancer.measurement.film.setup import FilmSetup
 
 Floats = NDArray[np.float64]
@@ -40,7 +40,9 @@ def camera_of(picture: Gray, setup: FilmSetup) -> Calibration:
     given = np.array([mark.pixel for mark in marks], np.float64)
     for number, (column, row) in enumerate(given, 1):
         if not (0.0 <= column < size[0] and 0.0 <= row < size[1]):
-            raise QuestionError(f"mark {number}: pixel ({column:g}, {row:g}) is outside of the picture of {size[0]} x {size[1]}")
+            raise QuestionError(
+                f"mark {number}: pixel ({column:g}, {row:g}) is outside of the picture of {size[0]} x {size[1]}"
+            )
     places = places_of(marks)
 
     def fitted(pixels: Floats, deviation: float) -> Calibration:
@@ -52,7 +54,9 @@ def camera_of(picture: Gray, setup: FilmSetup) -> Calibration:
         return fitted(given, setup.pixel_deviation)
     rough = float(np.mean(np.abs(np.diff(given[:, 0] + 1j * given[:, 1]))) / np.mean(np.abs(np.diff(places))))
     noise = noise_of(picture)
-    pixels = np.array([_spot(picture, mark, at, rough, noise, n) for n, (mark, at) in enumerate(zip(marks, given, strict=True), 1)])
+    pixels = np.array(
+        [_spot(picture, mark, at, rough, noise, n) for n, (mark, at) in enumerate(zip(marks, given, strict=True), 1)]
+    )
     found = fitted(pixels, 0.5)
     for _ in range(TOGETHER):
         pixels = _edges(picture, marks, found, noise)
@@ -70,7 +74,8 @@ def _spot(picture: Gray, mark: Mark, at: Floats, scale: float, noise: float, num
     most = away.max() if away.max() > -away.min() else away.min()
     if abs(most) < max(6.0 * noise, 8.0):
         raise QuestionError(
-            f"mark {number}: no spot within {reach} pixels of ({at[0]:g}, {at[1]:g}); check its pixel, or that the film shows marks"
+            f"mark {number}: no spot within {reach} pixels of ({at[0]:g}, {at[1]:g}); check its pixel, or that the film "
+            "shows marks"
         )
     labels, count = ndimage.label(away / most > 0.5)
     middles = np.array(ndimage.center_of_mass(away / most, labels, range(1, count + 1)))[:, ::-1] + (left, up)
@@ -88,8 +93,8 @@ def _edges(picture: Gray, marks: Sequence[Mark], found: Calibration, noise: floa
         edge = located(picture, outline, rises=False, noise=noise, usable=np.ones((1, POINTS), np.bool_))
         if edge.share[0] < 0.4:
             raise QuestionError(
-                f"mark {number}: its edge is not a circle of radius {float(mark.radius):g} m where the other marks say that it is; "
-                "check its pixel, its place and its radius"
+                f"mark {number}: its edge is not a circle of radius {float(mark.radius):g} m where the other marks say that it "
+                "is; check its pixel, its place and its radius"
             )
         middle = found.view.pixels(np.array([mark.z.real, mark.z.imag, 0.0]))
         pixels.append(middle + edge.shift[0])

@@ -57,7 +57,7 @@ def in_space(places: ArrayLike, height: float) -> Floats:
 
 
 def looking(position: ArrayLike, look_at: ArrayLike, roll: float = 0.0) -> Floats:
-    """The rows of :attr:`View.turn` of a camera that looks at a point; the y axis is up in its picture, turned by ``roll`` (rad)."""
+    """:attr:`View.turn` of a camera that looks at a point; y is up in its picture, turned by ``roll`` (rad)."""
     forward = np.asarray(look_at, np.float64) - np.asarray(position, np.float64)
     forward /= np.linalg.norm(forward)
     up = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.999 else np.array([0.0, 0.0, 1.0])

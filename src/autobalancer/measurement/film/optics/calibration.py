@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.homography import homography
-from autobalancer.measurement.film.view import View, in_space, turned_by
+from autobalancer.measurement.film.optics.homography import homography
+from autobalancer.measurement.film.optics.view import View, in_space, turned_by
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-USUAL, SPREAD = 1.6, 0.7  # focal lengths of cameras over the width of the picture, and the standard deviation of their logarithm
+USUAL, SPREAD = (
+    1.6,
+    0.7,
+)  # focal lengths of cameras over the width of the picture, and the standard deviation of their logarithm
 BENT = 0.3  # standard deviation of distortion before anything is known
 FLOOR = 0.03  # pixels: marks are not found better than this
 
@@ -32,7 +35,7 @@ class Calibration(NamedTuple):
         return _changed(self.view, change)
 
     def angle_deviation(self, places: Complexes, height: float, center: complex) -> Floats:
-        """Standard deviation (rad) of the angles about ``center`` of points at ``places`` (m) and ``height``, from the marks alone."""
+        """Standard deviation (rad) of angles about ``center`` of points at ``places`` (m) and ``height``, by the marks alone."""
         pixels = self.view.pixels(in_space(places, height))
         size = self.covariance.shape[0]
         deviation = np.sqrt(np.maximum(np.diag(self.covariance), 1e-30))
@@ -42,7 +45,7 @@ class Calibration(NamedTuple):
             step[i] = 0.1 * deviation[i]
             ahead, behind = (_complex(self.moved(s).places(pixels, height)) for s in (step, -step))
             slope[i] = np.angle((ahead - center) / (behind - center)) / (2.0 * step[i])
-        return np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", slope, self.covariance, slope), 0.0))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", slope, self.covariance, slope), 0.0)))
 
 
 def calibrate(
@@ -84,7 +87,9 @@ def calibrate(
         raise QuestionError(f"distortion: given {distortion}; 0, 1 or 2 terms can be fitted")
     free = 6 + (focal_length is None) + terms
     if 2 * len(u) < free + 1 and len(u) != 4:
-        raise QuestionError(f"{len(u)} marks: {free} numbers of the camera are unknown; give at least {(free + 2) // 2} marks")
+        raise QuestionError(
+            f"{len(u)} marks: {free} numbers of the camera are unknown; give at least {(free + 2) // 2} marks"
+        )
     first = _first(places, u, size, focal_length, known)
 
     def miss(change: Floats) -> Floats:
@@ -99,7 +104,10 @@ def calibrate(
     away = view.pixels(in_space(places, 0.0)) - u
     residual = float(np.sqrt((away**2).mean()))
     if not np.isfinite(residual) or residual > 0.05 * size[1]:
-        raise QuestionError(f"marks: no camera sees them where they are in the picture; they miss by {residual:.3g} pixels. Check places and order")
+        raise QuestionError(
+            f"marks: no camera sees them where they are in the picture; they miss by {residual:.3g} pixels. Check places "
+            "and order"
+        )
     freedom = max(2 * len(u) - free, 1)
     worse = max(1.0, float((away**2).sum()) / freedom / deviation**2) if 2 * len(u) > free else 1.0
     covariance = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-15) * worse

@@ -33,13 +33,16 @@ def homography(places: ArrayLike, pixels: ArrayLike) -> Floats:
     """
     x, u = np.asarray(places, np.float64), np.asarray(pixels, np.float64)
     if x.ndim != 2 or x.shape != u.shape or x.shape[-1] != 2 or x.shape[0] < 4:
-        raise QuestionError(f"homography: places {x.shape} and pixels {u.shape}; give four or more marks, two numbers each, for both")
+        raise QuestionError(
+            f"homography: places {x.shape} and pixels {u.shape}; give four or more marks, two numbers each, for both"
+        )
     if not (np.isfinite(x).all() and np.isfinite(u).all()):
         raise QuestionError("homography: a place or a pixel is not a finite number")
     for name, points in (("places", x), ("pixels", u)):
         if _degenerate(points):
             raise QuestionError(
-                f"homography: the {name} of all marks but at most one lie on a line, or coincide; four marks must be corners of a quadrangle"
+                f"homography: the {name} of all marks but at most one lie on a line, or coincide; four marks must be corners of "
+                "a quadrangle"
             )
     a, b = _centered(x), _centered(u)
     p, q = _apply(a, x), _apply(b, u)

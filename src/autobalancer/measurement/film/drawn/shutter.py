@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.camera import Exposure
+from autobalancer.measurement.film.drawn.camera import Exposure
 from autobalancer.results.drawn.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ def picture_times(motion: Motion, start: float, end: float, exposure: Exposure) 
     """
     if exposure.stroboscope != "turn":
         step = 1.0 / exposure.frame_rate
-        return start + step * np.arange(int(np.floor((end - start) / step * (1.0 + 1e-12))) + 1)
+        return np.asarray(start + step * np.arange(int(np.floor((end - start) / step * (1.0 + 1e-12))) + 1))
     rotor = motion.at(np.linspace(start, end, 2)).rotor_angle / (2.0 * np.pi)
     passed = np.arange(np.ceil(rotor[0]), np.floor(rotor[1]) + 1.0)
     flashes = _times_of(motion, 2.0 * np.pi * passed, start, end)
@@ -44,7 +44,7 @@ def _times_of(motion: Motion, angles: Floats, start: float, end: float) -> Float
         middle = 0.5 * (low + high)
         before = motion.at(middle).rotor_angle < angles
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return 0.5 * (low + high)
+    return np.asarray(0.5 * (low + high))
 
 
 def instants_of(motion: Motion, moment: float, exposure: Exposure, pixels: float) -> Floats:

@@ -1,0 +1,1 @@
+"""A film of a simulated race: camera, shutter and scene."""

@@ -1,0 +1,330 @@
+"""Films of a race: drawn from known motions, and read back. Motions are made up here, so that every truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.measurement.film.drawn.render import scenery
+from autobalancer.measurement.film.identity import matched
+from autobalancer.measurement.film.optics.calibration import calibrate
+from autobalancer.measurement.film.optics.homography import homography, mapped
+from autobalancer.measurement.film.optics.view import in_space
+
+Floats = NDArray[np.float64]
+ORBIT, DIAMETER, SPEED = 0.08, 0.0125, 60.0
+CONTACT = 2.0 * np.arcsin(0.5 * DIAMETER / ORBIT)
+TIME = np.linspace(0.0, 0.4, 1601)
+
+
+def made_up(angles: Floats, deflection: float = 0.0) -> xr.Dataset:
+    """A run with these ball angles in the rotor, (time, balls), whose rotor whirls with the unbalance."""
+    turn = SPEED * TIME
+    balls = angles.shape[1]
+    both = ("time", "ball")
+    return xr.Dataset(
+        {
+            "speed": ("time", np.full(TIME.size, SPEED)),
+            "rotor_angle": ("time", turn),
+            "x": ("time", deflection * np.cos(turn + 0.7)),
+            "y": ("time", deflection * np.sin(turn + 0.7)),
+            "ball_angle_in_rotor": (both, angles),
+            "ball_speed_in_rotor": (both, np.gradient(angles, TIME, axis=0)),
+            "orbit_radius": ("ball", np.full(balls, ORBIT)),
+            "ball_diameter": ("ball", np.full(balls, DIAMETER)),
+        },
+        {"time": TIME},
+    )
+
+
+def setup_of(run: xr.Dataset, camera: ab.measure.Camera, **more: Any) -> ab.measure.FilmSetup:
+    """What a person would know: true places of marks, their pixels to within some pixels."""
+    here, view = scenery(run), camera.view()
+    off = np.random.default_rng(1).normal(0.0, 2.0, (len(here.frame_marks), 2))
+    shown = here.rotor_marks if camera.turning else here.frame_marks
+    marks = [
+        ab.measure.Mark(mark.place, mark.radius, tuple(view.pixels(in_space(mark.z, 0.0)) + away))
+        for mark, away in zip(shown, off, strict=False)
+    ]
+    rest = {"camera": "turning"} if camera.turning else {"rotor_marks": here.rotor_marks}
+    known = {
+        "orbit_radius": ORBIT,
+        "ball_diameter": DIAMETER,
+        "balls": run.sizes["ball"],
+        "ball_height": 0.5 * DIAMETER,
+    }
+    return ab.measure.FilmSetup(**{**known, "marks": marks, **rest, **more})
+
+
+def six() -> Floats:
+    """Six balls; number 3 runs into number 4, which is at rest, and hands its speed on."""
+    angles = np.tile(np.radians([0.0, 40.0, 80.0, 130.0, 200.0, 290.0]), (TIME.size, 1))
+    gap = angles[0, 3] - angles[0, 2] - CONTACT
+    hit = gap / 4.0
+    angles[:, 2] += 4.0 * np.minimum(TIME, hit)
+    angles[:, 3] += 4.0 * np.maximum(TIME - hit, 0.0)
+    angles[:, 4] += 0.15 * np.sin(20.0 * TIME)
+    angles[:, 5] -= 1.5 * TIME
+    return angles
+
+
+def errors(found: xr.Dataset, run: xr.Dataset) -> Floats:
+    """Deviations of angles from the truth in degrees, (pictures, balls); each ball of the film is one of the run."""
+    true = np.column_stack([np.interp(found["time"], TIME, row) for row in run["ball_angle_in_rotor"].values.T])
+    got = found["ball_angle_in_rotor"].values
+    away = np.degrees(np.angle(np.exp(1j * (got[:, :, None] - true[:, None, :]))))
+    partner = [int(np.nanmedian(np.abs(away[:3, i]), axis=0).argmin()) for i in range(got.shape[1])]
+    assert sorted(partner) == list(range(got.shape[1]))
+    return np.column_stack([away[:, i, j] for i, j in enumerate(partner)])
+
+
+@pytest.fixture(scope="module")
+def oblique() -> tuple[xr.Dataset, ab.measure.Film, ab.measure.FilmSetup, xr.Dataset]:
+    run = made_up(six(), deflection=0.8e-3)
+    camera = ab.measure.Camera.above(0.115, tilt="30 deg", width=720, height=540, distortion=(-0.3,))
+    exposure = ab.measure.Exposure(frame_rate=200.0, time="0.2 ms", noise=0.012, gradient=(0.15, -0.1), lost=0.04)
+    film = ab.measure.render_film(run, camera=camera, exposure=exposure, seed=3)
+    setup = setup_of(run, camera, distortion=1)
+    return run, film, setup, ab.measure.track_balls(film, setup, first_speed=SPEED)
+
+
+def test_angles_of_six_balls_seen_obliquely_are_true_within_two_tenths_of_a_degree(oblique: tuple[Any, ...]) -> None:
+    run, _, _, found = oblique
+    away = errors(found, run)
+    seen = found["seen"].values
+    assert seen.mean() > 0.9
+    assert np.abs(away[seen]).max() < 0.2
+    assert np.sqrt((away[seen] ** 2).mean()) < 0.04
+
+
+def test_stated_deviations_are_those_of_the_errors(oblique: tuple[Any, ...]) -> None:
+    run, _, _, found = oblique
+    pull = errors(found, run) / np.degrees(found["ball_angle_deviation"].values)
+    assert 0.6 < np.sqrt(np.nanmean(pull**2)) < 1.6
+    assert 0.90 < np.nanmean(np.abs(pull[np.isfinite(pull)]) < 1.96) <= 1.0
+
+
+def test_deflection_and_angle_of_the_rotor_are_read_from_its_marks(oblique: tuple[Any, ...]) -> None:
+    run, _, _, found = oblique
+    good = np.isfinite(found["rotor_angle"].values)
+    turn = np.interp(found["time"], TIME, run["rotor_angle"])
+    assert np.degrees(np.abs(found["rotor_angle"].values - turn)[good]).max() < 0.03
+    assert np.abs(found["x"].values - np.interp(found["time"], TIME, run["x"]))[good].max() < 2e-5
+
+
+def test_lost_pictures_are_said_and_never_become_angles(oblique: tuple[Any, ...]) -> None:
+    _, film, _, found = oblique
+    black = film.pictures.reshape(film.time.size, -1).max(axis=1) == 0
+    assert black.any()
+    assert (found["fault"].values[black] == "dark").all()
+    assert not found["seen"].values[black].any()
+    assert np.isnan(found["ball_angle_in_rotor"].values[black]).all()
+
+
+def test_the_impact_of_two_balls_is_found_with_its_time_and_speed(oblique: tuple[Any, ...]) -> None:
+    _, _, _, found = oblique
+    truth = (np.radians(50.0) - CONTACT) / 4.0
+    assert found.sizes["impact"] == 1
+    assert abs(float(found["impact_time"][0]) - truth) < 2e-3
+    assert abs(float(found["impact_speed"][0]) - 4.0 * ORBIT) < 0.03
+    assert int(found["impact_partner"][0]) - int(found["impact_ball"][0]) == 1
+
+
+def test_speeds_follow_from_neighboring_pictures_but_not_across_an_impact(oblique: tuple[Any, ...]) -> None:
+    found = oblique[3]
+    hit = found["impact_time"].values[0]
+    hitting = int(found["impact_ball"][0])
+    rate = found["ball_speed_in_rotor"].sel(ball=hitting)
+    before = rate.where((found["time"] > 0.02) & (found["time"] < hit), drop=True).values
+    after = rate.where((found["time"] > hit + 0.005) & (found["time"] < 0.38), drop=True).values
+    assert np.nanmax(np.abs(before - 4.0)) < 0.25
+    assert np.nanmax(np.abs(after)) < 0.25
+
+
+def test_a_film_keeps_its_kind_in_a_file(oblique: tuple[Any, ...], tmp_path: Path) -> None:
+    _, _, _, found = oblique
+    ab.save_run(found, tmp_path / "film.nc")
+    again = ab.load_run(tmp_path / "film.nc")
+    assert type(again).__name__ == "BallFilm"
+    assert "impacts" in repr(again)
+    assert "with a fault" in repr(again)
+
+
+def test_a_camera_that_turns_with_the_rotor_sees_the_same_angles() -> None:
+    run = made_up(six()[:, 2:])
+    camera = ab.measure.Camera.above(0.11, tilt="20 deg", width=640, height=480, turning=True)
+    four = [ab.measure.Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003) for a in (0.0, 1.3, 2.9, 4.6)]
+    film = ab.measure.render_film(
+        run, camera=camera, exposure=ab.measure.Exposure(frame_rate=100.0), end=0.12, rotor_marks=four
+    )
+    pixels = camera.view().pixels(in_space([mark.z for mark in four], 0.0))
+    marks = [ab.measure.Mark(mark.place, mark.radius, tuple(at)) for mark, at in zip(four, pixels, strict=True)]
+    setup = ab.measure.FilmSetup(ORBIT, DIAMETER, 4, marks, ball_height=0.5 * DIAMETER, camera="turning")
+    found = ab.measure.track_balls(film, setup)
+    assert np.abs(errors(found, run)).max() < 0.15
+    assert np.isnan(found["speed"].values).all(), "no tacho, so no speed"
+
+
+def test_a_stroboscope_takes_one_picture_a_turn_with_the_rotor_always_at_the_same_angle() -> None:
+    run = made_up(six())
+    exposure = ab.measure.Exposure(frame_rate=1000.0, time=1e-5, stroboscope="turn", noise=0.0)
+    camera = ab.measure.Camera.above(0.12, width=320, height=240)
+    film = ab.measure.render_film(run, camera=camera, exposure=exposure)
+    assert np.allclose(np.diff(film.time), 2.0 * np.pi / SPEED)
+    assert np.allclose(np.angle(np.exp(1j * film.rotor_angle)), 0.0, atol=1e-6)
+
+
+# the plane in the picture ------------------------------------------------------------------------------------------------
+
+
+def corners() -> tuple[Floats, Floats]:
+    places = np.array([[0.1, 0.0], [0.02, 0.09], [-0.1, 0.03], [-0.03, -0.1], [0.07, -0.06]])
+    view = ab.measure.Camera.above(0.12, tilt="35 deg").view()
+    return places, view.pixels(in_space(places[:, 0] + 1j * places[:, 1], 0.0))
+
+
+def test_a_homography_maps_marks_to_their_pixels_and_lines_to_lines() -> None:
+    places, pixels = corners()
+    h = homography(places, pixels)
+    assert np.allclose(mapped(h, places), pixels, atol=1e-8)
+    middle = mapped(h, 0.5 * (places[0] + places[1]))
+    side, part = pixels[1] - pixels[0], middle - pixels[0]
+    assert abs(side[0] * part[1] - side[1] * part[0]) < 1e-6 * float(side @ side)
+
+
+def test_the_homography_is_that_of_opencv() -> None:
+    cv2 = pytest.importorskip("cv2")
+    places, pixels = corners()
+    noisy = pixels + np.random.default_rng(0).normal(0.0, 0.3, pixels.shape)
+    peer, _ = cv2.findHomography(places, noisy[:], 0)
+    own = homography(places, noisy)
+    assert np.abs(mapped(own, places) - mapped(peer, places)).max() < 0.3, "both fit, with other weights of the noise"
+    exact, _ = cv2.findHomography(places[:4], pixels[:4], 0)
+    assert np.allclose(mapped(homography(places[:4], pixels[:4]), places), mapped(exact, places), atol=1e-3)
+
+
+def test_distorted_pixels_are_those_of_opencv() -> None:
+    cv2 = pytest.importorskip("cv2")
+    camera = ab.measure.Camera.above(0.12, tilt="25 deg", distortion=(-0.25, 0.1))
+    view = camera.view()
+    points = in_space(np.array([0.1 + 0.02j, -0.05 + 0.08j, -0.09j]), 0.004)
+    matrix = np.array([[view.focal_length, 0, view.middle[0]], [0, view.focal_length, view.middle[1]], [0, 0, 1.0]])
+    turn, _ = cv2.Rodrigues(view.turn)
+    peer, _ = cv2.projectPoints(points, turn, -view.turn @ view.position, matrix, np.array([-0.25, 0.1, 0.0, 0.0]))
+    assert np.allclose(view.pixels(points), peer[:, 0], atol=1e-6)
+    assert np.allclose(view.places(peer[:, 0], 0.004), points[:, :2], atol=1e-9)
+
+
+def test_an_oblique_view_shows_the_focal_length_and_a_straight_one_says_that_it_does_not() -> None:
+    camera = ab.measure.Camera.above(0.12, tilt="30 deg")
+    places = 0.1 * np.exp(1j * np.arange(0.2, 6.0, 0.9))
+    pixels = camera.view().pixels(in_space(places, 0.0))
+    oblique = calibrate(places, pixels, (1280, 720))
+    assert abs(oblique.view.focal_length / camera.focal_length - 1.0) < 1e-3
+    straight = ab.measure.Camera.above(0.12)
+    unsure = calibrate(places, straight.view().pixels(in_space(places, 0.0)), (1280, 720))
+    assert unsure.covariance[6, 6] > 100.0 * oblique.covariance[6, 6]
+
+
+# who is who --------------------------------------------------------------------------------------------------------------
+
+
+def test_of_balls_that_touch_the_order_tells_who_is_who() -> None:
+    expected = np.radians([10.0, 20.0, 100.0, 350.0])
+    found = matched(expected, np.sort(np.radians([12.0, 21.0, 97.0, -8.0])), 0.05)
+    assert found.find.tolist() == [1, 2, 3, 0]
+    assert found.margin > 9.0
+
+
+def test_a_ball_that_is_not_seen_takes_no_other_ones_place() -> None:
+    expected = np.radians([10.0, 50.0, 100.0])
+    assert matched(expected, np.radians([11.0, 101.0]), 0.05).find.tolist() == [0, -1, 1]
+
+
+# what cannot be ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def short() -> tuple[ab.measure.Film, Callable[..., ab.measure.FilmSetup]]:
+    run = made_up(six())
+    camera = ab.measure.Camera.above(0.11, width=480, height=360)
+    film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(frame_rate=200.0), end=0.05)
+    return film, lambda **more: setup_of(run, camera, **more)
+
+
+def test_a_camera_at_rest_without_marks_on_the_rotor_needs_a_tacho(short: tuple[Any, ...]) -> None:
+    film, setup = short
+    with pytest.raises(QuestionError, match="no marks on the rotor and no rotor_angle"):
+        ab.measure.track_balls(film, setup(rotor_marks=()))
+    found = ab.measure.track_balls(film, setup(rotor_marks=()), rotor_angle=film.rotor_angle)
+    assert np.abs(errors(found, made_up(six()))).max() < 0.15
+
+
+@pytest.mark.parametrize(("balls", "words"), [(5, "given 5 balls; 6 are seen"), (7, "given 7 balls; 6 are seen")])
+def test_another_number_of_balls_is_refused(short: tuple[Any, ...], balls: int, words: str) -> None:
+    film, setup = short
+    with pytest.raises(QuestionError, match=words):
+        ab.measure.track_balls(film, setup(balls=balls))
+
+
+def test_a_film_without_marks_is_refused_with_the_mark_that_is_not_there(short: tuple[Any, ...]) -> None:
+    film, setup = short
+    given = setup()
+    marks = [
+        ab.measure.Mark(one.place, one.radius, (60.0 + 5.0 * k, 60.0 + 4.0 * (k % 2)))
+        for k, one in enumerate(given.marks)
+    ]
+    with pytest.raises(QuestionError, match="mark 1: no spot within"):
+        ab.measure.track_balls(film, setup(marks=marks))
+
+
+@pytest.mark.parametrize(("factor", "word"), [(0.0, "dark"), (60.0, "saturated")])
+def test_dark_and_saturated_films_are_refused(short: tuple[Any, ...], factor: float, word: str) -> None:
+    film, setup = short
+    wrong = np.clip(film.pictures * factor, 0, 255).astype(np.uint8)
+    with pytest.raises(QuestionError, match=word):
+        ab.measure.track_balls(wrong, setup(), frame_rate=200.0)
+
+
+def test_a_picture_with_a_hidden_ball_says_so_and_keeps_the_others(short: tuple[Any, ...]) -> None:
+    film, setup = short
+    pictures = film.pictures.copy()
+    found = ab.measure.track_balls(film, setup())
+    camera = ab.measure.Camera.above(0.11, width=480, height=360).view()
+    place = ORBIT * np.exp(1j * float(found["ball_angle_in_rotor"][6, 2] + found["rotor_angle"][6]))
+    column, row = camera.pixels(in_space(place, 0.5 * DIAMETER)).round().astype(int)
+    pictures[6, row - 16 : row + 17, column - 16 : column + 17] = 56
+    hidden = ab.measure.track_balls(pictures, setup(), time=film.time)
+    assert hidden["fault"].values[6] == "5 of 6 balls seen"
+    assert hidden["seen"].values[6].sum() == 5
+    assert not hidden["seen"].values[6, 2]
+    assert hidden["seen"].values[7].all()
+
+
+def test_marks_on_a_line_and_patterns_that_look_the_same_are_refused() -> None:
+    places = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 0.0]])
+    with pytest.raises(QuestionError, match="lie on a line"):
+        homography(places, places)
+    third = [
+        ab.measure.Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003, (1.0, 1.0))
+        for a in 2.0 * np.pi / 3.0 * np.arange(3)
+    ]
+    with pytest.raises(QuestionError, match="look the same after 120 degrees"):
+        ab.measure.FilmSetup(ORBIT, DIAMETER, 6, [*third, third[0]], third)
+
+
+def test_a_file_that_is_no_film_is_refused(short: tuple[Any, ...], tmp_path: Path) -> None:
+    _, setup = short
+    (tmp_path / "no.mp4").write_bytes(b"this is no film" * 100)
+    with pytest.raises(ResultError, match="cannot be read as a film"):
+        ab.measure.track_balls(tmp_path / "no.mp4", setup())
+    with pytest.raises(ResultError, match="no such film"):
+        ab.measure.track_balls(tmp_path / "missing.mp4", setup())
