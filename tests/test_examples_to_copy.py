@@ -99,9 +99,12 @@ def test_no_page_names_files_of_a_checkout() -> None:
 
 def test_every_sample_measurement_is_what_a_command_reads() -> None:
     assert set(sample_names("measurements")) == {
+        "ball_lag",
         "discoidal_hammer",
         "equilibrium_angles",
         "four_runs",
+        "race_profile",
+        "rest_positions",
         "rodrigues_critical_speeds",
         "rodrigues_plain_rotor",
         "rubber_loops",

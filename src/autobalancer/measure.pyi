@@ -38,6 +38,11 @@ from autobalancer.measurement.loop.curve import receptance_loop as receptance_lo
 from autobalancer.measurement.loop.growth import receptance_stability as receptance_stability
 from autobalancer.measurement.orders.angle import rotor_angle as rotor_angle
 from autobalancer.measurement.orders.question import orders as orders
+from autobalancer.measurement.race.lag import LagFit as LagFit
+from autobalancer.measurement.race.lag import drag_from_lag as drag_from_lag
+from autobalancer.measurement.race.rest import RestFriction as RestFriction
+from autobalancer.measurement.race.rest import rest_friction as rest_friction
+from autobalancer.measurement.race.roundness import race_shape as race_shape
 from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
 from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
 from autobalancer.measurement.receptance.rational_fit import receptance as receptance
@@ -66,10 +71,12 @@ __all__ = [
     "Exposure",
     "Film",
     "FilmSetup",
+    "LagFit",
     "Mark",
     "MeasuredRunUp",
     "RaceBalls",
     "Reading",
+    "RestFriction",
     "Sensor",
     "Split",
     "Tacho",
@@ -82,6 +89,7 @@ __all__ = [
     "damping",
     "decay_rate",
     "drag_coefficients",
+    "drag_from_lag",
     "equal_balls",
     "equilibrium_angle",
     "equilibrium_angles",
@@ -101,12 +109,14 @@ __all__ = [
     "orbit",
     "order_map",
     "orders",
+    "race_shape",
     "receptance",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
     "record",
     "render_film",
+    "rest_friction",
     "rolling_resistance_deviation",
     "rotor_angle",
     "rubber",

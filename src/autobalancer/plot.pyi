@@ -25,6 +25,8 @@ from autobalancer.plots.measured.flow import secondary_flow as secondary_flow
 from autobalancer.plots.measured.flow import spin_up as spin_up
 from autobalancer.plots.measured.flow import velocity_profiles as velocity_profiles
 from autobalancer.plots.measured.identification import identification as identification
+from autobalancer.plots.measured.race import race_shape as race_shape
+from autobalancer.plots.measured.race import rests as rests
 from autobalancer.plots.measured.receptance import nyquist as nyquist
 from autobalancer.plots.measured.receptance import receptance as receptance
 from autobalancer.plots.measured.rubber import rubber as rubber
@@ -107,8 +109,10 @@ __all__ = [
     "orders",
     "polar_response",
     "race",
+    "race_shape",
     "receptance",
     "response",
+    "rests",
     "rubber",
     "run_down",
     "run_up",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import balance, motion, orders, record, signals, spectrum, trial
+from autobalancer.cli.measured import balance, motion, orders, race, record, signals, spectrum, trial
 
 app = typer.Typer(
     name="measure",
@@ -23,3 +23,6 @@ app.command("four-run")(balance.four_run)
 app.command("run-down")(balance.run_down)
 app.command("trial-mass")(trial.trial_mass)
 app.command("split-mass")(trial.split_mass)
+app.command("race-shape")(race.race_shape)
+app.command("rest-friction")(race.rest_friction)
+app.command("drag-from-lag")(race.drag_from_lag)

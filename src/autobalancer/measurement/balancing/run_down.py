@@ -166,7 +166,7 @@ def _words(vector: Complexes, planes: list[str | float | None]) -> str:
 
 
 def _dataset(
-    machine: Machine, known: Orders, planes: list[str | float | None], found: Complexes, covariance: Complexes, rows: Complexes,
+    machine: Machine, known: Orders, planes: list[str | float | None], found: Any, covariance: Any, rows: Complexes,
     condition: float, chi: float, turned: Complexes, size: Floats,
 ) -> PlaneUnbalances:  # fmt: skip
     real = np.block([[covariance.real, -covariance.imag], [covariance.imag, covariance.real]])

@@ -34,6 +34,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "PlaneUnbalances": "measurement.balancing.run_down_answer",
     "PlanarOscillators": "rotordynamics.answers",
     "Orders": "results.answers.orders",
+    "RaceShape": "measurement.race.answer",
     "Ranges": "stability.states.answers",
     "Response": "rotordynamics.answers",
     "ResponsePeaks": "rotordynamics.answers",
