@@ -105,6 +105,7 @@ def rests(found: Any) -> Figure:
         heading(
             figure,
             f"Rests of a ball in {angles.size} run-ups, 0° opposite the unbalance\n"
-            f"held between the dashed lines by an adherence\nof {found.adherence:.3g} ({found.low:.3g} to {found.high:.3g} with 95 %)",
+            f"held between the dashed lines by an adherence\n"
+            f"of {found.adherence:.3g} ({found.low:.3g} to {found.high:.3g} with 95 %)",
         )
     return figure
