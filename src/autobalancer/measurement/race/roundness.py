@@ -8,7 +8,7 @@ up to a number of undulations per revolution are kept.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -128,8 +128,8 @@ def _answer(
     phi: Floats,
     r: Floats,
     rows: Floats,
-    found: Floats,
-    covariance: Floats,
+    found: Any,
+    covariance: Any,
     scatter: float,
     waves: int,
     center: Center,
