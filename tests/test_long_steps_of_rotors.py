@@ -67,6 +67,19 @@ def real_race(**race: Any) -> Machine:
     )
 
 
+SHAKEN = [
+    {"kind": "base_motion", "displacement": 2e-5, "frequency": 90.0, "phase": 0.3},
+    {"kind": "force", "force": 2.0, "order": 2.0, "direction": 0.8},
+]
+
+
+def hard(law: dict[str, Any]) -> Machine:
+    """A rotor on equal springs whose bearings become stiffer, one of them by a law of its own."""
+    own = {"distance": [0.0, 2e-4, 5e-4, 1e-3], "force": [0.0, 1.0, 6.0, 20.0]}
+    machine = with_value_at(tilting(isotropic=True, drive=RAMP), "rotor.supports[1].hardening", law)
+    return with_value_at(machine, "rotor.supports[2].hardening", own)
+
+
 MACHINES: dict[str, tuple[Machine, float]] = {
     "spins freely, equal springs": (tilting(isotropic=True), 1.0),
     "spins freely, lies on unequal springs": (tilting(axis="horizontal"), 1.0),
@@ -75,6 +88,8 @@ MACHINES: dict[str, tuple[Machine, float]] = {
     "ramps with corners, unequal springs": (tilting(drive=RAMP), 1.0),
     "a shaft that hangs": (rig("cfrp_rig"), 3.0),
     "real races": (real_race(), 3.0),
+    "shaken from outside, driven by a torque": (tilting(isotropic=True, drive=TORQUE, excitations=SHAKEN), 0.6),
+    "bearings that become stiffer": (hard({"cubic_stiffness": 1e10, "center": [1e-5, 3e-5]}), 1.0),
 }
 
 
@@ -134,21 +149,21 @@ def test_the_free_whirl_of_a_gyroscopic_rotor_is_the_matrix_exponential(isotropi
     assert found[-1, THETA] == pytest.approx(437.0 + float(machine.start.rotor_angle), rel=1e-12)
 
 
-def refused(**changes: Any) -> Machine:
-    return tilting(drive=RAMP, **changes)
+RECORD = {"kind": "recorded_base_motion", "time": [0.0, 0.01, 0.02], "acceleration": [0.0, 1.0, 0.0]}
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("machine", "words"),
     [
-        ({"excitations": [{"kind": "base_motion", "frequency": 50.0, "acceleration": 1.0}]}, "excitations"),
-        ({"damping": 9e4}, "without vibrating"),
+        (tilting(drive=RAMP, excitations=[RECORD]), "recorded excitations"),
+        (tilting(drive=RAMP, damping=9e4), "without vibrating"),
+        (hard({"clearance": 1e-4, "contact_stiffness": 2e4}), "a stop of a bearing"),
     ],
 )
-def test_rotors_without_long_steps_are_refused_by_name_and_run_with_the_pair(changes: Any, words: str) -> None:
+def test_rotors_without_long_steps_are_refused_by_name_and_run_with_the_pair(machine: Machine, words: str) -> None:
     with pytest.raises(QuestionError, match=words):
-        ab.simulate(refused(**changes), duration=0.01, method=LONG)
-    assert ab.simulate(refused(**changes), duration=0.01).attrs["method"] == PAIR
+        ab.simulate(machine, duration=0.01, method=LONG)
+    assert ab.simulate(machine, duration=0.01).attrs["method"] == PAIR
 
 
 def test_a_ball_that_stops_and_breaks_loose_does_so_at_the_same_instant() -> None:

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.kernels.balls.planar import planar
-from autobalancer.kernels.integrators.switching import no_switch
+from autobalancer.kernels.given import given
+from autobalancer.kernels.integrators.switching import no_switch, switch_type
+from autobalancer.kernels.system import rhs_type
 
 
 class Equations(NamedTuple):
@@ -14,6 +16,10 @@ class Equations(NamedTuple):
 
     rates: Any  # the right-hand side
     switch: Any = no_switch
+
+    def ready(self) -> tuple[Any, Any]:
+        """The same, where they are called often."""
+        return given(self.rates, rhs_type), given(self.switch, switch_type)
 
 
 PLANAR = Equations(planar)

@@ -13,6 +13,7 @@ from autobalancer.kernels.balls.planar_nodes import planar_nodes
 from autobalancer.kernels.integrators.collocation.amplitudes import Amplitudes, amplitudes
 from autobalancer.kernels.integrators.collocation.inside import by_powers
 from autobalancer.kernels.integrators.memory import Memory
+from autobalancer.kernels.records.drive import RECORDED
 from autobalancer.kernels.system import VX, VY, X, Y
 from autobalancer.kernels.wide import NODES
 from autobalancer.simulation.modes import rotor_modes
@@ -43,9 +44,9 @@ def _why_no_modes(assembly: Assembly) -> str:
     obstacles = {
         "balls that are resolved in contact": assembly.model is Model.RESOLVED,
         "real races that tilt": assembly.model is Model.ROUGH_TILTING,
-        "excitations": system.shakes.shape[0] > 0,
+        "recorded excitations": bool((system.shakes.kind == RECORDED).any()),
+        "a stop of a bearing": bool((system.bearings.springs.contact > 0.0).any()),
         "rubber that softens": system.rubber.mounts.shape[0] > 0,
-        "bearings that become stiffer": system.bearings.springs.shape[0] > 0,
         "couplings, a mount of the motor or ripples of its torque": system.drive.linked == 1,
         "tables over the speed": len(system.host.speeds) > 1,
         "a fluid that lags by itself": system.fluid.modes.shape[0] > 0,

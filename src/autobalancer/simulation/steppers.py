@@ -11,8 +11,7 @@ from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, REJECTED, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
-from autobalancer.kernels.integrators.switching import switch_type
-from autobalancer.kernels.system import System, rhs_type
+from autobalancer.kernels.system import System
 from autobalancer.kernels.wide import NODES
 from autobalancer.simulation.equations import Equations, equations
 from autobalancer.simulation.fresh import memory_for
@@ -41,30 +40,15 @@ class Stepper(NamedTuple):
 
     def advance(self, system: System, record: Record, budget: int) -> int:
         """Take up to ``budget`` accepted steps; returns how that ended, see kernels/integrators/runge_kutta.py."""
-        rates, switch = given(self.moving.rates, rhs_type), given(self.moving.switch, switch_type)
+        moving = self.moving.ready()
         if self.long is None:
-            return int(advance(rates, switch, system, self.pair, record, self.memory, budget))
+            return int(advance(*moving, system, self.pair, record, self.memory, budget))
         from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
         from autobalancer.kernels.integrators.collocation.march import march
 
         nodes, watch, powers, memory, amplitudes = self.long
-        at_nodes, until = given(nodes, nodes_type), given(watch, watch_type)
-        return int(
-            march(
-                rates,
-                switch,
-                at_nodes,
-                until,
-                system,
-                self.pair,
-                powers,
-                record,
-                self.memory,
-                memory,
-                amplitudes,
-                budget,
-            )
-        )
+        ways = given(nodes, nodes_type), given(watch, watch_type)
+        return int(march(*moving, *ways, system, self.pair, powers, record, self.memory, memory, amplitudes, budget))
 
     def attributes(self) -> dict[str, str | int]:
         """For a result: the method and its work."""

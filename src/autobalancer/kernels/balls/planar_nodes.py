@@ -95,7 +95,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
         s, c = sine_cosine_of_lanes(load(values, (6 + i) * NODES))
         ball_speed = load(values, (6 + count + i) * NODES)
         in_space = speed + ball_speed
-        moment, inverse = ball.moment, 1.0 / ball.inertia
+        moment = ball.moment
         lean_x, lean_y = s * -moment, c * moment
         row = ball_speed * -ball.drag
         pull = in_space * in_space * moment
@@ -116,12 +116,29 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
             spin += along
             inertia += along * 2.0
             torque -= across * ball_speed * (in_space + speed)
-        if p.guided[i].bound != 0:
-            store(row, work, place + ROW)
-            store(spin, work, place + SPIN)
-            store(lean_x, work, place + LEAN_X)
-            store(lean_y, work, place + LEAN_Y)
+        store(row, work, place + ROW)
+        store(spin, work, place + SPIN)
+        store(lean_x, work, place + LEAN_X)
+        store(lean_y, work, place + LEAN_Y)
+    # the row of each ball is put into those of host and rotor; balls that touch are one ball with the sum of their rows
+    for head in range(count):
+        bound, place, whole = p.guided[head].bound != 0, EACH * head, p.balls[head].inertia
+        if bound and not leads(p, head):
             continue
+        row, spin = load(work, place + ROW), load(work, place + SPIN)
+        lean_x, lean_y = load(work, place + LEAN_X), load(work, place + LEAN_Y)
+        inverse, last = 1.0 / whole, head
+        if bound:
+            held = p.ties[head].low != 0
+            while p.ties[last].joined == 1:
+                held, last = held or p.ties[last].high != 0, p.contacts[last].next
+                place = EACH * last
+                row += load(work, place + ROW)
+                spin += load(work, place + SPIN)
+                lean_x += load(work, place + LEAN_X)
+                lean_y += load(work, place + LEAN_Y)
+                whole += p.balls[last].inertia
+            inverse = 0.0 if held or p.ties[last].high != 0 else 1.0 / whole  # nothing moves what touches a partition
         push, twist = row * inverse, spin * inverse
         share_x, share_y = lean_x * inverse, lean_y * inverse
         mass_xx -= lean_x * share_x
@@ -133,45 +150,14 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
         arm_y -= lean_y * twist
         inertia -= spin * twist
         torque -= spin * push
-        store(push, work, place + PUSH)
-        store(twist, work, place + TWIST)
-        store(share_x, work, place + SHARE_X)
-        store(share_y, work, place + SHARE_Y)
-    if p.rigid.bound[0] > 0:
-        for head in range(count):
-            if leads(p, head):
-                # balls that touch are one ball with the sum of their rows; beside a partition its inverse inertia is 0
-                row, spin, lean_x, lean_y = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
-                whole, held, k, more = 0.0, p.ties[head].low != 0, head, True
-                while more:
-                    its, place = p.ties[k], EACH * k
-                    row += load(work, place + ROW)
-                    spin += load(work, place + SPIN)
-                    lean_x += load(work, place + LEAN_X)
-                    lean_y += load(work, place + LEAN_Y)
-                    whole += p.balls[k].inertia
-                    held, more = held or its.high != 0, its.joined == 1
-                    k = p.contacts[k].next
-                inverse = 0.0 if held else 1.0 / whole
-                push, twist = row * inverse, spin * inverse
-                share_x, share_y = lean_x * inverse, lean_y * inverse
-                mass_xx -= lean_x * share_x
-                mass_xy -= lean_x * share_y
-                mass_yy -= lean_y * share_y
-                force_x -= lean_x * push
-                force_y -= lean_y * push
-                arm_x -= lean_x * twist
-                arm_y -= lean_y * twist
-                inertia -= spin * twist
-                torque -= spin * push
-                k, more = head, True
-                while more:
-                    place, more = EACH * k, p.ties[k].joined == 1
-                    store(push, work, place + PUSH)
-                    store(twist, work, place + TWIST)
-                    store(share_x, work, place + SHARE_X)
-                    store(share_y, work, place + SHARE_Y)
-                    k = p.contacts[k].next
+        k, more = head, True
+        while more:
+            place, more = EACH * k, k != last
+            store(push, work, place + PUSH)
+            store(twist, work, place + TWIST)
+            store(share_x, work, place + SHARE_X)
+            store(share_y, work, place + SHARE_Y)
+            k = p.contacts[k].next
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
     inverse = 1.0 / determinant
     wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x

@@ -38,7 +38,7 @@ class Turn:
         self.pair = tableaus.dormand_prince_8()
         self.kept = np.array([i for i in range(self.assembly.state.size) if i not in (THETA, SPEED)])
         self.scale = self.assembly.scale[self.kept]
-        self.equations = equations(self.assembly)
+        self.equations = equations(self.assembly).ready()
         self.record = record_for((), (), self.assembly, self.period)
 
     def __call__(self, state: Floats, turns: int = 1) -> Floats:

@@ -9,10 +9,10 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes, rest_at_nodes
+from autobalancer.kernels.balls.at_nodes.clusters import rest_at_nodes
 from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
 from autobalancer.kernels.balls.at_nodes.rows import LENGTH, NORMAL, OWN, WEIGHT, keep, kept_at, left
-from autobalancer.kernels.balls.at_nodes.stations import load_station, rate_at_nodes, recover_at_nodes
+from autobalancer.kernels.balls.at_nodes.stations import begin, finish, load_station, rate_at_nodes
 from autobalancer.kernels.balls.guided import (
     Normal,
     Row,
@@ -26,7 +26,6 @@ from autobalancer.kernels.balls.guided import (
     wavy,
 )
 from autobalancer.kernels.flags import COMPILED, EQUATIONS, MERGED
-from autobalancer.kernels.host.linear_nodes import alone_at_nodes, together_at_nodes, write_forces
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.laws.curves import drag_force, table_value
 from autobalancer.kernels.pointers import behind, data
@@ -40,8 +39,7 @@ from autobalancer.kernels.wide import NODES, all_lanes, load, store
 def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
     """Balls that feel the deflection of their station, with friction, any drag and any path."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
-    motion = alone_at_nodes(time, step, False, p, a)
-    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    motion, torque, inertia = begin(time, step, False, p, a)
     for b in range(a.balls):
         ball, moving, rate = p.balls[b], p.guided[b], rate_at_nodes(b, a)
         s, c = sine_cosine_of_lanes(load(data(a.values), (2 * a.modes + 2 + b) * NODES))
@@ -64,13 +62,7 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         _keep(b, path.length, its, force, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
-    if p.rigid.bound[0] > 0:
-        its_torque, its_inertia = bind_at_nodes(motion, p, a)
-        torque += its_torque
-        inertia += its_inertia
-    acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
-    write_forces(motion.speed, acceleration, p, a)
-    recover_at_nodes(acceleration, p, a)
+    finish(motion, torque, inertia, p, a)
 
 
 @njit(**MERGED)

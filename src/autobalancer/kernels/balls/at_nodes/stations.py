@@ -22,6 +22,7 @@ from autobalancer.kernels.balls.guided import (
     tilting_share,
 )
 from autobalancer.kernels.flags import EQUATIONS, MERGED
+from autobalancer.kernels.host.acted_nodes import acted_at_nodes
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.linear_nodes import (
     ROOM,
@@ -44,8 +45,7 @@ from autobalancer.kernels.wide import NODES, all_lanes, load, store
 def station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
     """Balls that feel the deflection of their station."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
-    motion = alone_at_nodes(time, step, False, p, a)
-    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    motion, torque, inertia = begin(time, step, False, p, a)
     for b in range(a.balls):
         path, its, part = _flat(b, motion, p, a)
         found = solved(its, freedom(b, p), motion.acceleration)
@@ -54,21 +54,14 @@ def station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> Non
         keep_bound(its, 2, b, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
-    if p.rigid.bound[0] > 0:
-        its_torque, its_inertia = bind_at_nodes(motion, p, a)
-        torque += its_torque
-        inertia += its_inertia
-    acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
-    write_forces(motion.speed, acceleration, p, a)
-    recover_at_nodes(acceleration, p, a)
+    finish(motion, torque, inertia, p, a)
 
 
 @njit(**EQUATIONS)
 def tilting_station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
     """The same where balls feel the tilt of their race too."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
-    motion = alone_at_nodes(time, step, True, p, a)
-    torque, inertia = motion.torque, motion.torque * 0.0 + p.polar_inertia
+    motion, torque, inertia = begin(time, step, True, p, a)
     for b in range(a.balls):
         ball, slope = p.balls[b], _slope(p.balls[b].station, p, a)
         path, flat, level = _flat(b, motion, p, a)
@@ -81,6 +74,21 @@ def tilting_station_nodes(time: float, step: float, system: Any, amplitudes: Any
         keep_bound(its, 4, b, p, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
+    finish(motion, torque, inertia, p, a)
+
+
+@njit(**MERGED)
+def begin(time: float, step: float, tilting: bool, p: Any, a: Any) -> tuple[Motion, Any, Any]:
+    """The rotor without its balls, the torque on it and its inertia."""
+    motion = alone_at_nodes(time, step, tilting, p, a)
+    if p.shakes.shape[0] + p.bearings.springs.shape[0] > 0:
+        motion = acted_at_nodes(time, step, motion, p, a)
+    return motion, motion.torque, all_lanes(p.polar_inertia)
+
+
+@njit(**MERGED)
+def finish(motion: Motion, torque: Any, inertia: Any, p: Any, a: Any) -> None:
+    """All accelerations, once the balls gave their stations what they give."""
     if p.rigid.bound[0] > 0:
         its_torque, its_inertia = bind_at_nodes(motion, p, a)
         torque += its_torque
