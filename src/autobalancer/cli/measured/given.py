@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -51,8 +51,8 @@ def with_angle(signals: xr.Dataset, tacho: str, pulses: int, edge: str, tacho_an
 
     if "rotor_angle" in signals:
         return signals
-    look: Any = optional("--tacho-angle", tacho_angle, "rad")
-    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=look or 0.0)
+    looks = optional("--tacho-angle", tacho_angle, "rad")
+    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=looks)
 
 
 def tacho_of(signals: xr.Dataset, tacho: str) -> bool:

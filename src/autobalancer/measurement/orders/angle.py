@@ -26,7 +26,7 @@ def rotor_angle(
     threshold: float | None = None,
     hysteresis: float | None = None,
     edge: str = "rising",
-    tacho_angle: float | str = 0.0,
+    tacho_angle: float | str | None = None,
     repair: bool = True,
 ) -> xr.Dataset:
     """Find angle and speed of the rotor, and add them to the signals.
@@ -50,7 +50,7 @@ def rotor_angle(
         Which edge of a pulse counts: rising or falling.
     tacho_angle
         Direction in which the sensor looks at the shaft, from the x axis (rad, or a text such as "90 deg"); the zero mark is
-        there when its pulse comes.
+        there when its pulse comes. By default the direction of its channel, else the x axis.
     repair
         Count on where a pulse is missing or comes twice; a warning says when. Otherwise such a signal is refused.
 
@@ -97,7 +97,7 @@ def rotor_angle(
         "missing_pulses": found.missing.tolist(),
         "extra_pulses": found.extra.tolist(),
     }
-    start = argument("tacho_angle", tacho_angle, "rad")
+    start = _looks(signals[name]) if tacho_angle is None else argument("tacho_angle", tacho_angle, "rad")
     return _with(inside, start + smooth.spline(time), speed, smooth.deviation(time), remarks, attrs)
 
 
@@ -118,6 +118,12 @@ def _chosen(signals: xr.Dataset, tacho: str) -> str:
         what = f"several, {', '.join(found)}; choose one by tacho='{found[0]}'" if found else f"none; there are {there}"
         raise QuestionError(f"tacho: of the channels with the quantity tacho or angle there is {what}")
     return found[0]
+
+
+def _looks(channel: xr.DataArray) -> float:
+    """Direction of a sensor from the x axis, rad; zero where it is not known."""
+    direction = channel.attrs.get("direction", "")
+    return 0.5 * math.pi * (direction == "y") if isinstance(direction, str) else math.radians(float(direction))
 
 
 def _measured_angle(signals: xr.Dataset, name: str) -> xr.Dataset:
