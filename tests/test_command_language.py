@@ -202,6 +202,7 @@ WIDE = (
     "measure race-shape race_profile.csv",
     'measure rest-friction one_ball_run_up.toml rest_positions.csv --speed "1200 rpm"',
     "measure drag-from-lag one_ball_run_up.toml ball_lag.csv",
+    "compare stall.nc logger.nc",
     'measure record stall.nc --sensor "displacement::x:40 dB" --rate "2 kHz" --end "0.1 s"',
     "measure orders run_up_signals.csv --orders 1,2",
     'measure spectrum run_up_signals.csv --start "13 s"',
@@ -238,7 +239,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("copied")
     for name in SAMPLES:
         ab.catalog.write_example(name, place)
-    ab.save_run(ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
+    ab.save_run(run := ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
+    sensors = [ab.measure.Sensor("displacement", direction=way, noise="40 dB") for way in ("x", "y")]
+    ab.save_run(ab.measure.record(run, sensors, "2 kHz"), place / "logger.nc")
     ab.chamber.archived_run(
         ab.chamber.Archive(place / "runs"), "one", ab.example("deep_chamber"), duration=0.02, last=0.01
     )

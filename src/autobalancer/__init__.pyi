@@ -14,6 +14,7 @@ from autobalancer import units as units
 from autobalancer.assembly.quantities import with_parameter as with_parameter
 from autobalancer.either_kind import animate as animate
 from autobalancer.either_kind import check as check
+from autobalancer.either_kind import compare as compare
 from autobalancer.either_kind import measures as measures
 from autobalancer.either_kind import simulate as simulate
 from autobalancer.either_kind import verdict as verdict
@@ -42,7 +43,6 @@ from autobalancer.simulation.sampling import LastRevolutions as LastRevolutions
 from autobalancer.simulation.sampling import SampleTimes as SampleTimes
 from autobalancer.simulation.sampling import Samples as Samples
 from autobalancer.studies.basin import basin as basin
-from autobalancer.studies.compare import compare as compare
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity

@@ -18,6 +18,8 @@ from autobalancer.results.chamber.shape import is_chamber_run
 
 if TYPE_CHECKING:
     from autobalancer.plots.film.film import Film
+    from autobalancer.results.answers.comparison import Comparison
+    from autobalancer.results.answers.overlay import Overlay
     from autobalancer.results.verdict.judged import Verdict
     from autobalancer.simulation.chamber.summary import ChamberSummary
     from autobalancer.simulation.events import Event
@@ -62,6 +64,19 @@ class FilmOptions(TypedDict, total=False):
     progress: Callable[[int, int], None] | Literal[False] | None
     azimuth: float
     elevation: float
+
+
+class CompareOptions(TypedDict, total=False):
+    """What :func:`compare` takes: of machines all but the last, of a run and a measurement the last two."""
+
+    at: Sequence[float | str] | float | str
+    duration: float | str | None
+    tolerance: float
+    bins: int
+    workers: int | None
+    progress: Callable[[int, int], None] | None
+    seed: int
+    tacho: str
 
 
 def simulate(
@@ -200,6 +215,52 @@ def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     from autobalancer.results.measures import measures as measures_of_races
 
     return _asked("measures", measures_of_races, "balls in races", run, options)
+
+
+def compare(
+    given: Mapping[str, AnyMachine] | Sequence[AnyMachine] | xr.Dataset | str | Path,
+    measured: xr.Dataset | None = None,
+    **options: Unpack[CompareOptions],
+) -> Comparison | Overlay:
+    """Put machines side by side, or a run and what was measured.
+
+    Parameters
+    ----------
+    given
+        Machines or the paths of their files, each of which is run; a mapping gives them names. Or one run, with samples.
+    measured
+        Beside a run: signals, or ball angles of a film, of the machine that it is of.
+    **options
+        Of machines: ``at``, ``duration``, ``tolerance``, ``bins``, ``seed``, ``workers``, ``progress``, see
+        :func:`autobalancer.studies.compare.compare`. Of a run: ``seed`` of the noise and keywords of the tacho, see
+        :func:`autobalancer.measurement.comparison.overlay.overlay`.
+
+    Returns
+    -------
+    Comparison or Overlay
+        One row for each machine; or one for each measure, with the curves of both. ``ab.plot.comparison`` and ``ab.plot.overlay``
+        draw them.
+
+    Raises
+    ------
+    QuestionError
+        For machines with one name, a run without samples, or a measurement of other places or times.
+    """
+    if isinstance(given, xr.Dataset):
+        from autobalancer.measurement.comparison.overlay import overlay
+
+        if measured is None:
+            raise QuestionError(
+                "compare: given a run alone; give the measurement, too, as in compare(run, measured), or machines in its place"
+            )
+        return overlay(given, measured, **options)
+    from autobalancer.studies.compare import compare as machines_side_by_side
+
+    if measured is not None:
+        raise QuestionError(
+            "compare: a measurement is compared with a run: give ab.simulate(machine) in place of the machine"
+        )
+    return _asked("compare", machines_side_by_side, "machines", given, options)
 
 
 def animate(run: xr.Dataset, path: str | Path, **options: Unpack[FilmOptions]) -> Film:

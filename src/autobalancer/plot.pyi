@@ -25,6 +25,7 @@ from autobalancer.plots.measured.flow import secondary_flow as secondary_flow
 from autobalancer.plots.measured.flow import spin_up as spin_up
 from autobalancer.plots.measured.flow import velocity_profiles as velocity_profiles
 from autobalancer.plots.measured.identification import identification as identification
+from autobalancer.plots.measured.overlay import overlay as overlay
 from autobalancer.plots.measured.race import race_shape as race_shape
 from autobalancer.plots.measured.race import rests as rests
 from autobalancer.plots.measured.receptance import nyquist as nyquist
@@ -107,6 +108,7 @@ __all__ = [
     "orbit",
     "order_map",
     "orders",
+    "overlay",
     "polar_response",
     "race",
     "race_shape",

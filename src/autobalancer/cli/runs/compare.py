@@ -1,9 +1,9 @@
-"""``autobalancer compare``: several machines side by side."""
+"""``autobalancer compare``: several machines side by side, or a run and what was measured."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,7 +12,12 @@ from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed, Speed
 
 
 def compare(
-    machines: Annotated[list[Path], typer.Argument(help="Machine files, in the order of the table.")],
+    machines: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Machine files, in the order of the table. Or a run (.nc) and a file of signals or of ball angles."
+        ),
+    ],
     at: Annotated[
         list[str] | None,
         typer.Option(help='Speed at which the deflection is wanted too, such as "40 rad/s". May be repeated.'),
@@ -28,6 +33,8 @@ def compare(
 ) -> None:
     """Run several machines and put side by side what each run left, and from which speed on it balances.
 
+    Of a run (.nc) and a measurement: the same curves and the same measures of both.
+
     Example: autobalancer compare variant_plain.toml variant_pins.toml \\
       --at "40 rad/s" --plot variants.png
     """
@@ -40,6 +47,9 @@ def compare(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
+    if machines[0].suffix.lower() == ".nc":
+        _overlay(machines, seed, files, speed_unit, as_json, as_csv)
+        return
     with progress_bar("machines") as update:
         found = compared(
             machines,
@@ -60,4 +70,31 @@ def compare(
     print_sheet(columns, found.heading())
     for remark in found.remarks():
         note(remark)
+    files.say()
+
+
+def _overlay(given: list[Path], seed: int, files: Any, speed_unit: str, as_json: bool, as_csv: bool) -> None:
+    from autobalancer.cli.terminal.output import print_csv, print_json
+    from autobalancer.cli.terminal.sheet import print_facts, print_sheet
+    from autobalancer.cli.terminal.words import note
+
+    if len(given) != 2:
+        raise ab.errors.QuestionError("compare: after a run give one measurement: a table of signals, or an .nc file")
+    run = ab.load_run(given[0])
+    measured = ab.load_run(given[1]) if given[1].suffix.lower() == ".nc" else ab.measure.load_signals(given[1])
+    found = ab.compare(run, measured, seed=seed)
+    files.save(found, lambda: ab.plot.overlay(found, speed_unit=speed_unit))
+    columns = found.columns(speed_unit)
+    if as_json:
+        names = (name for name, part in found.variables.items() if not {"time", "order_time"} & set(part.dims))
+        print_json({str(name): found[name].values for name in names} | {"notes": found.remarks()})
+        return
+    if as_csv:
+        print_csv(columns)
+        return
+    print_facts(found.facts(), found.heading())
+    if found.sizes["measure"]:
+        print_sheet(columns)
+    for text in found.remarks():
+        note(text)
     files.say()

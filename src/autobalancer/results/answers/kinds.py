@@ -32,6 +32,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Measured": "results.answers.measured",
     "Modes": "rotordynamics.answers",
     "PlaneUnbalances": "measurement.balancing.run_down_answer",
+    "Overlay": "results.answers.overlay",
     "PlanarOscillators": "rotordynamics.answers",
     "Orders": "results.answers.orders",
     "RaceShape": "measurement.race.answer",

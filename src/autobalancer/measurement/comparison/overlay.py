@@ -1,0 +1,155 @@
+"""A run and a measurement of the same machine, side by side."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.comparison.measures import Row, measure_rows
+from autobalancer.measurement.comparison.pairs import Pair, pairs, scale_doubt, together
+from autobalancer.measurement.orders.question import orders
+from autobalancer.measurement.signals.form import Channel, signals
+from autobalancer.results.answers.overlay import Overlay
+from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.provenance import provenance
+
+Floats = NDArray[np.float64]
+DIFFERENT = 0.02  # relative difference of speeds at one time, above which a note says so
+
+
+@of_a_run()
+def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: Any) -> Overlay:
+    """Put a measurement beside a run: the same curves and the same measures of both.
+
+    Times of the measurement are those of the run. Each channel is compared with what its sensor would have seen of the run, ball
+    angles with those of the run, whole turns not counted and balls of equal look matched. With a tacho the first order of every
+    channel is tracked in both by the same method. Measures are those of :func:`autobalancer.measures` for which the measurement
+    suffices; those of the run are computed from the same samples with the noise of the sensors, so that noise changes both alike.
+
+    Parameters
+    ----------
+    run
+        From :func:`autobalancer.simulate`, with samples.
+    measured
+        Signals, or ball angles of a film.
+    seed
+        Of the noise with which the run is measured.
+    **tacho
+        Keywords of :func:`autobalancer.measure.rotor_angle`.
+
+    Returns
+    -------
+    Overlay
+        Over ``channel`` and ``time``: ``measured``, ``simulated``, ``deviation`` (one standard deviation of the measurement; SI);
+        over ``channel`` ``rms_away`` and ``rms_expected`` from that deviation; over ``measure`` ``measured_value``,
+        ``simulated_value`` and ``value_deviation``; with a tacho ``order_amplitude`` and ``order_phase`` of both.
+        ``attrs["notes"]`` say which measures there cannot be, and what looks wrong.
+
+    Raises
+    ------
+    QuestionError
+        If times do not meet, a place is not in the run, or it kept too few samples.
+    """
+    if "time" not in run or not run.sizes.get("time") or "rotor_angle" not in run:
+        raise QuestionError("compare: the run kept no samples over time; run it with save=Samples(count)")
+    part = together(run, measured)
+    found = pairs(run, part)
+    rows, notes = measure_rows(run, part, found, seed)
+    notes = [*filter(None, map(scale_doubt, found)), *notes]
+    data = _curves(run, part, found)
+    ordered, more = _orders(run, part, found, tacho)
+    data = data.merge(ordered).merge(_measures(rows))
+    name = run.attrs.get("machine_name", "a machine")
+    about = {"title": f"Run and measurement of {name}", "machine_name": name, "notes": [*notes, *more]}
+    return Overlay.of(data.assign_attrs(provenance() | about))
+
+
+def _curves(run: xr.Dataset, part: xr.Dataset, found: list[Pair]) -> xr.Dataset:
+    time = np.asarray(part["time"].values, np.float64)
+
+    def table(values: list[Floats]) -> Floats:
+        grid = np.full((len(found), time.size), np.nan)
+        for row, pair, one in zip(grid, found, values, strict=True):
+            row[np.searchsorted(time, pair.measured.time)] = one
+        return grid
+
+    both = ("channel", "time")
+    away = [pair.shifted - pair.measured.values for pair in found]
+    about = {"long_name": "one standard deviation of the measurement, SI"}
+    entries: dict[str, Any] = {
+        "measured": (both, table([pair.measured.values for pair in found]), {"long_name": "measured, SI"}),
+        "simulated": (both, table([pair.shifted for pair in found]), {"long_name": "of the run, SI"}),
+        "deviation": (both, table([pair.measured.deviation for pair in found]), about),
+        "units": ("channel", np.array([pair.measured.unit for pair in found], dtype=object)),
+        "rms_measured": ("channel", [_rms(p.measured.values - p.measured.values.mean()) for p in found]),
+        "rms_away": ("channel", [_rms(one) for one in away]),
+        "rms_expected": ("channel", [_rms(pair.measured.deviation) for pair in found]),
+        "speed": ("time", np.interp(time, run["time"].values, run["speed"].values), {"units": "rad/s"}),
+    }
+    names = np.array([pair.measured.name for pair in found], dtype=object)
+    return xr.Dataset(entries, {"channel": names, "time": ("time", time, {"units": "s", "long_name": "time"})})
+
+
+def _orders(
+    run: xr.Dataset, part: xr.Dataset, found: list[Pair], tacho: dict[str, Any]
+) -> tuple[xr.Dataset, list[str]]:
+    """The first order of both; nothing without a tacho."""
+    if not any(v.attrs.get("quantity") in ("tacho", "angle") for v in part.data_vars.values()):
+        return xr.Dataset(), [] if found[0].measured.unit == "rad" else ["no orders: the measurement has no tacho"]
+    names = [pair.measured.name for pair in found]
+    try:
+        seen = orders(part, channels=names, **tacho).sel(order=1.0)
+        time = np.asarray(part["time"].values, np.float64)
+        angle = np.interp(time, run["time"].values, run["rotor_angle"].values)
+        channels = {p.measured.name: Channel(p.simulated, str(part[p.measured.name].attrs["quantity"])) for p in found}
+        known = orders(signals(time, {**channels, "rotor": Channel(angle, "angle")}), channels=names).sel(order=1.0)
+    except QuestionError as reason:
+        return xr.Dataset(), [f"no orders: {reason}"]
+    inside = (seen["time"] >= known["time"].values[0]) & (seen["time"] <= known["time"].values[-1])
+    seen = seen.isel(time=inside.values)
+    at, speed = seen["time"].values, np.interp(seen["time"].values, known["time"].values, known["speed"].values)
+    whirl = known["amplitude"].values * np.exp(1j * known["phase"].values)
+    like = np.array([np.interp(at, known["time"].values, row) for row in whirl])
+    notes = []
+    off = float(np.abs(seen["speed"].values / speed - 1.0).max()) if at.size else 0.0
+    if off > DIFFERENT:
+        notes.append(
+            f"the measured speed differs from that of the run by up to {100 * off:.3g} %; give the run its profile"
+        )
+    both = ("channel", "order_time")
+    return xr.Dataset(
+        {
+            "order_amplitude": (both, seen["amplitude"].values),
+            "order_amplitude_deviation": (both, seen["amplitude_deviation"].values),
+            "order_phase": (both, seen["phase"].values),
+            "order_phase_deviation": (both, seen["phase_deviation"].values),
+            "order_amplitude_simulated": (both, np.abs(like)),
+            "order_phase_simulated": (both, np.angle(like)),
+            "order_speed": ("order_time", seen["speed"].values, {"units": "rad/s"}),
+        },
+        {"order_time": at},
+    ), notes
+
+
+def _measures(rows: list[Row]) -> xr.Dataset:
+    def words(texts: list[str]) -> NDArray[np.object_]:
+        return np.array(texts, dtype=object)
+
+    return xr.Dataset(
+        {
+            "measured_value": ("measure", np.array([row.measured for row in rows], np.float64)),
+            "simulated_value": ("measure", np.array([row.simulated for row in rows], np.float64)),
+            "value_deviation": ("measure", np.array([row.deviation for row in rows], np.float64)),
+            "measure_of": ("measure", words([row.of for row in rows])),
+            "measure_unit": ("measure", words([row.measure.unit for row in rows])),
+        },
+        {"measure": words([row.measure.name for row in rows])},
+    )
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")

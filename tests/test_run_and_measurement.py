@@ -1,0 +1,92 @@
+"""A run and a measurement side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from benchmarks.closed_circle import RIG, seen_by_a_camera
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.measure import Sensor, Tacho, record
+
+RATE = 4000.0
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return ab.simulate(ab.parse_machine(RIG), save=ab.Samples(1201), progress=False)
+
+
+@pytest.fixture(scope="module")
+def signals(run: xr.Dataset) -> xr.Dataset:
+    sensors = [Sensor("displacement", direction=way, noise="40 dB", offset="1 mm") for way in ("x", "y")]
+    return record(run, [*sensors, Tacho()], RATE, seed=4)
+
+
+def test_a_run_beside_its_own_signals_differs_by_their_noise_only(run: xr.Dataset, signals: xr.Dataset) -> None:
+    found = ab.compare(run, signals)
+    np.testing.assert_allclose(found["rms_away"], found["rms_expected"], rtol=0.06)
+    off = (found["measured_value"] - found["simulated_value"]).values
+    assert (np.abs(off) <= 4.0 * found["value_deviation"].values + 1e-9 * np.abs(found["measured_value"].values)).all()
+    assert {"peak_deflection", "peak_speed", "residual_vibration"} <= set(found["measure"].values)
+    peak = found.sel(measure="peak_deflection")
+    assert float(peak["measured_value"]) == pytest.approx(float(ab.peak_deflection(run).deflection), rel=0.02)
+    sure = np.hypot(found["order_amplitude_deviation"], 1e-3 * found["order_amplitude"].max())
+    assert float(np.abs((found["order_amplitude"] - found["order_amplitude_simulated"]) / sure).max()) < 5.0
+    assert any("balls" in note for note in found.attrs["notes"])
+
+
+def test_more_damping_is_seen_in_the_measured_peak(run: xr.Dataset) -> None:
+    damped = ab.simulate(ab.with_parameter(ab.parse_machine(RIG), "rotor.damping", 360.0), save=ab.Samples(1201))
+    sensors = [Sensor("displacement", direction=way, noise="40 dB") for way in (20.0, 110.0)]
+    found = ab.compare(run, record(damped, sensors, RATE)).sel(measure="peak_deflection")
+    lower = float(found["simulated_value"] - found["measured_value"])
+    true = float(ab.peak_deflection(run).deflection - ab.peak_deflection(damped).deflection)
+    assert lower == pytest.approx(true, abs=5.0 * float(found["value_deviation"]))
+    assert lower > 10.0 * float(found["value_deviation"])
+
+
+def test_a_film_is_compared_by_the_release_of_its_balls(run: xr.Dataset) -> None:
+    film = seen_by_a_camera(run.isel(time=slice(None, None, 4)), np.random.default_rng(3)).isel(ball=[1, 0])
+    found = ab.compare(run, film)
+    assert (found["rms_away"] < 1.1 * found["rms_expected"]).all()
+    released = found.sel(measure="release_speed")
+    true = np.sort(ab.release_speed(run).values)
+    np.testing.assert_allclose(np.sort(released["measured_value"]), true, rtol=0.02)
+    assert any("no measures of the deflection" in note for note in found.attrs["notes"])
+
+
+def test_what_cannot_be_compared_is_said(run: xr.Dataset, signals: xr.Dataset) -> None:
+    meters = signals.copy(deep=True)
+    meters["displacement_x"].values *= 1000.0
+    assert any("is its unit right, such as mm for m?" in note for note in ab.compare(run, meters).attrs["notes"])
+    one = ab.compare(run, signals.drop_vars(["displacement_y", "tacho"]))
+    assert any("two directions" in note for note in one.attrs["notes"])
+    assert any("no tacho" in note for note in one.attrs["notes"])
+    assert one.sizes["measure"] == 0
+    later = signals.assign_coords(time=signals["time"] + 9.0)
+    with pytest.raises(
+        QuestionError, match=r"from 9 s to 9\.3 s, the run from 0 s to 0\.3 s; they have no time in common"
+    ):
+        ab.compare(run, later)
+    with pytest.raises(QuestionError, match="give the measurement, too"):
+        ab.compare(run)
+    with pytest.raises(QuestionError, match="in place of the machine"):
+        ab.compare([ab.parse_machine(RIG)], signals)
+
+
+def test_the_command_lays_a_logger_file_over_a_run(run: xr.Dataset, signals: xr.Dataset, tmp_path: Path) -> None:
+    for name, data in (("run.nc", run), ("logger.csv", signals)):
+        ab.save_run(data, tmp_path / name)
+    words = ["compare", str(tmp_path / "run.nc"), str(tmp_path / "logger.csv"), "--plot", str(tmp_path / "both.png")]
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 0, answer.output
+    assert "peak_deflection" in answer.output
+    assert "its noise is not known" in " ".join(answer.output.split())
+    assert (tmp_path / "both.png").stat().st_size > 0
