@@ -108,6 +108,7 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "rodrigues_critical_speeds",
         "rodrigues_plain_rotor",
         "rubber_loops",
+        "rubber_signals",
         "run_down_orders",
         "run_up_signals",
         "decay_signals",

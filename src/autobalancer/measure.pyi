@@ -51,6 +51,7 @@ from autobalancer.measurement.rubber.fit import rubber as rubber
 from autobalancer.measurement.rubber.hysteresis import hysteresis as hysteresis
 from autobalancer.measurement.rubber.measured import rubber_loops as rubber_loops
 from autobalancer.measurement.rubber.measured import rubber_resonances as rubber_resonances
+from autobalancer.measurement.rubber.signals import rubber_signals as rubber_signals
 from autobalancer.measurement.sensors.record import record as record
 from autobalancer.measurement.sensors.sensor import Sensor as Sensor
 from autobalancer.measurement.sensors.sensor import Tacho as Tacho
@@ -122,6 +123,7 @@ __all__ = [
     "rubber",
     "rubber_loops",
     "rubber_resonances",
+    "rubber_signals",
     "signals",
     "spectrum",
     "split_mass",

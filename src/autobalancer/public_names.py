@@ -211,6 +211,7 @@ NAMES: dict[str, dict[str, str]] = {
         "rubber": "measurement.rubber.fit",
         "rubber_loops": "measurement.rubber.measured",
         "rubber_resonances": "measurement.rubber.measured",
+        "rubber_signals": "measurement.rubber.signals",
         "load_rubber": "measurement.rubber.file",
         "hysteresis": "measurement.rubber.hysteresis",
         "Camera": "measurement.film.drawn.camera",
