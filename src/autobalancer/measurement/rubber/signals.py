@@ -26,6 +26,7 @@ Record = xr.Dataset | str | Path
 ALIKE = 0.05  # relative difference of amplitudes of neighboring periods that are one loop
 PERIODS = 4  # of a loop, the first one of which settles and is left out
 CALIBRATION = 0.005  # relative standard uncertainty that no scatter shows: of both sensors, and of their phase (rad)
+REFINED = 3  # times that the frequency is improved
 CLIPPED = 0.05  # share of samples at the same extreme value
 
 
@@ -94,8 +95,11 @@ def _points(
     step, period = float(t[1] - t[0]), 2.0 * np.pi / w
     if step > period / FEWEST:
         raise QuestionError(f"{place}: {period / step:.3g} samples in a period; at least {FEWEST} are needed")
-    starts, moved, pushed = _periods(t, x, f, w)
-    loops = _loops(np.abs(moved))
+    for _ in range(1 if frequency is not None else REFINED):
+        starts, moved, pushed = _periods(t, x, f, w)
+        loops = _loops(np.abs(moved))
+        if frequency is None and loops:
+            w += _advance(moved, loops) / (2.0 * np.pi / w)
     if not loops:
         raise QuestionError(
             f"{place}: no {PERIODS} periods of {w / (2.0 * np.pi):.4g} Hz in a row have one amplitude within "
@@ -164,6 +168,12 @@ def _periods(t: Floats, x: Floats, f: Floats, w: float) -> tuple[Floats, Complex
             c, s, _ = np.linalg.lstsq(rows, values[inside], rcond=None)[0]
             both[k, n] = complex(c, -s)
     return starts, both[0], both[1]
+
+
+def _advance(moved: Complexes, loops: list[slice]) -> float:
+    """How far the deflection gets ahead of the frequency in a period, rad."""
+    parts = [moved[part] for part in loops]
+    return float(np.angle(sum((part[1:] * part[:-1].conj()).sum() / np.abs(part).mean() ** 2 for part in parts)))
 
 
 def _loops(size: Floats) -> list[slice]:
