@@ -49,7 +49,14 @@ def bench() -> list[dict[str, Any]]:
 def row(name: str, error: float, unit: str, peer: str, theirs: float, note: str) -> dict[str, Any]:
     """An error, and by how much that of the peer is larger."""
     note = f"{note}; the peer {theirs:.3g} {unit}"
-    return {"name": name, "value": float(error), "unit": unit, "peer": peer, "ratio": float(theirs / error), "note": note}
+    return {
+        "name": name,
+        "value": float(error),
+        "unit": unit,
+        "peer": peer,
+        "ratio": float(theirs / error),
+        "note": note,
+    }
 
 
 def tracked(duration: float) -> np.ndarray:

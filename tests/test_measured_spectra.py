@@ -156,3 +156,17 @@ def test_spectra_are_kept_in_files_and_questions_without_an_answer_refused(tmp_p
             ab.measure.spectrum(signals, **change)
     with pytest.raises(QuestionError, match="with the quantity tacho or angle there is none"):
         ab.measure.order_map(signals)
+
+
+def test_the_envelope_of_a_run_up_holds_the_wave_and_its_speed() -> None:
+    angle = 40.0 * TIME + 4.0 * TIME**2
+    size = 1e-5 * (1.0 + 0.2 * TIME)
+    found = ab.measure.envelope(turning(measured(x=size * np.cos(angle)), angle))
+    middle = found["envelope_time"].values
+    assert found["envelope_high"].values[0] == pytest.approx(1e-5 * (1.0 + 0.2 * middle), rel=0.03)
+    assert found["envelope_low"].values[0] == pytest.approx(-1e-5 * (1.0 + 0.2 * middle), rel=0.03)
+    assert found["envelope_speed"].values == pytest.approx(40.0 + 8.0 * found["envelope_end"].values, abs=0.02)
+    assert np.diff(found["envelope_end"].values)[0] > 1.8 * np.diff(found["envelope_end"].values)[-1]
+    with pytest.raises(QuestionError, match="give bin_length"):
+        ab.measure.envelope(measured(x=size))
+    assert ab.measure.envelope(measured(x=size), bin_length="0.5 s").sizes["bin"] == 23

@@ -61,6 +61,7 @@ from autobalancer.measurement.signals.load import load_signals as load_signals
 from autobalancer.measurement.spectra.conversion import converted as converted
 from autobalancer.measurement.spectra.damping import damping as damping
 from autobalancer.measurement.spectra.damping import half_power as half_power
+from autobalancer.measurement.spectra.envelope import envelope as envelope
 from autobalancer.measurement.spectra.orbit import orbit as orbit
 from autobalancer.measurement.spectra.order_map import order_map as order_map
 from autobalancer.measurement.spectra.spectrum import spectrum as spectrum
@@ -91,6 +92,7 @@ __all__ = [
     "decay_rate",
     "drag_coefficients",
     "drag_from_lag",
+    "envelope",
     "equal_balls",
     "equilibrium_angle",
     "equilibrium_angles",

@@ -248,6 +248,7 @@ NAMES: dict[str, dict[str, str]] = {
         "damping": "measurement.spectra.damping",
         "half_power": "measurement.spectra.damping",
         "orbit": "measurement.spectra.orbit",
+        "envelope": "measurement.spectra.envelope",
     },
     "laws": {
         "capability": "laws.ball_capability",
