@@ -25,6 +25,7 @@ from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import save_machine as save_machine
 from autobalancer.machine.schema import keys as keys
 from autobalancer.machine.schema import machine_schema as machine_schema
+from autobalancer.reporting.report import report as report
 from autobalancer.results.measures import ball_angle_to_unbalance as ball_angle_to_unbalance
 from autobalancer.results.measures import deflection_envelope as deflection_envelope
 from autobalancer.results.measures import peak_deflection as peak_deflection
@@ -83,6 +84,7 @@ __all__ = [
     "peak_deflection",
     "plot",
     "release_speed",
+    "report",
     "residual_unbalance",
     "residual_vibration",
     "rotor",

@@ -14,6 +14,10 @@ Progress = Callable[[float, float], None]
 SOON = 1.0  # s; what takes less shows nothing
 
 
+def silent(_done: float, _total: float) -> None:
+    """Progress of a part that somebody else shows as a whole."""
+
+
 def shows_progress(function: Callable[P, R]) -> Callable[P, R]:
     """Give a function with the argument ``progress`` a bar of its own.
 

@@ -18,6 +18,7 @@ NAMES: dict[str, dict[str, str]] = {
         "ensemble": "studies.ensemble.ensemble",
         "study": "studies.study.study",
         "sensitivity": "studies.study.sensitivity",
+        "report": "reporting.report",
         "compare": "either_kind",
         "basin": "studies.basin",
         "worst_start": "studies.worst_start",

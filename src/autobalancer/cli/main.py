@@ -78,6 +78,7 @@ from autobalancer.cli.runs import (  # noqa: E402
     study,
 )
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
+from autobalancer.cli.studies import report  # noqa: E402
 from autobalancer.cli.studies import study as study_file  # noqa: E402
 
 app.command()(check.check)
@@ -94,6 +95,7 @@ app.command()(branches.branches)
 app.command()(basin.basin)
 app.command()(ensemble.ensemble)
 app.command()(study_file.study)
+app.command()(report.report)
 app.command()(compare.compare)
 app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)

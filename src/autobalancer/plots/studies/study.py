@@ -53,6 +53,8 @@ def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") 
     grid = given.grid_names()
     if not grid and quantity == "balanced":
         return ensemble(given, speed_unit=speed_unit)
+    if not np.isfinite(given[quantity].values.astype(float)).any():
+        raise QuestionError(f"plot.study: quantity: no member has {quantity!r}")
     if len(grid) > 2:
         raise QuestionError(
             f"plot.study: the grid has {len(grid)} parameters; select values of all but two with .where"

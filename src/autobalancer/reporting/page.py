@@ -1,0 +1,88 @@
+"""What a report is made of: sections of paragraphs, tables, pictures and texts, whatever file they become."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from autobalancer.shown import Column
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DOTS = 170  # per inch of a picture
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A text; ``strong`` where it is what a reader looks for first."""
+
+    text: str
+    strong: bool = False
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table: heads, which may be empty, and rows of texts. ``numeric`` columns stand at the right."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numeric: tuple[bool, ...] = ()
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture (PNG) with what it shows in words."""
+
+    png: bytes
+    caption: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A text that keeps its lines, such as a machine file or a command."""
+
+    text: str
+
+
+Block = Paragraph | Rows | Drawing | Listing
+
+
+@dataclass
+class Section:
+    """A heading and what stands below it; ``replay`` are the commands that make its numbers again."""
+
+    title: str
+    blocks: list[Block] = field(default_factory=list)
+    replay: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """A whole report."""
+
+    title: str
+    about: tuple[tuple[str, str], ...]  # identity: names and texts
+    sections: tuple[Section, ...]
+    sign: bool = True  # with lines for name, date and signature
+
+
+def facts(rows: Sequence[tuple[str, str]]) -> Rows:
+    """Names and texts as a table without heads."""
+    return Rows((), tuple((name, text) for name, text in rows))
+
+
+def columns_table(columns: Sequence[Column]) -> Rows:
+    """Columns of a result as a table, units in the heads."""
+    heads = tuple(f"{one.head} ({one.unit})" if one.unit else one.head for one in columns)
+    cells = zip(*(one.cells() for one in columns), strict=True)
+    return Rows(heads, tuple(tuple(row) for row in cells), tuple(one.numeric for one in columns))
+
+
+def drawing(figure: Figure, caption: str) -> Drawing:
+    """A Matplotlib figure as a picture of a report."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=DOTS)
+    return Drawing(stream.getvalue(), caption)

@@ -1,0 +1,97 @@
+"""Reports: complete, self-contained, and every number can be made again."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
+from autobalancer.reporting.pdf_file import write_pdf
+
+pytest.importorskip("jinja2")
+ROOT = Path(__file__).parents[1]
+MACHINE = ROOT / "examples/machines/discoidal.toml"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "a.html"
+    spec = {
+        "machine": str(MACHINE),
+        "members": 24,
+        "duration": "2 s",
+        "vary": {"stiffness": {"distribution": "normal", "standard_deviation": "9 %"}},
+    }
+    assert ab.report(MACHINE, path, study=ab.study(spec), grade="G 2.5", starts=5) == path
+    return path.read_text(encoding="utf-8")
+
+
+def test_a_report_has_all_its_pages_and_needs_no_other_file(page: str) -> None:
+    heads = re.findall(r"<h2 id=\"s\d+\">\d+ ([^<]+)</h2>", page)
+    assert heads[:5] == [
+        "Machine",
+        "Balance quality (ISO 21940-11)",
+        "Run-up",
+        "Border speeds and margins",
+        "Where balancing is stable",
+    ]
+    assert heads[5:] == [
+        "5 random starts of the balls",
+        "Study study",
+        "Which scatter drives the result",
+        "Balls in their race",
+        "Limits",
+        "Machine file",
+    ]
+    assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", page)
+    assert all(len(alt) > 10 for alt in re.findall(r"<img alt=\"([^\"]*)\"", page))
+
+
+def test_the_numbers_are_those_of_the_machine(page: str) -> None:
+    borders = {one.name: one.speed for one in ab.stability.borders(MACHINE)}
+    assert f"{borders['exact border'] * 9.549296585513721:.5g} rpm" in page
+    assert "G 2.5 at" in page
+
+
+def test_the_commands_of_a_report_are_understood(page: str) -> None:
+    command = typer.main.get_command(app)
+    lines = re.findall(r"made by<pre>(.*?)</pre>", page, re.DOTALL)
+    assert len(lines) >= 6
+    for line in lines:
+        words = shlex.split(line.replace("&#34;", '"'))[1:]
+        name, rest = command.commands[words[0]], words[1:]  # type: ignore[attr-defined]
+        name.make_context(
+            words[0], [str(MACHINE) if one.endswith(".toml") else one for one in rest], resilient_parsing=True
+        )
+
+
+def test_any_block_becomes_a_pdf_whatever_its_signs(tmp_path: Path) -> None:
+    pytest.importorskip("typst")
+    odd = 'a "b" #let x = 1 $y$ \\ [c] <d> *e* @f µm²'
+    picture = ab.plot.race(ab.simulate(MACHINE, duration="0.1 s"))
+    blocks = [Paragraph(odd), Rows((odd, "n"), ((odd, "1"),), (False, True)), drawing(picture, odd), Listing(odd)]
+    write_pdf(Report(odd, ((odd, odd),), (Section(odd, blocks, odd),)), tmp_path / "a.pdf")
+    assert (tmp_path / "a.pdf").read_bytes()[:5] == b"%PDF-"
+
+
+def test_what_is_no_report_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(QuestionError, match=r"written as .html or .pdf"):
+        ab.report(MACHINE, tmp_path / "a.txt")
+    with pytest.raises(QuestionError, match=r"grade: given 'fine'; write it as in ISO 21940-11"):
+        ab.report(MACHINE, tmp_path / "a.html", grade="fine")
+    other = {
+        "machine": str(ROOT / "examples/machines/stall_and_release.toml"),
+        "members": 2,
+        "results": ["capability"],
+        "vary": {"drag": [1e-4]},
+    }
+    with pytest.raises(QuestionError, match="study: it is of another machine"):
+        ab.report(MACHINE, tmp_path / "a.html", study=ab.study(other))
