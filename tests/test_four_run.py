@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import autobalancer as ab
 from autobalancer.errors import QuestionError
+from autobalancer.machine import Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
 from autobalancer.measurement.balancing.circles import closed_form
 
@@ -124,3 +126,31 @@ def test_runs_that_do_not_belong_together_are_refused_with_their_names():
         four_run(job(a[:2], PLACES[:1]))
     with pytest.raises(QuestionError, match="given none"):
         four_run([BalanceRun(n, [Reading(1.0)]) for n in "abcd"])
+
+
+def rig_runs(places: list[list[float]]) -> list[BalanceRun]:
+    """Four runs of a rig with balls at given angles in the rotor, one list for each run."""
+    machine, found = ab.example("discoidal"), []
+    for place, balls in zip((None, *PLACES), places, strict=True):
+        mass = () if place is None else (Unbalance(moment=4e-4, angle=np.radians(place)),)
+        seen = ab.rotor.response(machine, [100.0], unbalance=(*machine.unbalances, *mass), ball_angles=balls)
+        on = [] if place is None else [TrialMass("disk", "400 g*mm", f"{place} deg")]
+        found.append(BalanceRun(str(place), [Reading(float(seen.semi_major[0, 0]))], on))
+    return found
+
+
+def test_balls_that_are_held_are_part_of_the_unbalance_and_balls_that_moved_are_told():
+    held = rig_runs([[1.0, 2.0]] * 4)
+    found = four_run(held, deviation=0.01)
+    machine = ab.example("discoidal")
+    own, one = (
+        complex(float(seen.x_real[0, 0]), float(seen.x_imag[0, 0]))
+        for seen in (
+            ab.rotor.response(machine, [100.0], ball_angles=[1.0, 2.0]),
+            ab.rotor.response(machine, [100.0], unbalance=1.0, balls=True),
+        )
+    )
+    assert first(found) == pytest.approx(-own / one, rel=1e-6)
+    moved = rig_runs([[1.0, 2.0], [4.0, 4.5], [1.5, 3.0], [2.0, 5.0]])
+    with pytest.raises(QuestionError, match=r"balls in a race that have moved between runs"):
+        four_run(moved, deviation=0.01)
