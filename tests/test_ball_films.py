@@ -79,7 +79,7 @@ def six() -> Floats:
 def errors(found: xr.Dataset, run: xr.Dataset) -> Floats:
     """Deviations of angles from the truth in degrees, (pictures, balls); each ball of the film is one of the run."""
     true = np.column_stack([np.interp(found["time"], TIME, row) for row in run["ball_angle_in_rotor"].values.T])
-    got = found["ball_angle_in_rotor"].values
+    got = found["ball_angle"].values
     away = np.degrees(np.angle(np.exp(1j * (got[:, :, None] - true[:, None, :]))))
     partner = [int(np.nanmedian(np.abs(away[:3, i]), axis=0).argmin()) for i in range(got.shape[1])]
     assert sorted(partner) == list(range(got.shape[1]))
@@ -126,7 +126,7 @@ def test_lost_pictures_are_said_and_never_become_angles(oblique: tuple[Any, ...]
     assert black.any()
     assert (found["fault"].values[black] == "dark").all()
     assert not found["seen"].values[black].any()
-    assert np.isnan(found["ball_angle_in_rotor"].values[black]).all()
+    assert np.isnan(found["ball_angle"].values[black]).all()
 
 
 def test_the_impact_of_two_balls_is_found_with_its_time_and_speed(oblique: tuple[Any, ...]) -> None:
@@ -142,7 +142,7 @@ def test_speeds_follow_from_neighboring_pictures_but_not_across_an_impact(obliqu
     found = oblique[3]
     hit = found["impact_time"].values[0]
     hitting = int(found["impact_ball"][0])
-    rate = found["ball_speed_in_rotor"].sel(ball=hitting)
+    rate = found["ball_speed"].sel(ball=hitting)
     before = rate.where((found["time"] > 0.02) & (found["time"] < hit), drop=True).values
     after = rate.where((found["time"] > hit + 0.005) & (found["time"] < 0.38), drop=True).values
     assert np.nanmax(np.abs(before - 4.0)) < 0.25
@@ -249,6 +249,68 @@ def test_a_ball_that_is_not_seen_takes_no_other_ones_place() -> None:
     assert matched(expected, np.radians([11.0, 101.0]), 0.05).find.tolist() == [0, -1, 1]
 
 
+# photographs -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def photograph() -> tuple[NDArray[np.uint8], ab.measure.FilmSetup, ab.measure.Camera, Floats]:
+    """Two balls at the angles of run 1 at 4000 rpm in figure 10 of Rodrigues et al., seen obliquely past a bearing."""
+    angles = np.radians([51.5, -75.6])
+    run = made_up(np.tile(angles, (TIME.size, 1)))
+    camera = ab.measure.Camera.above(0.12, tilt="35 deg", width=800, height=600, turning=True)
+    film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(noise=0.02), end=0.001)
+    return film.pictures[0], ab.measure.film_setup(run, camera), camera, angles
+
+
+def test_a_photograph_from_the_side_gives_the_angles_of_its_balls(photograph: tuple[Any, ...], tmp_path: Path) -> None:
+    picture, setup, _, angles = photograph
+    found = ab.measure.photographed_angles(picture, setup)
+    away = found["ball_angle"].values - np.sort(angles)
+    assert np.degrees(np.abs(away)).max() < 0.15
+    image = pytest.importorskip("PIL.Image")
+    image.fromarray(picture).save(tmp_path / "photo.png")
+    ab.measure.save_film_setup(setup, tmp_path / "setup.toml")
+    again = ab.measure.photographed_angles(tmp_path / "photo.png", ab.measure.load_film_setup(tmp_path / "setup.toml"))
+    assert np.allclose(again["ball_angle"], found["ball_angle"], atol=1e-6)
+
+
+def test_clicked_balls_have_the_deviation_of_the_hand(photograph: tuple[Any, ...]) -> None:
+    picture, setup, camera, angles = photograph
+    exact = camera.view().pixels(in_space(ORBIT * np.exp(1j * angles), 0.5 * DIAMETER))
+    hand = np.random.default_rng(2)
+    pulls = []
+    for _ in range(40):
+        found = ab.measure.photographed_angles(picture, setup, clicked=exact + hand.normal(0.0, 1.0, (2, 2)))
+        pulls.append((found["ball_angle"].values - np.sort(angles)) / found["ball_angle_deviation"].values)
+    assert 0.8 < np.std(pulls) < 1.2
+    with pytest.raises(QuestionError, match="at one place"):
+        ab.measure.photographed_angles(picture, setup, clicked=[exact[0], exact[0] + 1.0])
+    with pytest.raises(QuestionError, match="beside the orbit"):
+        ab.measure.photographed_angles(picture, setup, clicked=exact + np.array([[0.0, 0.0], [60.0, 0.0]]))
+
+
+def test_a_histogram_counts_the_last_angles_and_knows_which_are_near_an_edge(photograph: tuple[Any, ...]) -> None:
+    picture, setup, _, _ = photograph
+    found = ab.measure.photographed_angles(picture, setup)
+    counted = ab.measure.rest_histogram([found] * 3, bins=12)
+    assert counted["count"].values.sum() == 6
+    assert counted["count"].values[2] == 3, "51.5 degrees lie in the bin about 60"
+    edge = float(found["ball_angle"][1])
+    near = ab.measure.rest_histogram([found] * 3, bins=12, reference=edge - np.pi / 12.0)
+    assert counted["count_deviation"].values.sum() == 0.0
+    assert near["count_deviation"].values.sum() > 0.5
+
+
+def test_pictures_of_films_are_drawn(oblique: tuple[Any, ...], photograph: tuple[Any, ...]) -> None:
+    _, film, setup, found = oblique
+    assert len(ab.plot.ball_film(found).axes) == 2
+    seen = ab.measure.rectified_picture(film, setup, 2)
+    assert np.hypot(seen["ball_x"], seen["ball_y"]).values == pytest.approx(ORBIT, abs=1.5e-3)
+    assert len(ab.plot.rectified_picture(seen).axes[0].patches) == 7
+    rest = ab.measure.rest_histogram([ab.measure.photographed_angles(*photograph[:2])])
+    assert ab.plot.rest_histogram(rest, unbalance=0.0).axes[0].name == "polar"
+
+
 # what cannot be ----------------------------------------------------------------------------------------------------------
 
 
@@ -299,7 +361,7 @@ def test_a_picture_with_a_hidden_ball_says_so_and_keeps_the_others(short: tuple[
     pictures = film.pictures.copy()
     found = ab.measure.track_balls(film, setup())
     camera = ab.measure.Camera.above(0.11, width=480, height=360).view()
-    place = ORBIT * np.exp(1j * float(found["ball_angle_in_rotor"][6, 2] + found["rotor_angle"][6]))
+    place = ORBIT * np.exp(1j * float(found["ball_angle"][6, 2] + found["rotor_angle"][6]))
     column, row = camera.pixels(in_space(place, 0.5 * DIAMETER)).round().astype(int)
     pictures[6, row - 16 : row + 17, column - 16 : column + 17] = 56
     hidden = ab.measure.track_balls(pictures, setup(), time=film.time)

@@ -207,6 +207,8 @@ WIDE = (
     "compare stall.nc logger.nc",
     'measure record stall.nc --sensor "displacement::x:40 dB" --rate "2 kHz" --end "0.1 s"',
     "measure orders run_up_signals.csv --orders 1,2",
+    'measure film stall.nc --out race.mp4 --tilt "30 deg" --end "0.1 s" --size 480x360',
+    "measure balls race.mp4 --setup race.toml --out race.nc",
     'measure spectrum run_up_signals.csv --start "13 s"',
     "measure order-map run_up_signals.csv",
     "measure damping decay_signals.csv",

@@ -27,7 +27,14 @@ from autobalancer.measurement.film.drawn.camera import Camera as Camera
 from autobalancer.measurement.film.drawn.camera import Exposure as Exposure
 from autobalancer.measurement.film.drawn.render import render_film as render_film
 from autobalancer.measurement.film.marks import Mark as Mark
+from autobalancer.measurement.film.photograph import photographed_angles as photographed_angles
+from autobalancer.measurement.film.photograph import rest_histogram as rest_histogram
+from autobalancer.measurement.film.rectified import rectified_picture as rectified_picture
 from autobalancer.measurement.film.setup import FilmSetup as FilmSetup
+from autobalancer.measurement.film.setup_file import film_camera as film_camera
+from autobalancer.measurement.film.setup_file import film_setup as film_setup
+from autobalancer.measurement.film.setup_file import load_film_setup as load_film_setup
+from autobalancer.measurement.film.setup_file import save_film_setup as save_film_setup
 from autobalancer.measurement.film.track import track_balls as track_balls
 from autobalancer.measurement.film.video import Film as Film
 from autobalancer.measurement.loop.balls import RaceBalls as RaceBalls
@@ -97,6 +104,8 @@ __all__ = [
     "equilibrium_angle",
     "equilibrium_angles",
     "evaluate_angles",
+    "film_camera",
+    "film_setup",
     "fit_rolling_resistance",
     "fit_run_up",
     "four_run",
@@ -104,6 +113,7 @@ __all__ = [
     "hysteresis",
     "load_angle_series",
     "load_balance_runs",
+    "load_film_setup",
     "load_orders",
     "load_receptance",
     "load_rubber",
@@ -112,20 +122,24 @@ __all__ = [
     "orbit",
     "order_map",
     "orders",
+    "photographed_angles",
     "race_shape",
     "receptance",
     "receptance_border",
     "receptance_loop",
     "receptance_stability",
     "record",
+    "rectified_picture",
     "render_film",
     "rest_friction",
+    "rest_histogram",
     "rolling_resistance_deviation",
     "rotor_angle",
     "rubber",
     "rubber_loops",
     "rubber_resonances",
     "rubber_signals",
+    "save_film_setup",
     "signals",
     "spectrum",
     "split_mass",

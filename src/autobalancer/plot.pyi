@@ -17,6 +17,9 @@ from autobalancer.plots.measured.balancing import balancing as balancing
 from autobalancer.plots.measured.balancing import four_run as four_run
 from autobalancer.plots.measured.balancing import run_down as run_down
 from autobalancer.plots.measured.ball_drag import ball_drag as ball_drag
+from autobalancer.plots.measured.ball_film import ball_film as ball_film
+from autobalancer.plots.measured.ball_film import rectified_picture as rectified_picture
+from autobalancer.plots.measured.ball_film import rest_histogram as rest_histogram
 from autobalancer.plots.measured.drag import drag_laws as drag_laws
 from autobalancer.plots.measured.equilibrium_angle import equilibrium_angle as equilibrium_angle
 from autobalancer.plots.measured.equilibrium_angle import measured_drag as measured_drag
@@ -68,6 +71,7 @@ from autobalancer.plots.studies.study import study as study
 __all__ = [
     "balancing",
     "ball_drag",
+    "ball_film",
     "basin",
     "bifurcation_curves",
     "border_curve",
@@ -113,7 +117,9 @@ __all__ = [
     "race",
     "race_shape",
     "receptance",
+    "rectified_picture",
     "response",
+    "rest_histogram",
     "rests",
     "rubber",
     "run_down",

@@ -34,6 +34,8 @@ LABELS: dict[str, Label] = {
     "ball_at_rest": Label("whether adherence holds the ball at rest in the rotor", ""),
     "ball_floor_force": Label("force of the floor on a ball", "N"),
     "ball_normal_force": Label("normal force of the race on a ball", "N", symbol="F_N"),
+    "ball_angle": Label("ball angle in the rotor, measured", "rad", "rotor"),
+    "ball_speed": Label("ball speed in the rotor, measured", "rad/s", "rotor"),
     "ball_angle_deviation": Label("standard deviation of the ball angle in the rotor", "rad", "rotor"),
     "ball_speed_deviation": Label("standard deviation of the ball speed in the rotor", "rad/s", "rotor"),
     "seen": Label("whether the ball was seen in the picture", ""),

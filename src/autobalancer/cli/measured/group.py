@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import typer
 
-from autobalancer.cli.measured import balance, motion, orders, race, record, rubber_loops, signals, spectrum, trial
+from autobalancer.cli.measured import (
+    balance,
+    balls,
+    motion,
+    orders,
+    race,
+    record,
+    rubber_loops,
+    signals,
+    spectrum,
+    trial,
+)
 
 app = typer.Typer(
     name="measure",
@@ -27,3 +38,5 @@ app.command("race-shape")(race.race_shape)
 app.command("rest-friction")(race.rest_friction)
 app.command("drag-from-lag")(race.drag_from_lag)
 app.command("rubber-signals")(rubber_loops.rubber_signals)
+app.command()(balls.balls)
+app.command()(balls.film)

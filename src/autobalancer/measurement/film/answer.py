@@ -39,9 +39,9 @@ def ball_film(
     seen = np.isfinite(followed.angle)
     data = xr.Dataset(
         {
-            "ball_angle_in_rotor": (both, followed.angle),
+            "ball_angle": (both, followed.angle),
             "ball_angle_deviation": (both, followed.deviation),
-            "ball_speed_in_rotor": (both, rates[0]),
+            "ball_speed": (both, rates[0]),
             "ball_speed_deviation": (both, rates[1]),
             "seen": (both, seen),
             "identity_margin": ("time", followed.margin),

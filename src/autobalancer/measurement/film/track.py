@@ -27,7 +27,7 @@ def track_balls(
     film: Film | str | Path | ArrayLike,
     setup: FilmSetup,
     *,
-    frame_rate: float | None = None,
+    frame_rate: float | str | None = None,
     time: ArrayLike | None = None,
     rotor_angle: ArrayLike | None = None,
     first_speed: float | str = 0.0,
@@ -43,7 +43,8 @@ def track_balls(
     setup
         Race, marks and camera.
     frame_rate
-        Pictures a second, if the film does not say it rightly (slow motion); of an array it is needed unless ``time`` is given.
+        Pictures a second, a number or a text such as "240 Hz", if the film does not say it rightly (slow motion); of an array it
+        is needed unless ``time`` is given.
     time
         Of each picture, s; of a stroboscope that follows the rotor the times of its flashes.
     rotor_angle
@@ -60,8 +61,8 @@ def track_balls(
     Returns
     -------
     BallFilm
-        Dataset over ``time`` and ``ball``: ``ball_angle_in_rotor`` (rad), ``ball_angle_deviation`` (one standard deviation),
-        ``ball_speed_in_rotor``, ``ball_speed_deviation``, ``seen``; over ``time`` ``rotor_angle``, ``speed``, ``x``, ``y`` (where
+        Dataset over ``time`` and ``ball``: ``ball_angle`` (rad), ``ball_angle_deviation`` (one standard deviation),
+        ``ball_speed``, ``ball_speed_deviation``, ``seen``; over ``time`` ``rotor_angle``, ``speed``, ``x``, ``y`` (where
         marks on the rotor show the deflection), ``fault`` (why a picture is of no use) and ``identity_margin``; impacts and
         events as in runs.
 
@@ -72,6 +73,7 @@ def track_balls(
     ResultError
         If the film cannot be read.
     """
+    frame_rate = optional_argument("frame_rate", frame_rate, "Hz")
     pictures, when = _opened(film, frame_rate, time)
     known = _known(setup, rotor_angle, when)
     speed, slip = argument("first_speed", first_speed, "rad/s"), argument("first_ball_speed", first_ball_speed, "rad/s")

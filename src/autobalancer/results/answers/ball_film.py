@@ -17,7 +17,7 @@ class BallFilm(Answer):
 
     def has_table(self) -> bool:
         """Angles over time and ball must be there."""
-        return "ball_angle_in_rotor" in self and self["ball_angle_in_rotor"].dims == ("time", "ball")
+        return "ball_angle" in self and self["ball_angle"].dims == ("time", "ball")
 
     def facts(self) -> list[tuple[str, str]]:
         """Pictures, faults, deviation, speed and what happened."""
@@ -28,7 +28,7 @@ class BallFilm(Answer):
             facts.append(("first fault", f"picture {first + 1} at {time[first]:.6g} s: {self['fault'].values[first]}"))
         speed = self["speed"].values[np.isfinite(self["speed"].values)]
         if speed.size:
-            facts.append(("rotor speed", f"{rpm_and_si(float(speed[0]))} to {rpm_and_si(float(speed[-1]))}"))
+            facts.append(("rotor speed", f"{_rpm(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
         deviation = np.degrees(self["ball_angle_deviation"].values)
         if np.isfinite(deviation).any():
             facts.append(
@@ -46,7 +46,7 @@ class BallFilm(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """The last angle of each ball."""
-        angle, deviation = self["ball_angle_in_rotor"].values, self["ball_angle_deviation"].values
+        angle, deviation = self["ball_angle"].values, self["ball_angle_deviation"].values
         rows = [np.flatnonzero(np.isfinite(column)) for column in angle.T]
         last = [int(row[-1]) if row.size else -1 for row in rows]
         wrapped = [(np.degrees(angle[k, i]) + 180.0) % 360.0 - 180.0 if k >= 0 else np.nan for i, k in enumerate(last)]
@@ -57,3 +57,7 @@ class BallFilm(Answer):
             Column("last angle in the rotor", wrapped, "°", ".2f"),
             Column("standard deviation", sure, "°", ".2g"),
         ]
+
+
+def _rpm(speed: float) -> str:
+    return f"{float(speed) * 30.0 / np.pi:.4g}"

@@ -22,7 +22,7 @@ from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
 ROTOR_MARKS, FRAME_MARKS = (
-    (0.0, 100.0, 215.0),
+    (0.0, 70.0, 160.0, 235.0, 290.0),
     (20.0, 75.0, 140.0, 200.0, 265.0, 320.0),
 )  # degrees; no two patterns alike
 MOST = 20_000  # pictures
@@ -63,7 +63,7 @@ def scenery(
     frame_marks: Sequence[Mark] | None = None,
     ball_height: float | str | None = None,
 ) -> Scenery:
-    """One race of a run with marks; by default three on the rotor and six around it, and balls that lie on their plane.
+    """One race of a run with marks; by default five on the rotor and six around it, and balls that lie on their plane.
 
     Raises
     ------

@@ -1,0 +1,181 @@
+"""Ball angles from one photograph, and where balls come to rest in many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.measurement.film.balls import Seen
+from autobalancer.measurement.film.optics.calibration import Calibration
+from autobalancer.measurement.film.optics.finding import camera_of
+from autobalancer.measurement.film.pictures import Reader
+from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.labels import label
+from autobalancer.results.provenance import provenance
+
+Floats = NDArray[np.float64]
+Gray = NDArray[np.uint8]
+LIGHT = (0.299, 0.587, 0.114)  # of red, green and blue, as films have it
+
+
+def photographed_angles(
+    photograph: str | Path | ArrayLike, setup: FilmSetup, *, clicked: ArrayLike | None = None
+) -> Labeled:
+    """Angles of the balls in the rotor from one photograph, as Rodrigues et al. (2011), section 6.2, read them.
+
+    Parameters
+    ----------
+    photograph
+        Path of a picture (PNG, JPEG), or an array (rows, columns) or (rows, columns, 3) of 8 bits.
+    setup
+        With ``marks`` on the rotor, whose places count from its zero mark.
+    clicked
+        Pixels (column, row) of the ball centers as a person gives them, (balls, 2), with ``setup.pixel_deviation``; by default
+        the balls are found.
+
+    Returns
+    -------
+    Labeled
+        Dataset over ``ball``: ``ball_angle`` (rad, in the rotor, increasing) and ``ball_angle_deviation`` (one standard
+        deviation).
+
+    Raises
+    ------
+    QuestionError
+        If marks or balls are not found, their number is another one, two are at one place, or one is not in the race.
+    ResultError
+        If the picture cannot be read.
+    """
+    picture = _gray(photograph)
+    if clicked is None:
+        turning = replace(setup, camera="turning", rotor_marks=())
+        reader = Reader([picture], turning)
+        _, seen, fault = reader.read(picture, setup.balls, None)
+        if fault or seen.place.size != setup.balls:
+            raise QuestionError(f"photograph: {fault or f'{seen.place.size} of {setup.balls} balls seen'}")
+        camera = reader.calibration
+    else:
+        camera = camera_of(picture, setup)
+        seen = _clicked(np.asarray(clicked, np.float64), camera, setup)
+    middle = complex(*setup.race_center)
+    angle = np.angle(seen.place - middle)
+    spread = np.hypot(seen.deviation / setup.orbit, camera.angle_deviation(seen.place, setup.height, middle))
+    order = np.argsort(angle, kind="stable")
+    data = xr.Dataset(
+        {"ball_angle": ("ball", angle[order]), "ball_angle_deviation": ("ball", spread[order])},
+        {"ball": np.arange(1, angle.size + 1)},
+    )
+    how = "clicked" if clicked is not None else "found"
+    data.attrs.update(title=f"balls of a photograph, {how}", mark_residual=camera.residual, **provenance())
+    return Labeled.of(label(data))
+
+
+def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
+    if pixels.shape != (setup.balls, 2) or not np.isfinite(pixels).all():
+        raise QuestionError(f"clicked: given {pixels.shape}; give column and row of each of the {setup.balls} balls")
+    found = camera.view.places(pixels, setup.height)
+    place = found[:, 0] + 1j * found[:, 1]
+    off = np.abs(np.abs(place - complex(*setup.race_center)) - setup.orbit)
+    for number in np.flatnonzero(off > 0.5 * setup.diameter):
+        raise QuestionError(
+            f"clicked: ball {number + 1} at pixel ({pixels[number, 0]:g}, {pixels[number, 1]:g}) is "
+            f"{1e3 * off[number]:.3g} mm beside the orbit of the race; check its pixel, the marks and ball_height"
+        )
+    for i in range(len(place)):
+        for j in range(i):
+            if abs(place[i] - place[j]) < 0.6 * setup.diameter:
+                raise QuestionError(f"clicked: balls {j + 1} and {i + 1} are at one place")
+    ahead = (
+        camera.view.places(pixels + np.array([0.5, 0.0]), setup.height),
+        camera.view.places(pixels + np.array([0.0, 0.5]), setup.height),
+    )
+    along = 1j * (place - complex(*setup.race_center)) / np.abs(place - complex(*setup.race_center))
+    slopes = [((one[:, 0] + 1j * one[:, 1] - place) / 0.5 * np.conj(along)).real for one in ahead]
+    return Seen(place, setup.pixel_deviation * np.hypot(*slopes), np.ones(len(place)))
+
+
+def _gray(given: str | Path | ArrayLike) -> Gray:
+    if isinstance(given, str | Path):
+        from PIL import Image, UnidentifiedImageError
+
+        try:
+            with Image.open(given) as found:
+                return np.asarray(found.convert("L"), np.uint8)
+        except (OSError, UnidentifiedImageError, ValueError) as reason:
+            raise ResultError(f"{given}: cannot be read as a picture: {reason}") from None
+    picture = np.asarray(given)
+    if picture.dtype != np.uint8 or picture.ndim not in (2, 3) or (picture.ndim == 3 and picture.shape[2] < 3):
+        raise QuestionError(
+            f"photograph: an array {picture.shape} of {picture.dtype}; must be (rows, columns) or (rows, columns, 3) of uint8"
+        )
+    return picture if picture.ndim == 2 else np.round(picture[..., :3] @ LIGHT).astype(np.uint8)
+
+
+def rest_histogram(found: Sequence[xr.Dataset], *, bins: int = 12, reference: float = 0.0) -> Labeled:
+    """Where balls came to rest in several films or photographs, as Spannan (2021), figure 6.20, counts it.
+
+    Parameters
+    ----------
+    found
+        Results of ``track_balls``, of which the last angle counts that was seen, or of ``photographed_angles``.
+    bins
+        Around the rotor; the first has its middle at ``reference``.
+    reference
+        Angle in the rotor, rad, from which angles count, such as that of the unbalance.
+
+    Returns
+    -------
+    Labeled
+        Dataset over ``bin``: ``angle`` (rad, middle of the bin), ``count`` of balls and ``count_deviation``, what angles near
+        the edge of a bin may change, by their standard deviations.
+
+    Raises
+    ------
+    QuestionError
+        If there are no angles, or no bins.
+    """
+    if not 2 <= bins <= 360:
+        raise QuestionError(f"bins: given {bins}; 2 to 360 are possible")
+    angles, spreads = [], []
+    for number, one in enumerate(found, 1):
+        if "ball_angle" not in one or "ball_angle_deviation" not in one:
+            raise QuestionError(
+                f"rest_histogram: result {number} has no ball angles; give results of track_balls or photographed_angles"
+            )
+        angle, spread = (np.atleast_2d(one[name].values) for name in ("ball_angle", "ball_angle_deviation"))
+        for column, sure in zip(angle.T, spread.T, strict=True):
+            rows = np.flatnonzero(np.isfinite(column))
+            if rows.size:
+                angles.append(float(column[rows[-1]]))
+                spreads.append(float(sure[rows[-1]]))
+    if not angles:
+        raise QuestionError("rest_histogram: no ball was seen in any of them")
+    wide = 2.0 * np.pi / bins
+    place = (np.array(angles) - reference) / wide + 0.5
+    where = np.floor(place).astype(int) % bins
+    within = place - np.floor(place)
+    unsure = np.minimum(within, 1.0 - within) * wide < 2.0 * np.array(spreads)
+    data = xr.Dataset(
+        {
+            "count": ("bin", np.bincount(where, minlength=bins), {"long_name": "balls at rest", "units": ""}),
+            "count_deviation": (
+                "bin",
+                np.sqrt(0.25 * np.bincount(where, weights=unsure, minlength=bins)),
+                {"long_name": "standard deviation of the count", "units": ""},
+            ),
+        },
+        {"angle": ("bin", wide * np.arange(bins), {"long_name": "angle from the reference", "units": "rad"})},
+        {
+            "title": f"{len(angles)} balls at rest in {len(found)} films or photographs",
+            "reference": reference,
+            **provenance(),
+        },
+    )
+    return Labeled.of(data)
