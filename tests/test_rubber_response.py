@@ -288,15 +288,6 @@ def test_borders_of_balanced_states_say_that_they_have_the_stiffness_of_small_mo
     assert "stiffness of small motions" in border.note
 
 
-def test_release_of_balls_in_two_planes_on_rubber_is_not_computed() -> None:
-    races = [{"station": name, "races": [RACE]} for name in ("middle", "end")]
-    two = Machine(**{**_fields(rigid()), "balancers": races, "unbalances": []})
-    released, caught = ab.stability.borders(two, only=ONLY)
-    assert not released.known
-    assert not caught.known
-    assert "simulate a slow run-up" in released.note
-
-
 @pytest.mark.parametrize(
     ("one", "station"),
     [

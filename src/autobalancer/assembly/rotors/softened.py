@@ -27,21 +27,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from autobalancer.assembly.rotors.ellipses.amplitudes import by_newton, in_turns
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 from autobalancer.assembly.rotors.mounts import Mount, mounts, sliding_model
 from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import Motion, RubberLaw
 from autobalancer.machine import Machine, Rubber
 
-STEPS, EXACT = 60, 1e-15  # of the search for an amplitude
-ROUNDS, SURE, NEAR = (
-    300,
-    1e-12,
-    1e-8,
-)  # over several pieces, until no amplitude changes by more; and by how much at the end
-FARTHER = 0.3, 20.0  # least and most by which a change is carried on
 SAME = 1e-9  # relative difference of two places that count as one
 ALIKE = 1e-6  # relative difference of x and y that counts as none
+NO_CIRCLE = "rubber: no steady circle was found at {0:.5g} rad/s; simulate the machine there, or leave the speed out"
 ELLIPSES = (
     "{0}: the rubber of this machine softens with the amplitude, and its x and y differ, so that it moves in ellipses; this is "
     "known for circles only. Simulate the machine, or give it a stiffness and damping in place of rubber"
@@ -105,11 +100,16 @@ class Softened:
             raise QuestionError(ELLIPSES.format(owner))
         return found
 
-    def circles(self, speeds: Floats, force: Complexes, *, over: float = 1.0) -> Steady | None:
-        """The same; none where the machine moves in ellipses."""
+    def circles(
+        self, speeds: Floats, force: Complexes, *, over: float | Floats = 1.0, attempted: bool = False
+    ) -> Steady | None:
+        """The same; none where the machine moves in ellipses. ``over`` may differ from speed to speed.
+
+        If it is only ``attempted``, the motion is nan where no amplitude was found.
+        """
         if not self.sliding.isotropic:
             return None
-        dynamic = np.array([_dynamic(self.sliding, float(w), over * float(w)) for w in speeds])
+        dynamic = _dynamics(self.sliding, speeds, np.asarray(over * speeds))
         r, c = self.rows, self.shares
         one, group = self._alike(r)
         weight = np.array([c[group == g].sum() for g in range(len(one))])
@@ -117,12 +117,16 @@ class Softened:
         free = np.einsum("mi,sij,sj->sm", r[one], inverse, force)
         across = np.einsum("mi,sij,kj->smk", r[one], inverse, r[one].conj()) * weight
         laws = [(self.laws[m], self.motions[m]) for m in one]
-        amplitude = _amplitudes(laws, speeds, across, free)[:, group]
+        amplitude, wrong = (by_newton if attempted else in_turns)(laws, speeds, across, free)
+        if wrong.size and not attempted:
+            raise QuestionError(NO_CIRCLE.format(speeds[wrong[0]]))
+        amplitude = amplitude[:, group]
         kappa = self.added(amplitude, speeds)
         if not self._in_circles(kappa):
             return None
         whole = dynamic + np.einsum("mi,sm,mj->sij", r.conj(), c * kappa, r)
         motion = np.linalg.solve(whole, force[..., None])[..., 0]
+        motion[wrong] = np.nan
         elastic = np.array([law.elastic for law in self.laws]) + 1j * np.outer(
             speeds, [law.viscous for law in self.laws]
         )
@@ -201,99 +205,15 @@ def law_of(rubber: Rubber) -> RubberLaw:
     )
 
 
-def _dynamic(model: LateralModel, whirl: float, speed: float) -> Complexes:
-    mass, turning, stiffness = model.complex_matrices(speed)
-    return np.asarray(stiffness + 1j * whirl * turning - whirl**2 * mass)
-
-
-Laws = list[tuple[RubberLaw, Motion]]
-
-
-def _amplitudes(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> Floats:
-    """Amplitudes of groups of rubber, (S, G): of each in turn with the stiffness of the others, until none changes.
-
-    Where they creep, they are carried on in the direction in which they change (Irons and Tuck 1969).
-    """
-    if len(laws) == 1:
-        return _root(laws[0], speeds, across[:, 0, 0], np.abs(free[:, 0]))[:, None]
-    amplitude = np.abs(free)
-    left = np.arange(speeds.size)  # speeds at which amplitudes still change
-    before = np.zeros_like(amplitude)
-    ahead = np.ones(speeds.size)
-    for number in range(ROUNDS):
-        found = _in_turn(laws, speeds[left], across[left], free[left], amplitude[left])
-        change = found - amplitude[left]
-        moved = np.abs(change).max(axis=1) > SURE * found.max(axis=1)
-        amplitude[left[~moved]] = found[~moved]
-        if not moved.any():
-            return amplitude
-        left, found, change = left[moved], found[moved], change[moved]
-        if number:
-            bend = change - before[left]
-            size = np.maximum((bend**2).sum(axis=1), 1e-300)
-            ahead[left] = np.clip(-ahead[left] * (before[left] * bend).sum(axis=1) / size, *FARTHER)
-        before[left] = change
-        amplitude[left] = np.maximum(amplitude[left] + ahead[left, None] * change, 0.1 * found)
-    wrong = left[np.abs(change).max(axis=1) > NEAR * found.max(axis=1)]
-    if wrong.size:
-        raise QuestionError(
-            f"rubber: no steady circle was found at {speeds[wrong[0]]:.5g} rad/s; simulate the machine there, or leave the "
-            "speed out"
-        )
-    return amplitude
-
-
-def _in_turn(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, amplitude: Floats) -> Floats:
-    """The amplitude of each group that suits those of the others, one after the other."""
-    found = amplitude.copy()
-    kappa = np.stack([_elements(law, found[:, g], speeds) for g, law in enumerate(laws)], axis=1)
-    for g, law in enumerate(laws):
-        h, s = _alone(g, across, free, kappa)
-        found[:, g] = _root(law, speeds, h, np.abs(s))
-        kappa[:, g] = _elements(law, found[:, g], speeds)
-    return found
-
-
-def _alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
-    """H and s_0 of one group where the others are springs."""
-    rest = [other for other in range(kappa.shape[1]) if other != g]
-    held = np.eye(len(rest)) + across[:, rest][:, :, rest] * kappa[:, None, rest]
-    over = across[:, g, rest] * kappa[:, rest]
-    h = across[:, g, g] - np.einsum("so,so->s", over, np.linalg.solve(held, across[:, rest, g, None])[..., 0])
-    s = free[:, g] - np.einsum("so,so->s", over, np.linalg.solve(held, free[:, rest, None])[..., 0])
-    return np.asarray(h), np.asarray(s)
-
-
-def _elements(law: tuple[RubberLaw, Motion], amplitude: Floats, speeds: Floats) -> Complexes:
-    return replace(law[0], elastic=0.0, viscous=0.0).stiffness(amplitude, speeds, law[1])
-
-
-def _root(law: tuple[RubberLaw, Motion], speeds: Floats, h: Complexes, free: Floats) -> Floats:
-    """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S,), by Ridders' method."""
-
-    def miss(amplitude: Floats) -> Floats:
-        return np.asarray(np.abs(1.0 + h * _elements(law, amplitude, speeds)) * amplitude - free)
-
-    low, below, high = np.zeros_like(free), -free, free.copy()
-    above = miss(high)
-    for _ in range(200):  # kappa falls with the amplitude, so that this ends
-        short = above < 0.0
-        if not short.any():
-            break
-        low, below, high = np.where(short, high, low), np.where(short, above, below), np.where(short, 2.0 * high, high)
-        above = miss(high)
-    new = high
-    for _ in range(STEPS):
-        middle, before = 0.5 * (low + high), new
-        at = miss(middle)
-        root = np.sqrt(np.maximum(at * at - below * above, 0.0))
-        new = np.clip(
-            middle + (middle - low) * np.divide(-at, root, out=np.zeros_like(at), where=root > 0.0), low, high
-        )
-        for point, value in ((middle, at), (new, miss(new))):
-            lower, upper = (value < 0.0) & (point >= low), (value >= 0.0) & (point <= high)
-            low, below = np.where(lower, point, low), np.where(lower, value, below)
-            high, above = np.where(upper, point, high), np.where(upper, value, above)
-        if np.all((np.abs(new - before) <= EXACT * new) | (high - low <= EXACT * high)):
-            break
-    return np.where(np.abs(above) <= np.abs(below), high, low)
+def _dynamics(model: LateralModel, whirls: Floats, speeds: Floats) -> Complexes:
+    """D at whirl speeds of a rotor that turns at ``speeds``, (S, n, n)."""
+    if model.speeds.size == 1:
+        mass, damping, stiffness = model.complex_matrices(0.0)
+        turning = model.complex_matrices(1.0)[1] - damping
+        v, w = whirls[:, None, None], speeds[:, None, None]
+        return np.asarray(stiffness + 1j * v * (damping + w * turning) - v**2 * mass)
+    found = []
+    for v, w in zip(whirls.tolist(), speeds.tolist(), strict=True):
+        mass, damping, stiffness = model.complex_matrices(w)
+        found.append(stiffness + 1j * v * damping - v**2 * mass)
+    return np.array(found)

@@ -21,7 +21,7 @@ from autobalancer.stability.host.planar import Floats, Matrix
 from autobalancer.stability.periodic.collocation import Mesh
 from autobalancer.stability.periodic.orbits import Orbits
 from autobalancer.stability.stall.groups import Loads, StalledGroup
-from autobalancer.stability.stall.ranges import hangs, stable
+from autobalancer.stability.stall.ranges import stable
 from autobalancer.stability.stall.states import Balance
 from autobalancer.stability.stall.whirling import Whirling
 
@@ -35,7 +35,7 @@ def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) ->
     rotor = Whirling(field.host)
     balance = Balance(rotor, Loads(tuple(_group(field, number) for number in range(len(groups)))))
     (found,) = stable(balance, balance.found(np.array([field.speed])))
-    for whirl, phases, hanging in zip(found.whirl.tolist(), found.phases, hangs(rotor, found), strict=True):
+    for whirl, phases, hanging in zip(found.whirl.tolist(), found.phases, balance.resonant(found), strict=True):
         if not hanging:
             continue
         period = 2.0 * math.pi / (field.speed - whirl)

@@ -24,6 +24,7 @@ from autobalancer.stability.stall.joint import joint_borders
 from autobalancer.stability.stall.notes import DRAGLESS, HOW, RELEASE, never
 from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
 from autobalancer.stability.stall.one_plane import caught, parted
+from autobalancer.stability.stall.several_on_rubber import several_on_rubber
 from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
 
 CARRIED = "balls between partitions are carried along and never stall"
@@ -46,8 +47,12 @@ def release_of(
     limit = _limit(machine, p) if up_to is None else up_to
     soft = rubber_under_balls(machine)
     if soft is not None:
-        return on_rubber(machine, soft, groups, left_out, capture, limit if isinstance(p, Stations) else math.inf)
-    if isinstance(p, Stations):
+        limit = limit if isinstance(p, Stations) else math.inf
+        if len(groups) > 1:
+            found = several_on_rubber(machine, soft, Loads(groups), capture, limit)
+        else:
+            found = on_rubber(machine, soft, groups, capture, limit)
+    elif isinstance(p, Stations):
         found = joint_borders(p, Loads(groups), top, limit, capture)
     elif len(groups) > 1 or left_out:
         closed = release_border(p) if not left_out and p.isotropic and all(group.plain for group in groups) else None

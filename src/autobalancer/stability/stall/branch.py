@@ -18,7 +18,7 @@ from autobalancer.stability.stall.linear import growth, past, together
 from autobalancer.stability.stall.newton import SPEED_SCALE, Point, corrected, state_at
 from autobalancer.stability.stall.states import Balance, States
 
-FIRST, LONGEST, SHORTEST = 0.02, 0.25, 1e-7  # steps along the curve; one is a radian, or e of slip over whirl
+FIRST, LONGEST = 0.02, 0.25  # steps along the curve; one is a radian, or e of slip over whirl
 STRAIGHT = 0.98  # cosine between neighboring tangents
 STEPS, AT_ONCE = 400, 8  # at most; points that are tested together
 LOST = "lost"  # a branch that could not be followed to its end
@@ -61,7 +61,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
         there = corrected(balance, here.x + min(step, rest if last else step) * here.along, here.along, last)
         if there is None or here.along @ there.along < STRAIGHT:
             step *= 0.4
-            if step < SHORTEST:
+            if step < balance.shortest:
                 break
             continue
         if not last and sign * (there.x[-1] - goal) > 0.0:  # gone beyond it
@@ -77,7 +77,18 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
             path = [there]
         here, step = there, min(1.6 * step, LONGEST)
     leaving = _left(balance, path, sign, causes) if len(path) > 1 else None
-    return Leaving(state_at(here.x), LOST) if leaving is None else leaving
+    if leaving is not None:
+        return leaving
+    state = state_at(here.x)
+    if sign < 0.0 or not balance.turns(state):
+        return Leaving(state, LOST)
+    beyond = balance.ahead(state)
+    if beyond is None:
+        return Leaving(state, "fold" if "fold" in causes else LOST)
+    for cause in causes:
+        if cause != "fold" and not _value(balance, beyond, cause)[0] > 0.0:
+            return Leaving(beyond, cause)
+    return followed(balance, beyond, until, causes)
 
 
 def _left(balance: Balance, path: list[Point], sign: float, causes: tuple[str, ...]) -> Leaving | None:
@@ -97,7 +108,10 @@ def _tests(balance: Balance, points: list[Point], sign: float, cause: str) -> Fl
     """Above zero at each point where balls stay."""
     if cause == "fold":
         return sign * np.array([point.along[-1] for point in points])
-    states = state_at(np.array([point.x for point in points]))
+    return _value(balance, state_at(np.array([point.x for point in points])), cause)
+
+
+def _value(balance: Balance, states: States, cause: str) -> Floats:
     if cause == "swinging":
         return -growth(balance, states)
     return (together if cause == "parting" else past)(balance, states)

@@ -43,12 +43,22 @@ def growth(balance: Balance, states: States) -> Floats:
     by_angle = -s * (1j * v1**2 * at_once).imag - held[:, :, None] * own
     by_rate = -s * (2.0 * v1 * at_once).imag - slope[:, :, None] * own
     by_modes = np.concatenate([-s * seen.imag, -s * seen.real], axis=2)
+    soft, c = balance.softening(states), count // 2
+    if soft is not None:
+        read = balance.rotor.read[place] * back
+        moved = read.imag @ soft[:, :c] + read.real @ soft[:, c:]
+        by_modes[:, :, :c] -= s * moved[:, :, :c]
+        by_modes[:, :, count : count + c] -= s * moved[:, :, c:]
     accelerations = np.linalg.solve(mass, np.concatenate([by_modes, by_angle, by_rate], axis=2))  # (n, G, 2K + 2G)
     size = 2 * count + 2 * groups
     whole = np.zeros((n, size, size))
     turns = free - 1j * v1 * np.eye(count)
     whole[:, :count, :count] = whole[:, count : 2 * count, count : 2 * count] = turns.real
     whole[:, :count, count : 2 * count], whole[:, count : 2 * count, :count] = -turns.imag, turns.imag
+    if soft is not None:
+        for i, rows in enumerate((slice(c, count), slice(count + c, 2 * count))):
+            for k, columns in enumerate((slice(0, c), slice(count, count + c))):
+                whole[:, rows, columns] += soft[:, i * c : (i + 1) * c, k * c : (k + 1) * c]
     pushed = -1j * felt @ accelerations
     pushed[:, :, 2 * count : 2 * count + groups] += 1j * v1**2 * felt
     pushed[:, :, 2 * count + groups :] += 2.0 * v1 * felt
@@ -59,6 +69,8 @@ def growth(balance: Balance, states: States) -> Floats:
     values = np.linalg.eigvals(whole)
     turning = np.abs(values).argmin(axis=1)
     values[np.arange(n), turning] = -np.inf
+    if soft is not None:  # its stiffness is that of changes that are slow against a turn
+        values[np.abs(values.imag) > v[:, None]] = -np.inf
     return np.asarray(values.real.max(axis=1))
 
 

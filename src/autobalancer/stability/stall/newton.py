@@ -49,6 +49,8 @@ def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = Fals
         x = x + change
         if size < 1e-9:
             whole[:, -1] = _over_speed(balance, x)
+            if not np.isfinite(whole).all():
+                return None
             along = np.linalg.svd(whole)[2][-1]
             return Point(x, along if along @ like >= 0.0 else -along)
     return None

@@ -8,6 +8,8 @@ suits the stiffness is a function of v alone, and the torque balance of :mod:`au
 The unbalance of the rotor whirls at another speed and is left out, as it is on linear supports. On rubber it changes what the
 balls feel, too, which only a run knows. Gyroscopic terms are taken with the speed of the rotor at release.
 
+Balls of several planes or kinds: :mod:`autobalancer.stability.stall.several_on_rubber`.
+
 Where x and y differ the rotor moves in an ellipse, of which the forward circle makes the mean torque of a turn, as on linear
 supports. It is found at some hundred speeds and interpolated.
 """
@@ -35,10 +37,6 @@ from autobalancer.stability.stall.one_plane import caught, parted
 
 ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
-SEVERAL = (
-    "not computed on softening rubber for balls of several planes or kinds: their angles to each other and the stiffness "
-    "depend on each other; simulate a slow run-up"
-)
 TURN = ", mean torque of a turn, its pulsation left out"
 NONE_MET = "no resonance is met"
 MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
@@ -59,12 +57,9 @@ def rubber_under_balls(machine: Machine) -> Softened | None:
 
 
 def on_rubber(
-    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], left_out: bool, capture: bool, limit: float
+    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], capture: bool, limit: float
 ) -> tuple[Border, ...]:
     """*release speed* and *capture speed* of equal balls of one plane, at resonances up to ``limit``, rad/s."""
-    if len(groups) > 1 or left_out:
-        found = (Border(RELEASE, math.nan, SEVERAL, False), Border(CAPTURE, math.nan, SEVERAL, False))
-        return found if capture else found[:1]
     group = groups[0]
     if not group.carries:
         return never(DRAGLESS, capture)

@@ -25,7 +25,6 @@ FURTHEST = 100.0  # speeds, in highest ones of the grid, to which balls that sti
 FAR = 2.5  # critical speeds above the highest from which the grid is coarse
 BELOW = 0.8  # of the lowest critical speed, where the grid begins
 SETS = 3  # groups of which all sets are tried
-PAST = 12.0  # decay rates beyond a resonance at which balls may still hang at it
 MET = (0.85, 1.16)  # a run-up meets a range that begins below, and ends above, so many critical speeds
 ALIKE = 1e-4
 STEP = 0.3  # change of log (slip over whirl), or of a phase, between speeds of the fine grid; of log whirl, of any grid
@@ -61,7 +60,7 @@ def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.
     speeds = grid(rotor, _inside(rotor, top))
     found = []
     for chosen in sets(rotor, loads):
-        found += _of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
+        found += of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
     return found
 
 
@@ -108,15 +107,6 @@ def sets(rotor: Whirling, loads: Loads) -> list[tuple[int, ...]]:
     return sorted(found, key=lambda chosen: (-len(chosen), chosen))
 
 
-def hangs(rotor: Whirling, states: States) -> list[bool]:
-    """Of each state, whether a resonance that the rotor has passed is ahead of the balls or just behind them."""
-    found = []
-    for speed, whirl in zip(states.speed.tolist(), states.whirl.tolist(), strict=True):
-        modes = rotor.modes(speed)
-        found.append(bool(((modes.frequency < speed) & (modes.frequency + PAST * modes.decay > whirl)).any()))
-    return found
-
-
 @dataclass
 class _Open:
     """A range that goes on; ``first`` is its number in the grid, ``begin`` nan before balls hang."""
@@ -126,7 +116,8 @@ class _Open:
     last: States
 
 
-def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: float) -> list[HangingRange]:
+def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: float) -> list[HangingRange]:
+    """The ranges of one set of groups that begin at ``speeds`` (rad/s); none from above ``limit`` is followed further."""
     going: list[_Open] = []
     found: list[HangingRange] = []
     furthest = furthest_speed(balance.rotor, float(speeds[-1]))
@@ -150,7 +141,7 @@ def _of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: fl
             lasting.append(one)
         going = lasting + [_Open(i, np.nan, here.some(np.array([k]))) for k in left]
         for one in going:
-            if np.isnan(one.begin) and hangs(balance.rotor, one.last)[0]:
+            if np.isnan(one.begin) and balance.resonant(one.last)[0]:
                 one.begin = float(speeds[i])
     for one in going:
         further = one.begin <= limit  # false of nan
@@ -181,7 +172,7 @@ def _nearest(last: States, here: States, left: list[int], near: float) -> int | 
 
 def _range(balance: Balance, chosen: tuple[int, ...], one: _Open, leaving: Leaving) -> list[HangingRange]:
     """A range that ended; none if balls do not hang at its end."""
-    if not hangs(balance.rotor, leaving.state)[0]:
+    if not balance.resonant(leaving.state)[0]:
         return []
     begin = one.begin if one.begin <= leaving.speed else leaving.speed
     end = leaving.speed if leaving.cause else np.inf

@@ -15,11 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.stability.host.planar import Complexes, Floats
+from autobalancer.stability.stall.crossings import crossings, joints
 from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.whirling import SEEN, AllModes, Indices, Whirling
 
@@ -68,6 +70,7 @@ class Balance:
 
     rotor: Whirling
     loads: Loads
+    shortest: ClassVar[float] = 1e-7  # step along a branch below which it is given up
 
     @cached_property
     def rolling(self) -> Floats:
@@ -98,6 +101,26 @@ class Balance:
         before, after = (np.zeros(shape, np.complex128) for shape in ((count, n), (n, count)))
         slopes, lower = np.zeros((count, count + 1)), np.zeros((count + 1, count))
         return stack, push, seen, rows, before, after, slopes, lower
+
+    def modes_of(self, speeds: Floats) -> AllModes | None:
+        """Modes of the rotor for :meth:`misfit`; none where it has none that do not depend on the state."""
+        return self.rotor.all_modes(speeds)
+
+    def softening(self, states: States) -> Floats | None:
+        """Accelerations of the rotor by rubber that softens, over its deflections, (n, 2 c, 2 c); none without any."""
+        return None
+
+    def turns(self, states: States) -> bool:
+        """Whether a branch that cannot be followed beyond a state has a corner there."""
+        return False
+
+    def ahead(self, state: States) -> States | None:
+        """The state beyond the corner, at a slightly higher speed; none if the branch turns back there."""
+        return None
+
+    def resonant(self, states: States) -> NDArray[np.bool_]:
+        """Of each state, whether a resonance that the rotor has passed is ahead of the balls or just behind them, (n,)."""
+        return self.rotor.hang(states.speed, states.whirl)
 
     def drag(self, slip: Floats) -> Floats:
         """Torque of the fluid on one ball of each group, (n, G), N m."""
@@ -148,11 +171,11 @@ class Balance:
         """By Newton's method, those that converge."""
         if not states.speed.size:
             return states
-        modes = self.rotor.all_modes(states.speed)
+        modes = self.modes_of(states.speed)
         y, done = states.y.copy(), np.zeros(states.speed.size, bool)
         active = np.arange(states.speed.size)
         for _ in range(ROUNDS):
-            miss, jacobian = self.misfit(States(states.speed[active], y[active]), modes.at(active))
+            miss, jacobian = self.misfit(States(states.speed[active], y[active]), modes and modes.at(active))
             change = _solved(jacobian, -miss)
             size = np.abs(change).max(axis=1)
             y[active] += change * np.minimum(1.0, 0.5 / np.maximum(size, 1e-12))[:, None]
@@ -171,6 +194,10 @@ class Balance:
             begun = self._guessed(speeds)
         else:
             begun = self._scanned(speeds, modes)
+        return self.sorted(begun, speeds)
+
+    def sorted(self, begun: States, speeds: Floats) -> list[States]:
+        """Balances near some states, at each rotor speed those that lag least first."""
         known = self.corrected(begun)
         order = np.lexsort((*known.y.T[::-1], known.speed))
         known = known.some(order)
@@ -180,9 +207,9 @@ class Balance:
         """Where the last balance changes its sign along the arcs on which the first one holds."""
         whirl = self._whirls(speeds, modes)
         lag, arcs = np.log((speeds[:, None] - whirl) / whirl), self.arcs(speeds, modes, whirl)
-        starts = [_crossings(speeds, lag, rest, phase) for rest, phase in arcs]
+        starts = [crossings(speeds, lag, rest, phase) for rest, phase in arcs]
         if len(arcs) == 2:
-            starts += _joints(speeds, lag, arcs)
+            starts += joints(speeds, lag, arcs)
         y = np.vstack([y[:, : len(self.loads.groups)] for _, y in starts])
         return States(np.concatenate([one for one, _ in starts]), y)
 
@@ -251,32 +278,6 @@ class Balance:
         if not found_y:
             return States(np.zeros(0), np.zeros((0, loads.count.size)))
         return States(np.concatenate(found_speed), np.vstack(found_y))
-
-
-Starts = tuple[Floats, Floats]
-
-
-def _crossings(speeds: Floats, lag: Floats, rest: Floats, phase: Floats) -> Starts:
-    """Where a balance changes its sign between two whirl speeds."""
-    at, k = np.nonzero(rest[:, 1:] * rest[:, :-1] <= 0.0)
-    share = rest[at, k] / (rest[at, k] - rest[at, k + 1] + 1e-300)
-    turn = np.angle(np.exp(1j * (phase[at, k + 1] - phase[at, k])))
-    first = lag[at, k] + share * (lag[at, k + 1] - lag[at, k])
-    return speeds[at], np.column_stack([first, phase[at, k] + share * turn])
-
-
-def _joints(speeds: Floats, lag: Floats, arcs: list[tuple[Floats, Floats]]) -> list[Starts]:
-    """Where it changes its sign from one arc to the other, at an end at which both meet between two whirl speeds."""
-    (one, phase), (other, far) = arcs
-    known = np.isfinite(one) & np.isfinite(other)
-    turn = np.angle(np.exp(1j * (far - phase)))
-    found = []
-    for here, beyond in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
-        at, k = np.nonzero(known[:, here] & ~known[:, beyond] & (one[:, here] * other[:, here] <= 0.0))
-        k = k if here.stop == -1 else k + 1
-        y = np.column_stack([lag[at, k], phase[at, k] + 0.5 * turn[at, k]])
-        found.append((speeds[at], y))
-    return found
 
 
 def _solved(matrices: Floats, right: Floats) -> Floats:

@@ -18,6 +18,7 @@ from autobalancer.stability.host.stations import Stations
 
 Indices = NDArray[np.int64]
 
+PAST = 12.0  # decay rates beyond a resonance at which balls may still hang at it
 SEEN = 1e-7  # least share of a mode in the whirl at the stations at which balls can hang at it
 
 
@@ -54,19 +55,22 @@ def _remembered(isotropic: bool, pairs: int, numbers: bytes) -> dict[float, Know
 
 
 class Whirling:
-    """Answers of a rotor at its stations; remembers the modes of speeds that were asked."""
+    """Answers of a rotor at its stations; remembers the modes of speeds that were asked.
 
-    def __init__(self, st: Stations) -> None:
+    Where x and y are alike its coordinates are x + i y, unless they are to be kept ``apart``.
+    """
+
+    def __init__(self, st: Stations, *, apart: bool = False) -> None:
         model = st.model
-        self.st = st
+        self.st, self.isotropic = st, st.isotropic and not apart
         self._fixed = model.speeds.size == 1 and not model.gyroscopic.any()
         self._modes: dict[float, ForwardModes] = {}
         self._mass, self._turning = self._seen(model.mass), self._seen(model.gyroscopic)
         numbers = (model.mass, model.gyroscopic, model.speeds, model.damping, model.stiffness, st.rows)
-        self._all = _remembered(st.isotropic, model.pairs, b"".join(part.tobytes() for part in numbers))
+        self._all = _remembered(self.isotropic, model.pairs, b"".join(part.tobytes() for part in numbers))
         self._lightness = np.linalg.inv(self._mass)
         self._held = self._at(0.0)
-        if st.isotropic:
+        if self.isotropic:
             self.load, self.read = st.rows.T.astype(complex), st.rows.astype(complex)
         else:
             both, count = model.both(st.rows), st.rows.shape[0]
@@ -76,7 +80,7 @@ class Whirling:
     def _seen(self, matrix: Matrix) -> Complexes:
         """Of an isotropic rotor over z = q_x + i q_y, else over all coordinates."""
         n = self.st.model.pairs
-        joined = matrix[:n, :n] + 1j * matrix[n : 2 * n, :n] if self.st.isotropic else matrix
+        joined = matrix[:n, :n] + 1j * matrix[n : 2 * n, :n] if self.isotropic else matrix
         return np.asarray(joined, np.complex128)
 
     def _at(self, speed: float) -> tuple[Complexes, Complexes]:
@@ -88,6 +92,11 @@ class Whirling:
         """K, C, G and M of the whirl, (n, n); none if supports have tables over the speed."""
         damping, stiffness = self._held
         return None if self.st.model.speeds.size > 1 else (stiffness, damping, self._turning, self._mass)
+
+    @property
+    def lightness(self) -> Complexes:
+        """Inverse of the mass matrix of the whirl, (n, n)."""
+        return np.asarray(self._lightness, np.complex128)
 
     def receptance(self, whirl: Floats, speed: Floats | float) -> Complexes:
         """Forward receptance between the stations at whirl speeds (n,) and one rotor speed or one each, (n, P, P), m/N."""
@@ -124,6 +133,14 @@ class Whirling:
             order = np.flatnonzero(forward)[np.argsort(poles.imag[forward])]
             self._modes[key] = ForwardModes(poles.imag[order], -poles.real[order], right[order], left[order])
         return self._modes[key]
+
+    def hang(self, speeds: Floats, whirls: Floats) -> NDArray[np.bool_]:
+        """Whether a resonance that the rotor has passed is ahead of balls that whirl so fast, or just behind them, (n,)."""
+        found = []
+        for speed, whirl in zip(speeds.tolist(), whirls.tolist(), strict=True):
+            modes = self.modes(speed)
+            found.append(bool(((modes.frequency < speed) & (modes.frequency + PAST * modes.decay > whirl)).any()))
+        return np.array(found, np.bool_)
 
     def all_modes(self, speeds: Floats) -> AllModes:
         """Every mode at rotor speeds (s,)."""

@@ -15,7 +15,7 @@ what is left out. Two searches, from the stiffest and from the softest rubber, m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def plain_stiffness(soft: Softened, speeds: Floats) -> Complexes:
 
 
 def ellipses(
-    soft: Softened, speeds: Floats, force: Complexes, owner: str, *, over: float = 1.0, twice: bool = True
+    soft: Softened, speeds: Floats, force: Complexes, owner: str, *, over: float | Floats = 1.0, twice: bool = True
 ) -> Ellipses:
     """Steady motion under forces Re(P e^(i v t)), P (S, N), at the ``speeds`` v (S,); the rotor turns ``over`` times as fast.
 
@@ -132,6 +132,24 @@ def ellipses(
     return problem.answer(stiff)
 
 
+def attempted(soft: Softened, speeds: Floats, force: Complexes, *, over: float | Floats = 1.0) -> Ellipses:
+    """The same, sought once; nan at speeds where none is found.
+
+    Raises
+    ------
+    QuestionError
+        If an element has no periodic force.
+    """
+    problem = _Problem(soft, speeds, force, over)
+    u, found = problem.solved(problem.linear(1.0))
+    left = np.flatnonzero(~found)
+    if left.size:
+        u[left], found[left] = problem.solved(problem.linear(0.0)[left], left)
+    u[~found] = problem.linear(0.0)[~found]
+    answer = problem.answer(u)
+    return replace(answer, motion=np.where(found[:, None], answer.motion, np.nan))
+
+
 def _refuse(owner: str, speeds: Floats, what: str) -> None:
     raise QuestionError(
         f"{owner}: rubber: {what} at {speeds[0]:.5g} rad/s; simulate the machine there, or leave the speed out"
@@ -141,11 +159,11 @@ def _refuse(owner: str, speeds: Floats, what: str) -> None:
 class _Problem:
     """The equations at S speeds."""
 
-    def __init__(self, soft: Softened, speeds: Floats, force: Complexes, over: float) -> None:
+    def __init__(self, soft: Softened, speeds: Floats, force: Complexes, over: float | Floats) -> None:
         self.soft, self.speeds, self.force = soft, speeds, force
         self.elements = [Elements.of(law, speeds.size) for law in soft.laws]
         self.rows = np.concatenate([mount.rows for mount in soft.mounts])  # (2 M, N)
-        self.over, self.count = over, len(soft.mounts)
+        self.rotor, self.count = (over * speeds).tolist(), len(soft.mounts)
         dynamic = self.dynamic(1.0)
         self.across = self._between(dynamic)
         self.free = seen(soft, np.asarray(np.linalg.solve(dynamic, force[..., None])[..., 0], np.complex128))
@@ -153,9 +171,9 @@ class _Problem:
     def dynamic(self, harmonic: float) -> Complexes:
         """D of the rotor whose elements all slide, at a harmonic of the speeds, (S, N, N)."""
         model, found = self.soft.sliding, []
-        for v in map(float, self.speeds):
-            whirl, turning = harmonic * v, model.damping_at(self.over * v) + self.over * v * model.gyroscopic
-            found.append(model.stiffness_at(self.over * v) + 1j * whirl * turning - whirl**2 * model.mass)
+        for v, w in zip(self.speeds.tolist(), self.rotor, strict=True):
+            whirl, turning = harmonic * v, model.damping_at(w) + w * model.gyroscopic
+            found.append(model.stiffness_at(w) + 1j * whirl * turning - whirl**2 * model.mass)
         return np.array(found)
 
     def _between(self, dynamic: Complexes) -> Complexes:
