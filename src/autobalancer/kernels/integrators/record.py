@@ -25,8 +25,9 @@ from autobalancer.kernels.system import (
     matrix_type,
     vector_type,
 )
+from autobalancer.kernels.wide import NODES, all_lanes, load, root, store
 
-PIECES = 8  # parts into which a step is cut in search of extrema and events
+PIECES = NODES  # parts into which a step is cut in search of extrema and events
 
 
 class Record(NamedTuple):
@@ -99,10 +100,25 @@ def _growth(x, pair):  # type: ignore[no-untyped-def]
 
 
 @njit(**COMPILED)
-def _note(x, time, kept, pair):  # type: ignore[no-untyped-def]
-    (_, m), r = behind(pair), behind(kept)
-    a, b = component(X, x, m), component(Y, x, m)
-    deflection = math.sqrt(a * a + b * b)
+def _at_ends_of_pieces(cut, pair):  # type: ignore[no-untyped-def]
+    """Deflection and :func:`_growth` at the ends of all pieces at once, into ``trial`` and ``spare``."""
+    _, m = behind(pair)
+    places, dense, width = data(m.spare), data(m.dense), m.dense.shape[1]
+    for piece in range(PIECES):
+        places[piece] = cut * (piece + 1) / PIECES
+    x = load(places, 0)
+    one, other, along, across = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
+    for j in range(m.dense.shape[0] - 1, -1, -1):
+        of_x, of_y = dense[j * width + X], dense[j * width + Y]
+        one, other = (one + of_x) * x, (other + of_y) * x
+        along, across = along * x + (j + 1.0) * of_x, across * x + (j + 1.0) * of_y
+    one, other = one * m.clock[TAKEN] + data(m.start)[X], other * m.clock[TAKEN] + data(m.start)[Y]
+    store(root(one * one + other * other), data(m.trial), 0)
+    store((one * along + other * across) * m.clock[TAKEN], places, 0)
+
+
+@njit(**INLINE)
+def _note(deflection, time, r, m):  # type: ignore[no-untyped-def]
     number = m.counts[NEXT_BIN]
     while number < r.bin_low.size - 1 and time > r.bin_edges[number + 1]:
         number += 1
@@ -120,15 +136,15 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
     if m.counts[NEXT_BIN] >= r.bin_low.size:
         return
     step = m.clock[TAKEN]
-    before = _growth(0.0, pair)
+    _at_ends_of_pieces(cut, pair)
+    before = (m.start[X] * m.dense[0, X] + m.start[Y] * m.dense[0, Y]) * step
     for piece in range(PIECES):
         low, high = cut * piece / PIECES, cut * (piece + 1) / PIECES
-        after = _growth(high, pair)
-        place = high
+        after = m.spare[piece]
+        _note(m.trial[piece], left + high * step, r, m)
         if before * after < 0.0:
             # a turning point inside, by the rule of the Illinois; it counts besides the end of the piece
-            _note(high, left + high * step, kept, pair)
-            f_low, f_high = before, after
+            place, f_low, f_high = high, before, after
             for _ in range(6):
                 place = (low * f_high - high * f_low) / (f_high - f_low)
                 f = _growth(place, pair)
@@ -140,7 +156,8 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
                 if f == 0.0 or abs(high - low) < 1e-9:
                     break
             place = min(max(place, 0.0), cut)
-        _note(place, left + place * step, kept, pair)
+            one, other = component(X, place, m), component(Y, place, m)
+            _note(math.sqrt(one * one + other * other), left + place * step, r, m)
         before = after
     while m.counts[NEXT_BIN] < r.bin_low.size and r.bin_edges[m.counts[NEXT_BIN] + 1] <= right:
         number = m.counts[NEXT_BIN]
