@@ -160,10 +160,35 @@ def test_a_member_in_long_steps_is_its_run_too() -> None:
     assert found.attrs["lanes"] == run.attrs["lanes"]
 
 
-def test_two_threads_give_the_bits_of_one() -> None:
-    one, two = (members(STALL, {"drag": DRAG}, workers=workers) for workers in (1, 2))
+@pytest.mark.parametrize(
+    ("machine", "columns", "end"),
+    [(STALL, {"drag": DRAG}, END), (RIGID, {"drag": DRAG}, 0.2), (RACE, {"rolling_resistance": DRAG}, 0.1)],
+)
+def test_two_threads_give_the_bits_of_one(machine: Path, columns: Any, end: float) -> None:
+    one, two = (
+        ab.ensemble(
+            machine, columns, duration=end, tolerance=TOLERANCE, bins=20, keep_states=True, workers=workers, seeds=2
+        )
+        for workers in (1, 2)
+    )
     for name in one.data_vars:
         assert one[name].equals(two[name]), name
+
+
+@pytest.mark.parametrize(
+    ("machine", "columns", "end"),
+    [
+        (DISCOIDAL, {"viscosity": ["10 mm^2/s", "50 mm^2/s"], "unbalances[1].mass": [5e-3, 6e-3]}, END),
+        (RACE, {"rolling_resistance": [1e-4, 3e-4]}, 0.1),
+        (RIGID, {"unbalances[1].angle": [0.1, 0.2], "drag": DRAG[:2]}, 0.2),
+    ],
+)
+def test_a_member_that_is_only_described_is_its_run_digit_for_digit(machine: Path, columns: Any, end: float) -> None:
+    found = ab.ensemble(machine, columns, duration=end, tolerance=TOLERANCE, bins=20, keep_states=True)
+    own = ab.load_machine(machine)
+    for name, values in columns.items():
+        own = ab.with_parameter(own, name, values[1])
+    same(found, 1, alone(own, end=end))
 
 
 def test_a_table_says_the_columns_with_their_units(tmp_path: Path) -> None:
