@@ -28,7 +28,7 @@ from autobalancer.simulation.steppers import stepper_for
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "stall_and_release.toml"
 END, SAMPLES, GOAL = 20.0, 2001, 1e-6
 TIMES = np.linspace(0.0, END, SAMPLES)
-LADDER_BATCH = [10.0 ** (-k / 2.0) for k in range(10, 24)]  # 1e-5 to 1e-12, of ensembles
+LADDER_BATCH = [10.0 ** (-k / 2.0) for k in range(4, 24)]  # 1e-2 to 1e-12, of ensembles
 Run = Callable[[], tuple[float, np.ndarray]]  # seconds of the integration alone, states at TIMES
 
 
