@@ -150,6 +150,7 @@ def test_runout_is_told_from_unbalance_by_its_growth_with_the_speed(motion: np.n
     assert float(again["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.08)
 
 
+@pytest.mark.filterwarnings("ignore:tacho. none of its 6 pulses")
 @pytest.mark.parametrize("pulses", [1, 6])
 def test_the_angle_of_a_tacho_is_that_of_the_rotor(pulses: int) -> None:
     found = ab.measure.rotor_angle(measured({}, tacho(angle(TIME), pulses)), pulses=pulses)
@@ -159,6 +160,20 @@ def test_the_angle_of_a_tacho_is_that_of_the_rotor(pulses: int) -> None:
     assert np.abs(found["speed"].values - START - GROWTH * found["time"].values)[5:-5].max() < 0.3
     turned = ab.measure.rotor_angle(measured({}, tacho(angle(TIME), pulses)), pulses=pulses, tacho_angle="90 deg")
     assert (turned["rotor_angle"] - found["rotor_angle"]).values == pytest.approx(np.pi / 2)
+
+
+def test_an_encoder_needs_an_index_to_know_the_zero_mark() -> None:
+    late = angle(TIME) - 2.0  # so that the first pulse is not that of the zero mark
+    channels = {"tacho": ab.measure.Channel(tacho(late, 6), "tacho"), "z": ab.measure.Channel(tacho(late), "voltage")}
+    signals = ab.measure.signals(TIME, channels)
+    found = ab.measure.rotor_angle(signals, pulses=6, index="z")
+    error = np.angle(np.exp(1j * (found["rotor_angle"].values - np.interp(found["time"].values, TIME, late))))
+    assert np.degrees(np.abs(error).max()) < 0.5
+    with pytest.warns(RangeWarning, match="none of its 6 pulses a turn is known to be the zero mark"):
+        unknown = ab.measure.rotor_angle(signals, pulses=6)
+    assert np.ptp((unknown["rotor_angle"] - found["rotor_angle"]).values) < 1e-9
+    with pytest.raises(QuestionError, match="come at many angles"):
+        ab.measure.rotor_angle(signals, pulses=5, index="z")
 
 
 def test_jitter_of_pulses_is_smoothed_and_the_angle_says_how_sure_it_is() -> None:

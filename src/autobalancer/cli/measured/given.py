@@ -24,6 +24,7 @@ End = Annotated[str, typer.Option(help='Use it up to here, such as "12 s".')]
 Tacho = Annotated[str, typer.Option(help="Channel of the tacho; by default the only one.")]
 PulsesOption = Annotated[int, typer.Option(help="Marks of the tacho on a turn, evenly spaced.")]
 Edge = Annotated[str, typer.Option(help="Which edge of a pulse counts: rising or falling.")]
+Index = Annotated[str, typer.Option(help="Channel with one pulse a turn, where the tacho has several.")]
 TachoAngle = Annotated[str, typer.Option(help='Where the tacho looks at the shaft, from the x axis: "90 deg".')]
 
 
@@ -44,7 +45,9 @@ def given_signals(
     )
 
 
-def with_angle(signals: xr.Dataset, tacho: str, pulses: int, edge: str, tacho_angle: str) -> xr.Dataset:
+def with_angle(
+    signals: xr.Dataset, tacho: str, pulses: int, edge: str = "rising", tacho_angle: str = "", index: str = ""
+) -> xr.Dataset:
     """Signals with the angle of the rotor, from their tacho if they have none yet."""
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.measurement.orders.angle import rotor_angle
@@ -52,7 +55,7 @@ def with_angle(signals: xr.Dataset, tacho: str, pulses: int, edge: str, tacho_an
     if "rotor_angle" in signals:
         return signals
     looks = optional("--tacho-angle", tacho_angle, "rad")
-    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=looks)
+    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=looks, index=index)
 
 
 def tacho_of(signals: xr.Dataset, tacho: str) -> bool:

@@ -97,7 +97,7 @@ def orbit(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    signals = with_angle(given_signals(file, channels, rate, resample), tacho, pulses, "rising", "")
+    signals = with_angle(given_signals(file, channels, rate, resample), tacho, pulses)
     wanted: Any = tuple(listed("--orders", order, ""))
     found = ab.measure.orbit(signals, x, y, at=at or None, revolutions=revolutions, orders=wanted)
     files.save(found, lambda: ab.plot.measured_orbit(found, speed_unit=speed_unit))

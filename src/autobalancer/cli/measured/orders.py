@@ -12,6 +12,7 @@ from autobalancer.cli.measured.given import (
     Chosen,
     Edge,
     End,
+    Index,
     PulsesOption,
     Rate,
     Resample,
@@ -42,6 +43,7 @@ def orders(
     pulses: PulsesOption = 1,
     edge: Edge = "rising",
     tacho_angle: TachoAngle = "",
+    index: Index = "",
     out: Outs = None,
     plot: Plot = None,
     speed_unit: Unit = SpeedUnit.RPM,
@@ -60,7 +62,9 @@ def orders(
     one_form(as_json, as_csv)
     files = Files(out, plot)
     numbers = listed("--orders", order, "")
-    signals = with_angle(given_signals(file, channels, rate, resample, start, end), tacho, pulses, edge, tacho_angle)
+    signals = with_angle(
+        given_signals(file, channels, rate, resample, start, end), tacho, pulses, edge, tacho_angle, index
+    )
     found = ab.measure.orders(
         signals,
         numbers,

@@ -62,7 +62,7 @@ def spectrum(
     known = [float(quantity("--natural", text, "rad/s")) for text in natural or []]
     signals = given_signals(file, channels, rate, resample, start, end)
     if tacho_of(signals, tacho):
-        signals = with_angle(signals, tacho, pulses, "rising", "")
+        signals = with_angle(signals, tacho, pulses)
     found = ab.measure.spectrum(signals, channel, window=window, resolution=resolution or None, natural=known)
     files.save(found, lambda: ab.plot.spectrum(found, frequency_unit=frequency_unit))
     columns = found.columns(frequency_unit)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.orders.pulses import crossings, odd_remarks, repaired
@@ -27,6 +28,7 @@ def rotor_angle(
     hysteresis: float | None = None,
     edge: str = "rising",
     tacho_angle: float | str | None = None,
+    index: str = "",
     repair: bool = True,
 ) -> xr.Dataset:
     """Find angle and speed of the rotor, and add them to the signals.
@@ -51,6 +53,10 @@ def rotor_angle(
     tacho_angle
         Direction in which the sensor looks at the shaft, from the x axis (rad, or a text such as "90 deg"); the zero mark is
         there when its pulse comes. By default the direction of its channel, else the x axis.
+    index
+        Channel with one pulse a turn, that of the zero mark, beside a tacho of several pulses. Without it none of these is
+        known to be the zero mark: phases are then known up to multiples of a turn over the number of pulses, and a warning
+        says so.
     repair
         Count on where a pulse is missing or comes twice; a warning says when. Otherwise such a signal is refused.
 
@@ -90,6 +96,14 @@ def rotor_angle(
             f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
         )
     remarks = odd_remarks(found)
+    turned = smooth.spline(time)
+    if index:
+        turned = turned - _at_index(signals, index, smooth.spline, time)
+    elif pulses > 1:
+        remarks.append(
+            f"tacho: none of its {pulses} pulses a turn is known to be the zero mark; phases are known up to multiples of "
+            f"{360.0 / pulses:.4g} deg. Name a channel with one pulse a turn as index"
+        )
     for text in remarks:
         warn(text, RangeWarning)
     attrs = {
@@ -98,7 +112,7 @@ def rotor_angle(
         "extra_pulses": found.extra.tolist(),
     }
     start = _looks(signals[name]) if tacho_angle is None else argument("tacho_angle", tacho_angle, "rad")
-    return _with(inside, start + smooth.spline(time), speed, smooth.deviation(time), remarks, attrs)
+    return _with(inside, start + turned, speed, smooth.deviation(time), remarks, attrs)
 
 
 def _chosen(signals: xr.Dataset, tacho: str) -> str:
@@ -118,6 +132,22 @@ def _chosen(signals: xr.Dataset, tacho: str) -> str:
         what = f"several, {', '.join(found)}; choose one by tacho='{found[0]}'" if found else f"none; there are {there}"
         raise QuestionError(f"tacho: of the channels with the quantity tacho or angle there is {what}")
     return found[0]
+
+
+def _at_index(signals: xr.Dataset, index: str, spline: BSpline, time: Floats) -> float:
+    """Mean angle, within a turn, at which the pulses of the zero mark come, rad."""
+    if index not in signals:
+        raise QuestionError(f"index: no channel {index!r}; there are {', '.join(map(str, signals.data_vars))}")
+    instants = crossings(signals["time"].values, signals[index].values)
+    instants = instants[(instants >= time[0]) & (instants <= time[-1])]
+    if not instants.size:
+        raise QuestionError(f"index: no pulse of {index!r} while the tacho turns")
+    places = np.exp(1j * spline(instants))
+    if abs(places.mean()) < 0.9:
+        raise QuestionError(
+            f"index: the pulses of {index!r} come at many angles; is the number of pulses of the tacho right?"
+        )
+    return float(np.angle(places.mean()))
 
 
 def _looks(channel: xr.DataArray) -> float:
