@@ -73,6 +73,16 @@ def test_one_speed_far_above_both_critical_speeds_still_tells_two_planes_but_no_
         unbalance_from_run_down(rotor, orders, planes=["lower", "upper", 0.0])  # the balance of forces and of moments
 
 
+def test_tracked_orders_over_time_are_taken_and_those_without_order_1_or_place_are_refused(rotor):
+    orders = seen(rotor, PARTS, np.linspace(40.0, 300.0, 12)).isel(speed=slice(None, None, -1))  # down
+    tracked = orders.assign_coords(time=("speed", np.arange(12.0))).swap_dims(speed="time").expand_dims(order=[1.0])
+    np.testing.assert_allclose(vectors(unbalance_from_run_down(rotor, tracked)), TRUE, rtol=1e-9)
+    with pytest.raises(QuestionError, match="no order 1"):
+        unbalance_from_run_down(rotor, tracked.assign_coords(order=[2.0]))
+    with pytest.raises(QuestionError, match="channel 1 has no place"):
+        unbalance_from_run_down(rotor, tracked.assign_coords(place=("channel", ["", "upper"])))
+
+
 def test_a_wrong_model_is_told(rotor):
     from autobalancer.assembly.parameters import with_value_at
 

@@ -115,6 +115,8 @@ def given_orders(orders: xr.Dataset | str | Path) -> Orders:
     if not isinstance(orders, xr.Dataset):
         orders = load_run(orders) if Path(orders).suffix.lower() == ".nc" else load_orders(orders)
     if "order" in orders.dims:
+        if 1.0 not in orders["order"].values:
+            raise QuestionError("run-down: the orders have no order 1, which is that of unbalance; track it, too")
         orders = orders.sel(order=1.0)
     if "time" in orders.dims and "speed" in orders.variables:
         orders = orders.reset_coords(drop=False).set_coords(["place", "direction", "quantity"]).swap_dims(time="speed")

@@ -132,6 +132,10 @@ def _rows(machine: Machine, known: Orders, planes: list[str | float | None]) -> 
     """What a unit unbalance in each plane does at each speed and channel, (S C, P)."""
     found = np.empty((known.speeds.size, len(known.places), len(planes)), complex)
     places: list[Any] = list(dict.fromkeys(known.places))
+    if "" in places and (len(places) > 1 or len(machine.stations) > 1):
+        raise QuestionError(
+            f"{OWNER}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
+        )
     speeds, back = np.unique(known.speeds, return_inverse=True)
     for p, plane in enumerate(planes):
         load: Any = 1.0 if plane is None else (Unbalance(moment=1.0, station=plane),)
