@@ -45,6 +45,7 @@ def dataset(found: Found) -> Balancing:
     unit = job.units[0] if len(set(job.units)) == 1 else ""
     mass = job.mass_unit.replace("*", " ")
     sizes, angles = polar_deviations(found.masses, found.covariance)
+    sizes = np.where(sizes < 1e-6 * np.abs(found.masses), 0.0, sizes)  # at a limit
     whole = np.zeros(len(job.planes), complex)
     whole[found.chosen] = found.masses
     change = found.masses - job.masses[-1][found.chosen]

@@ -167,26 +167,24 @@ def _readings(axes: Axes, found: xr.Dataset) -> None:
     left = factor * found["residual"].values * np.exp(1j * found["residual_phase"].values)
     original = factor * found["original"].values * np.exp(1j * found["original_phase"].values)
     sure = factor * found["residual_deviation"].values
-    for c in range(found.sizes["channel"]):
-        color = BALLS[c % len(BALLS)]
-        if found.sizes["channel"] <= FEW:
+    few = found.sizes["channel"] <= FEW
+    sensors = list(dict.fromkeys(map(str, found["sensor"].values)))
+    told: set[str] = set()
+    for c, name in enumerate(map(str, found["sensor"].values)):
+        color = BALLS[(c if few else sensors.index(name)) % len(BALLS)]
+        if few:
             for reading in readings[:, c]:
-                axes.plot(
-                    [original[c].real, reading.real],
-                    [original[c].imag, reading.imag],
-                    "-",
-                    color=color,
-                    lw=0.8,
-                    alpha=0.7,
-                )
+                ends = [original[c].real, reading.real], [original[c].imag, reading.imag]
+                axes.plot(*ends, "-", color=color, lw=0.8, alpha=0.7)
                 axes.plot(reading.real, reading.imag, "o", color=color, ms=4.0, mfc="white", mew=1.0)
-        label = f"sensor {found['sensor'].values[c]}" if found.sizes["channel"] <= 6 else "_"
+        label = name if few or name not in told else "_"
+        told.add(name)
         axes.plot([0.0, original[c].real], [0.0, original[c].imag], "-", color=color, lw=1.4, label=label)
         axes.plot(original[c].real, original[c].imag, "o", color=color, ms=5.0)
         axes.plot(left[c].real, left[c].imag, "x", color=color, ms=6.0, mew=1.6)
         if np.isfinite(sure[c]):
             axes.add_patch(Circle((left[c].real, left[c].imag), sure[c], fill=False, ec=color, lw=0.8))
-    _square(axes, np.concatenate([readings.ravel(), left, original]))
+    _square(axes, np.concatenate([readings.ravel() if few else original, left, original]))
     axes.set_xlabel(f"in phase with the mark ({sign})")
     axes.set_ylabel(f"90° {'ahead of' if found.attrs['phase'] == 'lead' else 'behind'} it ({sign})")
     legend(axes)
