@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.sensors.motion import ORDER
-from autobalancer.results.answers.signals import Signals
+from autobalancer.results.signals.signals import Signals
 
 Floats = NDArray[np.float64]
 ANGLE = "ball_angle"

@@ -12,8 +12,8 @@ from scipy.interpolate import BSpline
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.orders.pulses import crossings, odd_remarks, repaired
 from autobalancer.measurement.orders.smooth_angle import smooth_angle
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.labels import LABELS
+from autobalancer.results.signals.signals import Signals
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]

@@ -17,9 +17,9 @@ from autobalancer.measurement.orders.fitted import Tracked, fitted_orders
 from autobalancer.measurement.orders.runout import subtracted
 from autobalancer.measurement.orders.vold_kalman import bias_of, filtered_orders
 from autobalancer.measurement.signals.unit_words import hertz_argument
-from autobalancer.results.answers.orders import Orders
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.orders import Orders
+from autobalancer.results.signals.signals import Signals
 
 Floats = NDArray[np.float64]
 Method = Literal["fit", "vold-kalman"]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.results.answers.orders import Orders
+from autobalancer.results.signals.orders import Orders
 from autobalancer.units.arguments import ends_argument
 
 SPREADS = (

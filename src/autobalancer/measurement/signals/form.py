@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.signals import Signals
 
 Floats = NDArray[np.float64]
 UNITS = {  # SI units that a channel of each quantity may have

@@ -19,7 +19,7 @@ from autobalancer.measurement.signals.table import read_signal_table
 from autobalancer.measurement.signals.timebase import even, grid_of, instants, resampled, uneven_text
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
 from autobalancer.measurement.signals.universal import is_universal, read_universal_signals
-from autobalancer.results.answers.signals import Signals
+from autobalancer.results.signals.signals import Signals
 from autobalancer.results.store import load_run
 from autobalancer.units import optional_argument, to_si
 

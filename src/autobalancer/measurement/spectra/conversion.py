@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals.unit_words import hertz_argument
-from autobalancer.results.answers.signals import Signals
+from autobalancer.results.signals.signals import Signals
 
 Floats = NDArray[np.float64]
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}

@@ -12,9 +12,9 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.decay import decay_rate
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.answers.orders import Orders
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.orders import Orders
+from autobalancer.results.signals.signals import Signals
 from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]

@@ -11,9 +11,9 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.labels import LABELS
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.signals import Signals
 from autobalancer.units import argument
 
 LEAST = 4  # samples of a bin

@@ -11,8 +11,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.angle import rotor_angle
 from autobalancer.measurement.orders.fitted import fitted_orders
 from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.signals import Signals
 from autobalancer.units import optional_argument
 
 POINTS = 181  # of a turn

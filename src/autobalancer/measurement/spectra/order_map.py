@@ -15,8 +15,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.angle import rotor_angle
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.answers.signals import Signals
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.signals import Signals
 
 Floats = NDArray[np.float64]
 MOST = 400  # windows

@@ -15,9 +15,9 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.measurement.signals.unit_words import hertz_argument
 from autobalancer.measurement.spectra.lines import found_lines, named_lines
-from autobalancer.results.answers.signals import Signals
-from autobalancer.results.answers.spectrum import Spectrum
 from autobalancer.results.provenance import provenance
+from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.spectrum import Spectrum
 
 Floats = NDArray[np.float64]
 WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")

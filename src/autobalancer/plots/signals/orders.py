@@ -12,9 +12,9 @@ from scipy.ndimage import binary_opening
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import BALLS, heading, legend, look, picture
-from autobalancer.results.answers.orders import Orders
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
 from autobalancer.results.given import Given, result
+from autobalancer.results.signals.orders import Orders
 
 SURE = 2.0  # standard deviations of the band
 SEEN = 3.0  # a phase is drawn where the amplitude exceeds so many standard deviations of it

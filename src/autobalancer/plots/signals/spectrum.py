@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
-from autobalancer.results.answers.spectrum import Spectrum
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
 from autobalancer.results.given import Given, result
+from autobalancer.results.signals.spectrum import Spectrum
 
 DEEPEST = 3e-4  # of the greatest amplitude, at the lower end of a logarithmic axis
 NAMED = 6  # lines with a number, the strongest

@@ -1,0 +1,1 @@
+"""Answers of measured signals: channels, orders, spectra."""
