@@ -114,3 +114,20 @@ def test_two_kinds_in_one_plane_are_released_in_a_run_where_the_balance_ends() -
     left = hangs_to(make, (found - 1.5, found + 1.0), 0.04)
     assert left.min() == pytest.approx(found, rel=0.006)
     assert left.max() < 1.01 * found
+
+
+@pytest.mark.slow
+def test_a_slow_run_up_measures_the_release_that_is_not_computed_where_x_and_y_differ() -> None:
+    times, passed = [0.0, 15.0, 65.0], [48.0, 62.0, 67.0]
+    ramp = {"kind": "speed", "profile": {"kind": "table", "time": times, "speed": passed}}
+    one = in_two_planes(([0.35, -0.1], [0.1]), (1e3, 3e3), BALL["mass"], drive=ramp)
+    run = ab.simulate(one, duration=times[-1], save=ab.Samples(count=260))
+    circling = run.speed + run.ball_speed_in_rotor.mean("ball")
+    whirl = float(circling[(run.time > 20.0) & (run.time < 45.0)].mean())
+    assert whirl == pytest.approx(54.7, abs=0.5)
+    left = ab.release_speed(run, critical_speed=1.05 * whirl).values
+    # as long as they hang they lag by 8 rad/s and more
+    still = (run.ball_speed_in_rotor < -4.0) & (run.time > 20.0)
+    seen = [float(run.speed[still[:, ball]].max()) for ball in range(3)]
+    assert left == pytest.approx(seen, abs=0.3)
+    assert left == pytest.approx(np.full(3, 66.5), abs=0.5)  # 0.1 rad/s², found with 0.05
