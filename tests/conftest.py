@@ -1,26 +1,30 @@
-"""Workers begin with kernels of their own, so that those of a fresh checkout are not compiled twice at the same time."""
+"""Workers share the compilation of a fresh checkout, so that no kernel is compiled twice at the same time."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-ROOT = Path(__file__).parents[1]
+import pytest
+
+FOLDER = "kernels"  # what workers are told: where they note what is compiled
+
+
+@pytest.hookimpl(optionalhook=True)  # of xdist
+def pytest_configure_node(node: Any) -> None:
+    """Called where the tests are handed out, for each worker."""
+    from autobalancer.kernels import cache
+
+    if not hasattr(node.config, "kernel_notes"):
+        cache.forget_outdated()
+        node.config.kernel_notes = None if any(cache._indexes()) else TemporaryDirectory()
+    node.workerinput[FOLDER] = node.config.kernel_notes.name if node.config.kernel_notes else ""
 
 
 def pytest_configure(config: Any) -> None:
-    worker = getattr(config, "workerinput", {}).get("workerid")
-    if worker == "gw0":
-        import autobalancer as ab
+    folder = getattr(config, "workerinput", {}).get(FOLDER)
+    if folder:
+        from tests.references.compiled import compile_in_turns
 
-        ab.simulate(ROOT / "examples/machines/discoidal.toml", duration=0.01)
-        ab.simulate(ROOT / "examples/machines/resolved_balls.toml", duration=0.01)
-        ab.basin(ROOT / "examples/machines/discoidal.toml", 100.0, random=2, hold=0.01)
-    elif worker == "gw1":
-        import autobalancer as ab
-        from autobalancer.files.machine_file import load_chamber_machine
-        from autobalancer.simulation.chamber import simulate_chamber
-
-        simulate_chamber(load_chamber_machine(ROOT / "examples/machines/deep_chamber.toml"), duration=0.002)
-        ab.simulate(ROOT / "examples/machines/rigid_rotor.toml", duration=0.01)
-        ab.simulate(ROOT / "docs/machines/real_race.toml", duration=0.01)
+        compile_in_turns(Path(folder))

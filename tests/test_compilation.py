@@ -7,6 +7,7 @@ import pickle
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ import pytest
 from numba.core import compiler
 from numba.core.caching import _CacheLocator
 from numba.core.registry import cpu_target
+from tests.references import compiled
 
 from autobalancer.kernels import cache
 from autobalancer.kernels.announce import KINDS, TEXT, Announcement
@@ -280,3 +282,21 @@ def test_the_announcement_names_each_kind_once_and_not_the_kernels_within_a_kern
 
 def test_every_kind_that_is_announced_is_a_kernel() -> None:
     assert all((cache.HERE / name).is_dir() or any(cache.HERE.rglob(f"{name}.py")) for name in KINDS)
+
+
+def test_two_processes_share_the_kernels_and_each_waits_for_what_it_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = (compiled.IMPORTED, compiled.CALLED)
+    works = sorted((name, part) for name in compiled.modules() for part in parts)
+    assert len(works) > 200
+    done: list[tuple[str, str]] = []
+
+    def pretend(module: str, part: str) -> None:
+        assert not [name for name in compiled.modules()[module] if (name, compiled.IMPORTED) not in done]
+        done.append((module, part))
+
+    monkeypatch.setattr(compiled, "_compile", pretend)
+    with ThreadPoolExecutor(2) as workers:
+        list(workers.map(compiled.compile_in_turns, [tmp_path, tmp_path]))
+    assert sorted(done) == works
