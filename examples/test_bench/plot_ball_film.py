@@ -2,8 +2,8 @@
 Balls in a film
 ===============
 
-A camera looks at a race from the side. From marks of known place the program knows how it stands, and follows the balls, which look
-alike, through their impacts. Here the film is made of a simulated run-up, so the truth is known.
+A camera looks at a race from the side. From marks of known place the program knows how it stands, and follows the balls,
+which look alike, through their impacts. Here the film is made of a simulated run-up, so the truth is known.
 """
 
 # %%
@@ -20,8 +20,8 @@ exposure = ab.measure.Exposure(frame_rate=100, time="0.2 ms", noise=0.01, lost=0
 film = ab.measure.render_film(run, camera=camera, exposure=exposure)
 
 # %%
-# A set-up says what a person would measure on the rig: places of marks, and about where they are in the picture. One picture seen from
-# straight above shows whether all of it is right.
+# A set-up says what a person would measure on the rig: places of marks, and about where they are in the picture. One picture
+# seen from straight above shows whether all of it is right.
 
 setup = ab.measure.film_setup(run, camera)
 figure = ab.plot.rectified_picture(ab.measure.rectified_picture(film, setup, 10))

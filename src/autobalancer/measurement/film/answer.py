@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from autobalancer.measurement.film.follow import Followed
 from autobalancer.measurement.film.happenings import Contacts
+from autobalancer.measurement.film.labels import labeled
 from autobalancer.measurement.film.pictures import Pictures
 from autobalancer.measurement.film.rotor import RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.results.answers.ball_film import BallFilm
-from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ def ball_film(
         angle = np.array([place.angle for place in rotor])
         known = np.where(np.isfinite(angle), center, np.nan)
         data["x"], data["y"] = ("time", known.real), ("time", known.imag)
-    label(data)
+    labeled(data)
     margin = followed.margin[np.isfinite(followed.margin)]
     data.attrs.update(
         title="balls in a film",

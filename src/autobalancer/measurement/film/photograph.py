@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film.balls import Seen
+from autobalancer.measurement.film.labels import labeled
 from autobalancer.measurement.film.optics.calibration import Calibration
 from autobalancer.measurement.film.optics.finding import camera_of
 from autobalancer.measurement.film.pictures import Reader
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
@@ -74,7 +74,7 @@ def photographed_angles(
     )
     how = "clicked" if clicked is not None else "found"
     data.attrs.update(title=f"balls of a photograph, {how}", mark_residual=camera.residual, **provenance())
-    return Labeled.of(label(data))
+    return Labeled.of(labeled(data))
 
 
 def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
