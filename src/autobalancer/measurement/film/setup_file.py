@@ -85,7 +85,22 @@ def film_camera(
     turning: bool = False,
     race: int = 1,
 ) -> Camera:
-    """A camera that sees a race of a run with its marks in full; arguments as of ``Camera.above``.
+    """A camera that sees a race of a run with its marks in full.
+
+    Parameters
+    ----------
+    run
+        Of balls in races, or the path of its file.
+    tilt
+        Angle between the lens and the axis of the rotor, rad or a text.
+    width, height
+        Of the picture, pixels.
+    distortion
+        One or two radial terms.
+    turning
+        Whether the camera turns with the rotor.
+    race
+        Which race, counted from 1 over all balancers.
 
     Raises
     ------
@@ -98,6 +113,13 @@ def film_camera(
 
 def film_setup(run: Given, camera: Camera, *, race: int = 1) -> FilmSetup:
     """The set-up of a film that ``render_film`` makes of a run with this camera and the usual marks.
+
+    Parameters
+    ----------
+    run, camera
+        As given to ``render_film``.
+    race
+        Which race, counted from 1 over all balancers.
 
     Raises
     ------
@@ -124,6 +146,13 @@ def film_setup(run: Given, camera: Camera, *, race: int = 1) -> FilmSetup:
 
 def save_film_setup(setup: FilmSetup, path: str | Path) -> Path:
     """Write a set-up as a TOML file that :func:`load_film_setup` reads.
+
+    Parameters
+    ----------
+    setup
+        To be written.
+    path
+        Of the file.
 
     Raises
     ------
