@@ -56,6 +56,8 @@ def files(line: str) -> tuple[set[str], set[str]]:
     written = {word for option, word in pairwise(rest) if option in WRITES}
     if rest[0] == "animate":
         written |= {rest[1].removesuffix(".nc") + ".mp4"}
+    if rest[0] == "study":
+        written |= {rest[1].removesuffix(".toml") + ".nc"}
     if rest[0] == "example":
         named = [word for word in rest[1:] if not word.startswith("--") and word not in written]
         written |= SAMPLES if "--all" in rest else {path.name for name in named for path in sample_files(name)}

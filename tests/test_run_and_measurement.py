@@ -77,7 +77,7 @@ def test_what_cannot_be_compared_is_said(run: xr.Dataset, signals: xr.Dataset) -
         ab.compare(run, later)
     with pytest.raises(QuestionError, match="give the measurement, too"):
         ab.compare(run)
-    with pytest.raises(QuestionError, match="in place of the machine"):
+    with pytest.raises(QuestionError, match="in its place"):
         ab.compare([ab.parse_machine(RIG)], signals)
 
 

@@ -238,8 +238,7 @@ def compare(
     Returns
     -------
     Comparison or Overlay
-        One row for each machine; or one for each measure, with the curves of both. ``ab.plot.comparison`` and ``ab.plot.overlay``
-        draw them.
+        One row for each machine, drawn by ``ab.plot.comparison``; or one for each measure, by ``ab.plot.overlay``.
 
     Raises
     ------
@@ -250,16 +249,12 @@ def compare(
         from autobalancer.measurement.comparison.overlay import overlay
 
         if measured is None:
-            raise QuestionError(
-                "compare: given a run alone; give the measurement, too, as in compare(run, measured), or machines in its place"
-            )
+            raise QuestionError("compare: given a run alone; give the measurement, too, as in compare(run, measured)")
         return overlay(given, measured, **options)
     from autobalancer.studies.compare import compare as machines_side_by_side
 
     if measured is not None:
-        raise QuestionError(
-            "compare: a measurement is compared with a run: give ab.simulate(machine) in place of the machine"
-        )
+        raise QuestionError("compare: a measurement is compared with a run: give ab.simulate(machine) in its place")
     return _asked("compare", machines_side_by_side, "machines", given, options)
 
 
