@@ -20,7 +20,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import BALLS, INK, legend, look, picture
+from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_6_10 import BLOW, mass_at_the_race, own_unbalance
 
@@ -78,7 +78,7 @@ def draw(signals: xr.Dataset, fits: dict[str, xr.Dataset], out: Path) -> None:
             axes.plot(fit["time"], factor * fit["fitted"], color=INK, lw=0.8, label="two fitted oscillations")
             axes.set(ylabel=f"{signals[name].attrs['quantity']}\n({unit})")
             axes.margins(x=0.0)
-        figure.axes[0].set_title("Spannan 2021, figure 6.9 in kind: after a blow, from signals of the simulated rig")
+        heading(figure, "Spannan 2021, figure 6.9 in kind: after a blow, from signals of the simulated rig")
         figure.axes[1].set(xlabel="time (s)")
         legend(figure.axes[0])
         save_picture(figure, out / "figure_6_9_from_signals.png")
