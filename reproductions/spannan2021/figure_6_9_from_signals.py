@@ -22,7 +22,8 @@ from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
 from reproductions import Found, compared_all
-from reproductions.spannan2021.figure_6_10 import BLOW, mass_at_the_race, own_unbalance
+from reproductions.spannan2021.figure_6_10 import mass_at_the_race, own_unbalance
+from reproductions.spannan2021.softening_rubber import BLOW
 
 HERTZ = 2.0 * math.pi
 LINEAR = "discoidal_rig"
