@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import signal
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,9 @@ def test_ctrl_c_stops_the_runs_of_all_threads_and_the_study_goes_on_to_the_same_
 
     def press(chunk: xr.Dataset, path: Path) -> None:
         write_part(chunk, path)
-        if not pressed.is_set():  # after one of six parts
+        if pressed.is_set():
+            time.sleep(0.1)  # a slow disk, so that the signal comes before the end
+        else:  # after one of six parts
             pressed.set()
             signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 

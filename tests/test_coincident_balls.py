@@ -67,6 +67,7 @@ def in_line(turn: float = math.pi) -> Machine:
 SWEEP: dict[str, Any] = {"dwell": 0.5, "window": 0.25, "stations": ["B1", "B2"]}
 
 
+@pytest.mark.slow
 def test_balls_that_met_below_the_critical_speed_part_above_it_and_balance() -> None:
     speeds = np.arange(600.0, 4501.0, 30.0) * RPM
     alone = stepped_response(one_washer(), speeds[-1:], start="fixed", dwell=8.0, window=0.25, stations=["B1", "B2"])

@@ -161,7 +161,6 @@ SAMPLES = (
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',
-    "study oil_study.toml --sensitivity peak_deflection",
     "check discoidal.toml",
     "check two_plane_rotor.toml",
     "check deep_chamber.toml",
@@ -228,6 +227,8 @@ WIDE = (
     'catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"',
 )
 WIDE_AND_SLOW = (
+    "study oil_study.toml --sensitivity peak_deflection",
+    "report stall_and_release.toml --starts 0",
     'branches discoidal.toml --over "speed=60:70 rad/s"',
     "identify rodrigues_rig.toml --measurements rodrigues_critical_speeds.toml",
     'chamber amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',

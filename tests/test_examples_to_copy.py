@@ -56,6 +56,8 @@ def files(line: str) -> tuple[set[str], set[str]]:
     written = {word for option, word in pairwise(rest) if option in WRITES}
     if rest[0] == "animate":
         written |= {rest[1].removesuffix(".nc") + ".mp4"}
+    if rest[:2] == ["measure", "film"]:  # with its set-up
+        written |= {path.removesuffix(".mp4") + ".toml" for path in written}
     if rest[0] == "study":
         written |= {rest[1].removesuffix(".toml") + ".nc"}
     if rest[0] == "example":

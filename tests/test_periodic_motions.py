@@ -124,6 +124,7 @@ def test_a_stalled_orbit_satisfies_the_compiled_equations_and_has_a_multiplier_o
         assert np.abs(expected - value).min() < 1e-6
 
 
+@pytest.mark.slow
 def test_stalled_balls_release_at_a_fold_near_the_release_speed() -> None:
     found = stalled()
     balancer = planar_balancer_of(plane(STALL))

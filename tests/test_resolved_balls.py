@@ -26,7 +26,11 @@ MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"
 OIL = {"density": 900.0, "viscosity": 2e-5}
 
 
-@pytest.mark.parametrize("rotor", [PLANAR, RIGID, SHAFT, RIG], ids=["planar", "rigid", "shaft", "rig"])
+@pytest.mark.parametrize(
+    "rotor",
+    [PLANAR, RIGID, pytest.param(SHAFT, marks=pytest.mark.slow), RIG],
+    ids=["planar", "rigid", "shaft", "rig"],
+)
 @pytest.mark.parametrize("torque", [False, True], ids=["speed", "torque"])
 def test_stiff_balls_that_do_not_slip_run_up_like_guided_ones(rotor: dict[str, Any], torque: bool) -> None:
     """The difference is that of the orbit, which the compliance of the wall makes larger: it falls with 1/k."""

@@ -21,6 +21,7 @@ CASES = [
     for axis in ("vertical", "horizontal")
     for drive in ("ramp", "torque")
 ]
+QUICK = (CASES[0], CASES[-1])  # all drives, axes and kinds of race
 every_case = pytest.mark.parametrize(("races", "axis", "drive"), CASES)
 
 
@@ -76,7 +77,10 @@ def assert_same_moves(ours: np.ndarray, theirs: np.ndarray, tolerance: float) ->
             np.testing.assert_allclose(ours[:, level, group], theirs[:, level, group], rtol=0.0, atol=tolerance * scale)
 
 
-@every_case
+@pytest.mark.parametrize(
+    ("races", "axis", "drive"),
+    [pytest.param(*case, marks=() if case in QUICK else pytest.mark.slow) for case in CASES],
+)
 def test_a_run_up_with_balls_at_two_stations_is_that_of_the_lagrangian(races: str, axis: str, drive: str) -> None:
     """Unequal supports, static and couple unbalance, unequal balls, one race off center: through both criticals."""
     machine = tilting(axis=axis, tilting_races=races, drive=DRIVES[drive])

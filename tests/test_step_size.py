@@ -53,6 +53,7 @@ def test_the_energy_error_of_each_phase_follows_the_closed_form(step: float) -> 
     np.testing.assert_allclose(error, found, atol=0.05 * scale)
 
 
+@pytest.mark.slow
 def test_the_error_shrinks_with_the_power_two_and_a_half_of_the_step() -> None:
     found = ab.chamber.step_size(np.linspace(4.0, 10.0, 40), [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30)
     size = np.sqrt((found["root_mean_square"].values ** 2).mean(axis=0))

@@ -79,12 +79,14 @@ def film(
     start: Annotated[str, typer.Option(help='Begin with this time of the run, such as "1 s".')] = "",
     end: Annotated[str, typer.Option(help='End with it, such as "3 s".')] = "",
     seed: Seed = 0,
+    as_json: Json = False,
 ) -> None:
     """Film a race of a run as a camera would see it: perspective, blur, light, noise, marks.
 
     Example: autobalancer measure film stall.nc --out race.mp4 --tilt "30 deg" \\
       --end "0.1 s" --size 480x360
     """
+    from autobalancer.cli.terminal.output import print_json
     from autobalancer.cli.terminal.quantities import optional, quantity
 
     columns, rows = _size(size)
@@ -110,6 +112,9 @@ def film(
         seed=seed,
     )
     ab.measure.save_film_setup(known, out.with_suffix(".toml"))
+    if as_json:
+        print_json({"film": str(out), "setup": str(out.with_suffix(".toml")), "pictures": made.time.size})
+        return
     say(f"{made.time.size} pictures from {made.time[0]:.6g} s to {made.time[-1]:.6g} s")
     say(f"film: {out}")
     say(f"set-up: {out.with_suffix('.toml')}")
