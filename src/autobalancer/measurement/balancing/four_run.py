@@ -34,8 +34,8 @@ def four_run(
 ) -> FourRun:
     """Correction in one plane from amplitudes alone.
 
-    With a trial mass w the amplitude is A = h |w - c|: circles of radius A / h around each w meet at the correction c. Four runs
-    give c and h in closed form; the weighted least squares of all runs follow from it and from starts all around.
+    With a trial mass w the amplitude is ``A = h |w - c|``: circles of radius A / h around each w meet at the correction c. Four
+    runs give c and h in closed form; the weighted least squares of all runs follow from it and from starts all around.
 
     Parameters
     ----------
