@@ -32,7 +32,7 @@ class Balancing(Answer):
         turn = 180.0 / np.pi
         columns = [
             Column("plane", [str(name) for name in self["plane"].values]),
-            Column("mass" if sign == "g" else "unbalance", factor * self["correction"].values, sign, ".4g"),
+            Column("mass" if sign == "g" else "correction", factor * self["correction"].values, sign, ".4g"),
             Column("+-", factor * self["correction_deviation"].values, sign, ".2g"),
             Column("angle", np.mod(turn * self["correction_angle"].values, 360.0), "deg", ".1f"),
             Column("+-", turn * self["correction_angle_deviation"].values, "deg", ".2g"),

@@ -34,7 +34,7 @@ class FourRun(Answer):
             columns.append(Column("speed", [float(self["speed"].values[c]) * 30.0 / np.pi for c, _ in rows], "rpm"))
         return [
             *columns,
-            Column("mass" if sign == "g" else "unbalance", values("correction", factor), sign, ".4g"),
+            Column("mass" if sign == "g" else "correction", values("correction", factor), sign, ".4g"),
             Column("+-", values("correction_deviation", factor), sign, ".2g"),
             Column("angle", [value % 360.0 for value in values("correction_angle", turn)], "deg", ".1f"),
             Column("+-", values("correction_angle_deviation", turn), "deg", ".2g"),
