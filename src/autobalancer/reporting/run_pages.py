@@ -100,8 +100,8 @@ def _asked(found: Studied) -> list[tuple[str, str]]:
 
     asked = json.loads(found.attrs["study"])
     rows = [("plan", str(asked["plan"])), ("seed", str(asked["seed"])), ("members", str(found.sizes["member"]))]
-    rows += [(f"grid: {name}", ", ".join(values)) for name, values in asked["grid"].items()]
-    return rows + [(f"scatter: {name}", str(text)) for name, (_, text) in asked["scatter"].items()]
+    rows += [(f"grid: {name} (SI)", ", ".join(values)) for name, values in asked["grid"].items()]
+    return rows + [(f"scatter: {name} (SI)", str(text)) for name, (_, text) in asked["scatter"].items()]
 
 
 def _words(name: str) -> str:
