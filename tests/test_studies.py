@@ -75,6 +75,18 @@ def of_function(values: Any, inputs: list[str]) -> xr.Dataset:
     return data.assign_coords(point=("member", np.ones(count, int)), draw=("member", np.arange(count)))
 
 
+def test_the_interval_of_a_rank_correlation_covers_it_as_often_as_it_says() -> None:
+    random, strength, count = np.random.default_rng(3), 0.5, 60
+    true = 6.0 / np.pi * np.arcsin(0.5 * strength)  # of two normal numbers (Pearson 1907)
+    covered = []
+    for _ in range(400):
+        a, b = random.normal(size=(2, count))
+        study = of_function(strength * a + np.sqrt(1.0 - strength**2) * b, ["a"]).assign_attrs(plan="random")
+        found = ab.sensitivity(study.assign_coords(a=("member", a)), "f")
+        covered.append(bool(found["rank_correlation_low"][0] <= true <= found["rank_correlation_high"][0]))
+    assert 0.92 <= np.mean(covered) <= 0.98  # 0.95 within three standard deviations of 400 draws
+
+
 def test_sobol_indices_of_the_ishigami_function() -> None:
     count = 4096
     x = np.pi * (2.0 * shares("sensitivity", 0, 3, np.arange(5 * count), 5 * count) - 1.0)

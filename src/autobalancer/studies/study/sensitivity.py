@@ -20,7 +20,7 @@ from autobalancer.studies.study.spec import START
 Floats = NDArray[np.float64]
 RESAMPLED = 500  # bootstrap samples of an interval
 FEWEST = 20  # draws
-SPEARMAN = 1.06  # standard deviation of Fisher's z of a rank correlation, times sqrt(n - 3) (Fieller 1957)
+SPEARMAN = 1.06  # variance of Fisher's z of a rank correlation, times n - 3 (Fieller, Hartley and Pearson 1957)
 
 
 def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
@@ -155,7 +155,7 @@ def _ranks(study: xr.Dataset, quantity: str, inputs: list[str]) -> dict[str, Any
             raise QuestionError(f"sensitivity: {name!r} has texts, which have no ranks; take the plan 'sensitivity'")
         found.append(float(spearmanr(column, values[known]).statistic))
     middle = np.array(found)
-    half = Z * SPEARMAN / np.sqrt(count - 3)
+    half = Z * np.sqrt(SPEARMAN / (count - 3))
     z = np.arctanh(np.clip(middle, -1.0 + 1e-15, 1.0 - 1e-15))
     return {
         "rank_correlation": middle,
