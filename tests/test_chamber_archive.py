@@ -6,6 +6,7 @@ import errno
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -86,12 +87,19 @@ def test_ctrl_c_keeps_all_samples_up_to_it_not_only_whole_parts(
     same(short, whole.isel(time=slice(0, 118)))
 
 
-@pytest.mark.slow  # after all kernels are compiled
+@pytest.fixture
+def _hears_ctrl_c() -> Iterator[None]:
+    """A process that a shell began in the background ignores Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_hears_ctrl_c")
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of Posix")
 def test_ctrl_c_stops_the_runs_of_all_threads_and_the_study_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     question: dict[str, Any] = {"counts": [1, 2], "frictions": [0.5], "duration": 6.0, "layers": ["deep"]}
 
-    simulate_chamber(MACHINE, duration=0.002)  # compiles, which a signal may meet at a bad moment
     pressed = threading.Event()
 
     def press(chunk: xr.Dataset, path: Path) -> None:
