@@ -168,6 +168,7 @@ def test_two_balls_in_line_share_the_drag_as_stimson_and_jeffery_found() -> None
         assert ball_forces(pair, ball).along / alone == pytest.approx(ratio, rel=0.015)
 
 
+@pytest.mark.slow
 def test_a_ball_behind_another_is_shielded_and_both_are_drawn_and_kept(tmp_path: Path) -> None:
     channel = ab.flow.Channel(0.0123, 0.0138, 0.02, 0.07695)
     options = {"gap": 1e-5, "mesh_gap": 0.1, "fineness": 0.5}

@@ -126,6 +126,7 @@ def test_a_branch_too_narrow_to_be_read_is_drawn_again_in_its_own_range() -> Non
     assert len(ab.plot.branches(wide).axes) == 2
 
 
+@pytest.mark.slow
 def test_the_curve_of_hopf_points_over_the_drag_is_the_exact_border() -> None:
     curve = bifurcation_curves(TWO_PLANES, "Hopf", "speed", 190.0, 165.0, "drag", 2e-4, 4e-4, largest_step=0.2)
     for place in (0, curve.sizes["point"] // 2, -1):
@@ -242,6 +243,7 @@ def test_balls_that_hang_alone_are_back_after_a_period_but_for_a_turn_and_the_ot
     assert problem.orbit(u).stable
 
 
+@pytest.mark.slow
 def test_resting_balls_that_nothing_holds_have_no_limit_cycle_beside_those_that_hang() -> None:
     with pytest.raises(QuestionError, match=r"drift around it.*simulate"):
         branches(TWO_PLANES, "speed", 229.0, 230.0, from_state="partly stalled")

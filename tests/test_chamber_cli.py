@@ -31,6 +31,7 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return save_machine(small_machine(), tmp_path / "small.toml")
 
 
+@pytest.mark.slow
 def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     asked = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--duration", "0.1 s", "--archive", "runs")
     assert "written: small_amplitudes.nc" in told("chamber", "amplitudes", str(machine), *asked, "--plot", "a.png")
@@ -71,6 +72,7 @@ def test_bounds_say_each_speed_once_and_in_one_unit(machine: Path) -> None:
     assert "(" not in said[said.index("highest critical speed") : said.index("unbalance")]
 
 
+@pytest.mark.slow
 def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(machine: Path) -> None:
     ran = told("simulate", str(machine), "--duration", "0.1 s", "--out", "x.nc")
     assert "finished: reached 0.1 s" in ran

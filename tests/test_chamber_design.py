@@ -39,6 +39,7 @@ def test_a_search_gives_the_same_designs_again_and_with_more_workers() -> None:
         assert first[name].identical(again[name]), name
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_goes_on_with_what_is_in_the_archive(tmp_path: Path) -> None:
     def stop(done: int, total: int) -> None:
         if done == 3:

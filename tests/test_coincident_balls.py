@@ -83,6 +83,7 @@ def test_balls_that_met_below_the_critical_speed_part_above_it_and_balance() -> 
     assert "although this state is unstable" in equal.attrs["coincidence_text"]
 
 
+@pytest.mark.slow
 def test_the_balls_of_the_rig_touch_and_need_no_spread() -> None:
     machine = one_washer("rodrigues_rig")
     balls = machine.balancers[0].races[0].balls[0]

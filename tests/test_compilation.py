@@ -90,6 +90,7 @@ def values(said: str, kind: str) -> np.ndarray:
     return np.array([float.fromhex(word) for word in line.split()[1:]])
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(second: str) -> None:
     assert "data saved to" not in second
     assert "index saved to" not in second
@@ -210,6 +211,7 @@ def test_a_package_that_cannot_be_written_and_no_home_still_run(
     assert str(cache.cache_place()) == numba.config.CACHE_DIR  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_interpreted_kernels_do_the_same_as_compiled_ones(second: str) -> None:
     interpreted = fresh_process(RACES + CHAMBER, NUMBA_DISABLE_JIT="1")
     *states, steps = values(second, "races")
@@ -238,6 +240,7 @@ def test_steps_of_a_chamber_need_no_python_and_take_several_contacts_at_once() -
     assert [name for name in needed if name.startswith("llvm.sqrt.v")]
 
 
+@pytest.mark.slow
 def test_the_first_compilation_is_announced_in_one_line_and_a_second_process_says_nothing(tmp_path: Path) -> None:
     code = "import autobalancer.kernels.derivatives"
     said = []

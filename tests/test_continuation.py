@@ -249,7 +249,9 @@ def test_coincident_balls_lose_their_place_at_a_fold_of_known_speed() -> None:
 @pytest.mark.parametrize(
     ("machine", "parameter", "start", "end"),
     [
-        (STALL, "speed", 245.0, 280.0),  # unbalance exactly as large as the balls can balance
+        pytest.param(
+            STALL, "speed", 245.0, 280.0, marks=pytest.mark.slow
+        ),  # unbalance just as large as the balls balance
         (with_balls(3, "2 g"), "unbalance", 5e-5, 9e-4),  # no two bundles balance the first of these
         pytest.param(with_balls(3, "2 g"), "speed", 300.0, 252.0, marks=pytest.mark.slow),
         (with_balls(1, "3 g"), "speed", 240.0, 300.0),
@@ -314,6 +316,7 @@ def test_the_fold_curve_of_coincident_balls_has_its_closed_form() -> None:
 # results, pictures, commands, errors
 
 
+@pytest.mark.slow
 def test_a_result_says_what_it_holds_and_can_be_drawn_and_kept(tmp_path: Path) -> None:
     found = swinging(0.85)
     for name in ("parameter", "deflection_max", "growth_rate", "period", "special_parameter"):

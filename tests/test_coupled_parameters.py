@@ -77,6 +77,7 @@ def test_what_cannot_be_in_proportion_is_refused_by_name() -> None:
         ab.stability.map(STALL, {"speed": [300.0], "ball_mass & colour": [1e-3]}, borders=0)
 
 
+@pytest.mark.slow
 def test_all_unbalances_of_a_rotor_that_tilts_change_together() -> None:
     twice = with_quantity(TWO_PLANES, "unbalance", "200 g*mm")
     np.testing.assert_allclose(stations(twice).load, 2.0 * stations(TWO_PLANES).load, rtol=1e-14)

@@ -156,6 +156,7 @@ def test_differences_have_order_two_in_space_and_time() -> None:
     assert rate == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_both_solvers_agree_where_the_secondary_flow_rules() -> None:
     annulus, speed = oil(50e-6), wall_speed(Ramp(end=60.0, duration=0.4))
     moments = {}

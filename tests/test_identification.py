@@ -203,6 +203,7 @@ def test_modes_are_found_by_direction_and_name() -> None:
     assert found.machine.rotor.transverse_inertia == pytest.approx(0.26, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_several_starts_find_the_deeper_hollow() -> None:
     """A resonance peak far from the start has no slope there; searches spread over the bounds find it."""
     speeds = np.linspace(60.0, 140.0, 60)

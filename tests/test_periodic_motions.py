@@ -40,6 +40,7 @@ def test_small_stable_swinging_is_born_where_the_coefficient_is_negative() -> No
     assert settled_swing(0.2, float(orbit["parameter"]), 0.05, time=400.0) == pytest.approx(swing(orbit), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_balls_jump_where_the_coefficient_is_positive() -> None:
     found = swinging(0.85)
     (point,) = specials(found, "Hopf", 1)
@@ -152,6 +153,7 @@ def released(acceleration: float) -> float:
     return float(speed[np.flatnonzero(hanging)[-1]])
 
 
+@pytest.mark.slow
 def test_slow_run_ups_release_the_balls_where_the_stalled_orbit_ends() -> None:
     fast, slow = released(1.0), released(0.25)
     # a fold is overrun by a delay that goes with the rate to the power 2/3

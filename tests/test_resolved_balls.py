@@ -60,6 +60,7 @@ def test_stiff_balls_in_two_races_in_each_of_two_planes_move_like_guided_ones() 
     np.testing.assert_allclose(b[:, [X, Y]], a[:, [X, Y]], atol=1e-3 * np.abs(a[:, [X, Y]]).max())
 
 
+@pytest.mark.slow
 def test_virtual_mass_nonlinear_drag_and_lag_act_as_on_guided_balls() -> None:
     race: dict[str, Any] = {"fluid": OIL, "drag": {"law": "sphere_on_plane", "range": "whole"}}
     lags = {(0, 0): Lag(rates=np.array([3.0]), gains=np.array([0.6]))}

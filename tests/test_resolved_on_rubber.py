@@ -71,6 +71,7 @@ def softening(rotor: dict[str, Any]) -> dict[str, Any]:
     return {**rotor, "joints": [*others, {**kept, "shear_rubber": rubber}]}
 
 
+@pytest.mark.slow
 def test_stiff_balls_that_do_not_slip_run_up_like_guided_ones_on_softening_bushings() -> None:
     """As on rubber of one stiffness, the difference is that of the orbit and falls with 1/k of the wall."""
     rotor = softening(RIG)

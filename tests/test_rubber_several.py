@@ -40,6 +40,7 @@ def test_two_kinds_of_balls_on_rubber_that_hardly_softens_are_released_as_on_pla
     assert "the strongest balls alone" in plain.note
 
 
+@pytest.mark.slow
 def test_two_kinds_that_hardly_differ_part_where_equal_balls_do() -> None:
     # equal ones by the phase of the resonance, these by the eigenvalues of their motion with the whirl and the rubber
     near = [{**BALL, "count": 1, "mass": BALL["mass"] * (1.0 + 1e-7)}]

@@ -110,6 +110,7 @@ def test_a_couple_that_grows_and_a_blade_that_is_lost_move_the_rotor_as_the_lagr
     assert_same_moves(ours, Spatial(machine).run(times, corners=[0.1, 0.2, 0.35]), 1e-7)
 
 
+@pytest.mark.slow
 def test_tables_over_the_speed_move_the_rotor_as_the_lagrangian_with_interpolated_supports_says() -> None:
     rotor = tilting().rotor.model_dump(exclude_unset=True)
     rotor["supports"] = [

@@ -369,6 +369,7 @@ def test_two_planes_balance_a_slender_rotor_above_its_second_critical_speed_and_
     assert StationBalls(st).rates(np.array([border * (1.0 + 1e-6)]))[0] < 0.0
 
 
+@pytest.mark.slow
 def test_a_disk_like_rotor_has_no_conical_critical_speed_and_no_stable_balancing() -> None:
     slender, disk = (stations(machine(TWO, polar=polar)) for polar in (0.045, 0.055))
     assert len(slender.critical_speeds) == 2
@@ -406,6 +407,7 @@ def test_multipliers_of_an_isotropic_rotor_are_its_eigenvalues(groups: tuple[Gro
         assert np.abs(np.sort(found.real)[::-1] - np.sort(values.real)[::-1])[: int(slow.sum())].max() < 1e-8 * speed
 
 
+@pytest.mark.slow
 def test_the_swinging_state_on_anisotropic_supports_returns_after_a_turn_and_its_multipliers_are_the_numerical_ones() -> (
     None
 ):

@@ -253,6 +253,7 @@ def test_a_slender_rotor_has_a_resonance_that_rises_with_the_speed_and_a_disk_li
     assert slender["release speed"].speed > 138.0 > disk["release speed"].speed
 
 
+@pytest.mark.slow
 def test_only_resonances_that_the_run_up_meets_count() -> None:
     m = machine(shaft(), (0.2,))
     low, first = found(m)["release speed"], stations(m).critical_speeds[0]
@@ -395,6 +396,7 @@ def test_of_two_planes_that_hang_at_the_nutation_one_is_released_first_and_the_o
 # where they are shown -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_curves_have_release_and_capture_over_what_only_real_races_have() -> None:
     m = machine(rotor(), (-0.1, 0.15))
     curve = ab.stability.border_curve(m, "rolling_resistance", [0.0, 0.004, 0.008], only=BOTH)

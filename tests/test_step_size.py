@@ -78,6 +78,7 @@ def test_the_rebound_has_the_restitution_of_the_law() -> None:
         np.testing.assert_allclose(after, 0.54 * SPEED, rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_verlet_has_an_error_of_the_same_order() -> None:
     speeds = np.linspace(4.0, 10.0, 40)
     found = ab.chamber.step_size(speeds, [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30, scheme="velocity_verlet")
