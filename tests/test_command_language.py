@@ -158,6 +158,7 @@ SAMPLES = (
     "rodrigues_rig",
     "rodrigues_critical_speeds",
     "oil_study",
+    "tube_breakage",
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',

@@ -224,8 +224,9 @@ def test_a_fault_in_a_study_is_named_with_its_key(changed: dict[str, Any], said:
         ab.study({**SHORT, **changed})
 
 
-def test_no_scheduler_is_said() -> None:
+def test_no_scheduler_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
+    monkeypatch.setattr(execute, "WAIT", 0.5)
     with pytest.raises(QuestionError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
         ab.study(SHORT, scheduler="tcp://127.0.0.1:1")
 

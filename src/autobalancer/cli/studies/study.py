@@ -20,6 +20,12 @@ def study(
     sensitivity: Annotated[
         str, typer.Option(help="Also say which scatter drives that of this quantity, such as peak_deflection.")
     ] = "",
+    quantity: Annotated[
+        str,
+        typer.Option(
+            help="What the picture of --plot shows, such as settling_time; by default the share of balanced runs."
+        ),
+    ] = "balanced",
     scheduler: Annotated[
         str, typer.Option(help='Address of a Dask scheduler whose workers run the members, such as "tcp://host:8786".')
     ] = "",
@@ -60,7 +66,9 @@ def study(
     driven = ab.sensitivity(found, sensitivity) if sensitivity else None
     files.save(
         found,
-        lambda: ab.plot.sensitivity(driven) if driven is not None else ab.plot.study(found, speed_unit=speed_unit),
+        lambda: (
+            ab.plot.sensitivity(driven) if driven is not None else ab.plot.study(found, quantity, speed_unit=speed_unit)
+        ),
     )
     shown = found if driven is None else driven
     if as_json:

@@ -13,6 +13,7 @@ from autobalancer.results.shares import wilson_interval
 from autobalancer.shown import Column
 
 MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
+AGAIN = "settling_time"  # shown besides, where an unbalance appears at speed
 
 
 class Studied(Ensemble):
@@ -25,6 +26,11 @@ class Studied(Ensemble):
         """Whose study it is, and how many members it has."""
         text = f"{self.attrs.get('study_name', 'study')}: {self.attrs.get('machine_name', 'machine')}"
         return f"{text}, {self.sizes['member']} members"
+
+    @property
+    def sudden(self) -> bool:
+        """Whether an unbalance appears at speed, from which peak and settling count."""
+        return "sudden_unbalance" in self.attrs
 
     def group(self) -> str:
         """The only parameter of the grid; empty if there are several or none."""
@@ -78,7 +84,8 @@ class Studied(Ensemble):
             for name in self.data_vars
             if self[name].dims == ("member",) and self[name].dtype.kind == "f" and "balanced" not in self
         ]
-        return standing or [name for name in (MAIN,) if name in self]
+        shown = (MAIN, AGAIN) if self.sudden else (MAIN,)
+        return standing or [name for name in shown if name in self]
 
     def _of_grid(self, name: str, first: list[int], unit: str) -> Column:
         values = self[name].values[first]
@@ -91,6 +98,7 @@ class Studied(Ensemble):
         """Why it stopped, what was impossible, and what a member took."""
         return [
             *self._stopped(),
+            *self._sudden(),
             *(self.spread() if len(self.at_points()) == 1 else ()),
             *self.without(),
             *self._cost(),
@@ -107,6 +115,21 @@ class Studied(Ensemble):
         if "drawn_again" in self and (again := int((self["drawn_again"].values > 0).sum())):
             share = 100.0 * again / self.sizes["member"]
             yield f"{share:.3g} % of the draws were taken again, since they made no possible machine"
+
+    def _sudden(self) -> Iterator[str]:
+        if not self.sudden:
+            return
+        yield "peak and settling count from the moment at which the unbalance appears"
+        ran = self.ran()
+        for count, text in (
+            (int((ran & ~self["balanced_before"].values.astype(bool)).sum()), "was not balanced before"),
+            (
+                int((ran & np.isnan(self[AGAIN].values)).sum()),
+                "has balls that do not settle; the times are of the others",
+            ),
+        ):
+            if count:
+                yield f"{count} of {int(ran.sum())} members: the rotor {text}"
 
 
 def _quantile(values: Any, level: float) -> float:

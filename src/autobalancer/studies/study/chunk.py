@@ -18,6 +18,7 @@ from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.study.outputs import RUN, STANDING, standing_numbers
 from autobalancer.studies.study.spec import Study
+from autobalancer.studies.study.sudden import BALANCED_BEFORE, after_jump
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
@@ -43,9 +44,13 @@ class Made:
         machine = without_start_angles(study.machine) if study.random_starts else study.machine
         self.members = Members(machine, self.columns, None, study.seed, "")
         self.plan = Plan(study.duration, study.tolerance, study.bins, 10_000_000)
+        begin, plan = self.members, self.plan
+        if study.sudden is not None:
+            begin = Members(study.sudden.without(machine), self.columns, None, study.seed, "")
+            plan = plan._replace(end=study.sudden.before)
         self.reasons: dict[int, str] = {}
         if RUN in study.results:
-            self.groups, self.reasons = self.members.sorted(self.plan, "record")
+            self.groups, self.reasons = begin.sorted(plan, "record")
         else:
             self.groups = Groups(self.plan)
             for number in range(self.members.count):
@@ -97,7 +102,15 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
     if RUN not in made.study.results:
         outcome = ["" if number not in made.reasons else IMPOSSIBLE for number in range(made.members.count)]
         return {"outcome": np.array(outcome, dtype=str), **_columns(made)}, 0.0
-    ran, seconds, interrupted = run_groups(made.groups, workers, progress)
+    more: Arrays = {}
+    if made.study.sudden is None:
+        ran, seconds, interrupted = run_groups(made.groups, workers, progress)
+    else:
+        ran, reasons, balanced, seconds, interrupted = after_jump(
+            made.members, made.groups, made.study.sudden, made.plan, workers, progress
+        )
+        made.reasons |= reasons
+        more = {BALANCED_BEFORE: balanced}
     if interrupted:
         raise KeyboardInterrupt
     found = ensemble_dataset(made.members, ran, made.reasons, made.plan)
@@ -106,7 +119,7 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
         for name, values in found.data_vars.items()
         if name != "reason"
     }
-    return {**arrays, **_columns(made)}, seconds
+    return {**arrays, **more, **_columns(made)}, seconds
 
 
 def _columns(made: Made) -> Arrays:

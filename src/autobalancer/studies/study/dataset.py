@@ -19,10 +19,12 @@ from autobalancer.studies.ensemble.columns import STARTS, ball_of, is_start
 from autobalancer.studies.study.chunk import ABOUT, SECONDS, Arrays
 from autobalancer.studies.study.outputs import RUN, STANDING, attributes_of
 from autobalancer.studies.study.spec import Study
+from autobalancer.studies.study.sudden import BALANCED_BEFORE, HELD_SPEED
 from autobalancer.studies.variations import coordinate
 
 COUNTED = {
     "steps": "accepted steps",
+    BALANCED_BEFORE: "whether the run was balanced before the unbalance appeared",
     "drawn_again": "how often the draw was taken again because no machine can be like that",
     "reason": "why the member is impossible, or has no number",
 }
@@ -77,6 +79,7 @@ def _attributes(study: Study) -> dict[str, Any]:
         "grid": list(study.grid),
         "parameters": [*study.grid, *study.scatter],
         "duration": study.duration,
+        **({} if study.sudden is None else {"sudden_unbalance": study.sudden.place, "before": study.sudden.before}),
         "tolerance": study.tolerance,
         "bins": study.bins,
         "starts": "random" if study.random_starts else "machine",
@@ -111,7 +114,9 @@ def _varied(study: Study, arrays: Arrays, point: Any) -> dict[str, Any]:
 def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str, str]]:
     if is_start(name):
         return values, {"long_name": axis_name(name), "units": STARTS[ball_of(name)[0]]}
-    return coordinate(study.machine, name, values)
+    found, label = coordinate(study.machine, name, values)
+    held = study.sudden is not None and name == HELD_SPEED
+    return found, {**label, "long_name": "rotor speed"} if held else label
 
 
 def _label(name: str) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from autobalancer.studies.study.samples import PLANS
 from autobalancer.studies.study.scatter import check_pairs, correlation, joint, vary
 from autobalancer.studies.study.spec import START, Study
 from autobalancer.studies.study.stopping import Stop
+from autobalancer.studies.study.sudden import TABLE, renamed, with_sudden
 from autobalancer.units import argument, shortened
 
 DEFAULTS: dict[str, Any] = {
@@ -33,6 +34,7 @@ DEFAULTS: dict[str, Any] = {
     "bins": 500,
     "results": ["run"],
     "impossible": "refuse",
+    TABLE: None,
     "vary": {},
     "correlation": [],
     "joint": [],
@@ -81,6 +83,11 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         raise QuestionError('machine: missing; give the path of a machine file, such as machine = "centrifuge.toml"')
     given = {**DEFAULTS, **data}
     machine = _machine(data["machine"], folder)
+    sudden = None
+    if given[TABLE] is not None:
+        machine, sudden = with_sudden(machine, given[TABLE])
+    if isinstance(given["vary"], Mapping):
+        given["vary"] = {renamed(str(key), sudden): table for key, table in _flat(given["vary"]).items()}
     grid, scatter = vary(machine, given["vary"])
     pairs = joint(machine, given["joint"], scatter) | correlation(given["correlation"])
     check_pairs(pairs, scatter)
@@ -97,12 +104,13 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         plan=cast(Any, plan),
         seed=whole("seed", given["seed"], 0),
         random_starts=random_starts and RUN in results,
-        duration=_duration(machine, given["duration"]),
+        duration=_duration(machine, given["duration"]) if sudden is None else sudden.after,
         tolerance=number("tolerance", given["tolerance"], 1e-13, 1e-2),
         bins=whole("bins", given["bins"], 10),
         results=results,
         impossible=cast(Any, one_of("impossible", given["impossible"], ("refuse", "truncate", "record"))),
         stop=None if given["stop"] is None else stop_of(given["stop"], results),
+        sudden=sudden,
         written={key: value for key, value in data.items() if key != "machine"},
     )
     _checkwhole(study)
@@ -126,8 +134,20 @@ def _checkwhole(study: Study) -> None:
         raise QuestionError(
             f"stop: the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
         )
+    if study.sudden is not None and (RUN not in study.results or study.written.get("duration") is not None):
+        raise QuestionError(f"{TABLE}: needs 'run' among the results, and no 'duration': it has 'before' and 'after'")
     if START in study.scatter:
         raise QuestionError(f"vary.{START}: no parameter has this name; random starts are starts = 'random'")
+
+
+def _flat(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with [vary.sudden_unbalance.moment] written as one name."""
+    inner = given.get(TABLE)
+    if not isinstance(inner, Mapping):
+        return dict(given)
+    return {key: table for key, table in given.items() if key != TABLE} | {
+        f"{TABLE}.{key}": table for key, table in inner.items()
+    }
 
 
 def _machine(given: Any, folder: Path) -> Machine:

@@ -16,6 +16,7 @@ from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.study.distributions import Distribution, joined
 from autobalancer.studies.study.samples import Plan, correlated, drawn_again, shares
 from autobalancer.studies.study.stopping import Stop
+from autobalancer.studies.study.sudden import Sudden
 
 START = "start"  # what the random starts of the balls are called where inputs are named
 Impossible = Literal["refuse", "truncate", "record"]
@@ -44,6 +45,7 @@ class Study:
     results: tuple[str, ...]
     impossible: Impossible
     stop: Stop | None = None
+    sudden: Sudden | None = None  # with an unbalance of the machine that appears at speed
     written: dict[str, Any] = field(default_factory=dict)  # as the user wrote it
 
     @property
@@ -81,6 +83,7 @@ class Study:
             "bins": self.bins,
             "results": list(self.results),
             "impossible": self.impossible,
+            **({} if self.sudden is None else {"sudden_unbalance": repr(self.sudden)}),
             **({} if self.plan == "random" else {"members": self.members}),
         }
 
