@@ -10,6 +10,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
+from autobalancer.measurement.spectra.lines import found_lines
 
 RATE = 1000.0
 TIME = np.arange(12000) / RATE
@@ -63,6 +64,48 @@ def test_lines_of_balls_that_do_not_turn_with_the_rotor_are_named() -> None:
     assert names[53].endswith("near the natural frequency 53.5 rad/s")
     assert names[71] == "mirror of the subsynchronous line"
     assert found.attrs["speed"] == pytest.approx(SPEED)
+
+
+@pytest.mark.parametrize(("window", "resolution"), [("hann", 0.5), ("hann", 2.0), ("flattop", 0.5), ("boxcar", 0.5)])
+def test_frequency_and_amplitude_of_a_line_scatter_as_their_deviations_say(window: str, resolution: float) -> None:
+    random, time = np.random.default_rng(5), TIME[:2000]
+    off = []
+    for _ in range(60):
+        hertz = random.uniform(50.0, 52.0)
+        x = np.cos(2.0 * np.pi * hertz * time + random.uniform(0.0, 6.0)) + 0.1 * random.standard_normal(time.size)
+        found = ab.measure.spectrum(measured(x=1e-5 * x), window=window, resolution=f"{resolution} Hz")
+        one = found.isel(line=int(np.argmax(found["line_amplitude"].values)))
+        of_frequency = float(one["line_frequency"] - 2.0 * np.pi * hertz) / float(one["line_frequency_deviation"])
+        off.append((of_frequency, float(one["line_amplitude"] - 1e-5) / float(one["line_amplitude_deviation"])))
+    scatter = np.sqrt(np.mean(np.square(off), axis=0))
+    if window != "boxcar":  # its leakage counts as noise
+        assert (scatter > 0.7).all(), scatter  # 60 draws: one standard deviation of the scatter is 0.09
+    assert (scatter < 1.4).all(), scatter
+
+
+def test_the_lowest_frequencies_of_noise_have_no_more_lines_than_the_others() -> None:
+    random, weights = np.random.default_rng(3), np.hanning(401)[:-1]
+    frequency, low, all_lines = np.arange(201.0), 0, 0
+    for _ in range(800):
+        x = random.standard_normal(400)
+        seen = np.abs(np.fft.rfft((x - x.mean()) * weights))
+        at = found_lines(frequency, seen, weights).frequency
+        low, all_lines = low + int((at < 20.0).sum()), all_lines + at.size
+    assert low <= 3 + 3 * all_lines // 10  # a tenth of all is expected
+
+
+def test_side_lines_of_balls_that_beat_with_the_unbalance_are_named() -> None:
+    apart = SPEED - BALLS
+    parts = ((1.0, SPEED), (0.8, BALLS), (0.1, SPEED + apart), (0.05, SPEED - 2.0 * apart), (0.05, SPEED + 2.0 * apart))
+    x = 1e-5 * sum(size * np.cos(w * TIME) for size, w in parts)
+    found = ab.measure.spectrum(turning(measured(x=x), SPEED * TIME), resolution="0.2 Hz")
+    assert [str(name).split(",")[0] for name in found["line_name"].values] == [
+        "speed - 2 times its difference from that line",
+        "subsynchronous",
+        "order 1",
+        "mirror of the subsynchronous line",
+        "speed + 2 times its difference from that line",
+    ]
 
 
 def test_an_order_is_a_line_of_the_order_map_and_a_natural_frequency_of_the_other() -> None:

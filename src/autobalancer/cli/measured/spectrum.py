@@ -74,7 +74,9 @@ def spectrum(
             "density",
             "line_channel",
             "line_frequency",
+            "line_frequency_deviation",
             "line_amplitude",
+            "line_amplitude_deviation",
             "line_name",
         )
         print_json({name: found[name].values for name in names} | {"speed": found.attrs["speed"]})

@@ -4,24 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.optimize import brentq
+from scipy.special import gammaincinv
 
 Floats = NDArray[np.float64]
 ABOVE = 4.0  # times the noise about it
 ABOUT = 41  # frequencies from which the noise is judged
 MOST = 12  # lines of a channel, the strongest
 LEAST = 1e-3  # of the strongest
+DRIFT = 2  # lowest frequencies, which lose what is subtracted as drift
+SURE = 3.0  # deviations
+SIDE_LINES = 5  # on each side of the speed
 
 
-def found_lines(frequency: Floats, amplitude: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Frequency (rad/s) and amplitude of each line, ascending.
+class Lines(NamedTuple):
+    """Lines of one channel, ascending: frequency (rad/s) and amplitude, each with one standard deviation."""
+
+    frequency: Floats
+    frequency_deviation: Floats
+    amplitude: Floats
+    amplitude_deviation: Floats
+
+
+def found_lines(frequency: Floats, amplitude: Floats, weights: Floats, averages: int = 1) -> Lines:
+    """Lines that stand above the noise about them.
 
     The place between two frequencies is that at which the transform of the window has the ratio of the two amplitudes, and the
-    amplitude is corrected by its height there, so that neither depends on where the line falls.
+    amplitude is corrected by its height there, so that neither depends on where the line falls. Deviations follow from the
+    noise about a line, with what neighbors and segments have in common; the
+    leakage of a boxcar counts as noise.
 
     Parameters
     ----------
@@ -29,26 +45,60 @@ def found_lines(frequency: Floats, amplitude: Floats, weights: Floats) -> tuple[
         Of the spectrum, rad/s, ascending from zero.
     weights
         Of the window.
+    averages
+        Of how many segments that overlap by half the spectrum is the mean.
     """
-    noise = median_filter(amplitude, ABOUT, mode="nearest")
+    noise = np.zeros_like(amplitude)
+    noise[DRIFT:] = median_filter(amplitude[DRIFT:], ABOUT, mode="mirror")  # the lowest have lost their drift
     inner = amplitude[1:-1]
     peaks = 1 + np.flatnonzero((inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner > ABOVE * noise[1:-1]))
-    peaks = peaks[(peaks > 1) & (amplitude[peaks] > LEAST * amplitude.max())]
+    peaks = peaks[(peaks >= DRIFT) & (amplitude[peaks] > LEAST * amplitude.max())]
     peaks = np.sort(peaks[np.argsort(-amplitude[peaks])][:MOST])
     step = float(frequency[1] - frequency[0])
-    places, sizes = [], []
+    median = math.sqrt(2.0 * float(gammaincinv(averages, 0.5)) / averages)  # of noise over its deviation
+    found = []
     for k in peaks:
         side = 1 if amplitude[k + 1] >= amplitude[k - 1] else -1
-        offset = _offset(float(amplitude[k + side] / amplitude[k]), weights)
-        places.append(frequency[k] + side * offset * step)
-        sizes.append(amplitude[k] / _height(offset, weights))
-    return np.array(places, np.float64), np.array(sizes, np.float64)
+        offset, to_offset, size, to_size = _line(float(amplitude[k]), float(amplitude[k + side]), weights)
+        spread = float(noise[k]) / median
+        unsure, size_unsure = (spread * _spread(parts, offset, weights, averages) for parts in (to_offset, to_size))
+        if abs(amplitude[k + 1] - amplitude[k - 1]) < SURE * spread:  # the line may be on the other side
+            unsure = math.hypot(unsure, 2.0 * offset)
+        found.append((frequency[k] + side * offset * step, unsure * step, size, size_unsure))
+    return Lines(*np.array(found, np.float64).reshape(-1, 4).T)
+
+
+def _line(high: float, beside: float, weights: Floats) -> tuple[float, Floats, float, Floats]:
+    """Offset of a line from the higher of two amplitudes, and its own, each with its derivatives by the two."""
+    ratio = beside / high
+    offset = _offset(ratio, weights)
+    height, other = _height(offset, weights), _height(1.0 - offset, weights)
+    slope = _slope(offset, weights)
+    steep = -(_slope(1.0 - offset, weights) * height + other * slope) / height**2  # of the ratio, over the offset
+    to_offset = np.array([-ratio, 1.0]) / (high * steep)
+    return offset, to_offset, high / height, np.array([1.0 / height, 0.0]) - high * slope / height**2 * to_offset
+
+
+def _spread(parts: Floats, offset: float, weights: Floats, averages: int) -> float:
+    """Deviation of a sum of two neighboring amplitudes over that of one, in the mean of segments that overlap by half."""
+    turns = 2j * math.pi * (np.arange(weights.size) / weights.size - 0.5)
+    seen = weights * (parts[0] * np.exp(offset * turns) + parts[1] * np.exp((offset - 1.0) * turns))
+    half = weights.size // 2
+    power = float((np.abs(seen) ** 2).sum())
+    shared = float((seen[half:] * seen[: weights.size - half].conj()).sum().real)
+    mean = (power + 2.0 * (1.0 - 1.0 / averages) * shared) / averages
+    return math.sqrt(mean / float((weights**2).sum()))
+
+
+def _slope(offset: float, weights: Floats) -> float:
+    """Of :func:`_height`."""
+    return (_height(offset + 1e-4, weights) - _height(offset - 1e-4, weights)) / 2e-4
 
 
 def _height(offset: float, weights: Floats) -> float:
-    """Transform of the window so many frequencies beside its middle, over that at the middle."""
-    turns = 2.0 * math.pi * offset * np.arange(weights.size) / weights.size
-    return float(abs((weights * np.exp(-1j * turns)).sum()) / weights.sum())
+    """Transform of the window so many frequencies beside its middle, over that at the middle; real, as seen from there."""
+    turns = 2.0 * math.pi * offset * (np.arange(weights.size) / weights.size - 0.5)
+    return float((weights * np.cos(turns)).sum() / weights.sum())
 
 
 def _offset(ratio: float, weights: Floats) -> float:
@@ -64,8 +114,8 @@ def named_lines(frequency: Floats, amplitude: Floats, speed: float, natural: Seq
     """A name for each line.
 
     Multiples of the speed are orders. The strongest other line below the speed is called subsynchronous: in a balancer it is
-    the speed of balls that do not turn with the rotor, or a whirl. Its multiples, its mirror at the speed, and the beat of
-    both are named after it.
+    the speed of balls that do not turn with the rotor, or a whirl. Its multiples, its mirror at the speed, and other lines as far
+    apart, which the beat of both makes, are named after it.
 
     Parameters
     ----------
@@ -103,14 +153,16 @@ def _of_the_first(f: float, first: float, speed: float, near: float) -> str:
     multiple = round(f / first)
     if multiple > 1 and abs(f - multiple * first) <= near:
         return f"{multiple} times the subsynchronous line"
-    for value, text in (
-        (2.0 * speed - first, "mirror of the subsynchronous line"),
-        (speed - first, "speed less that line"),
-    ):
-        if abs(f - value) <= near:
-            return text
+    if abs(f - (speed - first)) <= near:
+        return "speed less that line"
     if abs(f - speed - first) <= near:
         return "speed and that line together"
+    beat = speed - first
+    away = round((f - speed) / beat)
+    if abs(f - speed - away * beat) <= near and abs(away) <= SIDE_LINES:
+        if away == 1:
+            return "mirror of the subsynchronous line"
+        return f"speed {'+' if away > 0 else '-'} {abs(away)} times its difference from that line"
     return f"{f / speed:.3f} of the speed"
 
 

@@ -14,7 +14,7 @@ from scipy.signal import get_window, welch
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.measurement.signals.unit_words import hertz_argument
-from autobalancer.measurement.spectra.lines import found_lines, named_lines
+from autobalancer.measurement.spectra.lines import Lines, found_lines, named_lines
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals.signals import Signals
 from autobalancer.results.signals.spectrum import Spectrum
@@ -54,7 +54,8 @@ def spectrum(
     xarray.Dataset
         Over (channel, frequency): ``amplitude`` (SI, of a sinusoid) and ``density`` (mean square a hertz). Over ``line``:
         what stands at least four times above the noise about it: ``line_channel``, ``line_frequency`` (rad/s),
-        ``line_amplitude``, ``line_name``. ``attrs``: ``window``, ``resolution`` and ``noise_bandwidth`` (Hz), ``averages``,
+        ``line_amplitude``, each with ``..._deviation`` (one standard deviation, from that noise), ``line_name``.
+        ``attrs``: ``window``, ``resolution`` and ``noise_bandwidth`` (Hz), ``averages``,
         ``density_deviation`` (one relative standard deviation of a density), ``speed`` (rad/s, nan where it is not known or not
         steady).
 
@@ -72,7 +73,8 @@ def spectrum(
     length = min(2 * LINES, count) if resolution is None else round(rate / hertz_argument("resolution", resolution))
     if not 16 <= length <= count:
         raise QuestionError(
-            f"resolution: {rate / length:.4g} Hz needs {length / rate:.4g} s in a segment; the signals have {count / rate:.4g} s"
+            f"resolution: {rate / length:.4g} Hz needs {length / rate:.4g} s in a segment; the signals have "
+            f"{count / rate:.4g} s (from pulse to pulse of a tacho); give {1.0001 * rate / count:.4g} Hz or more"
         )
     weights = get_window(window, length)
     values = np.array([signals[name].values for name in names])
@@ -81,7 +83,7 @@ def spectrum(
     bandwidth = rate * float((weights**2).sum() / weights.sum() ** 2)
     averages = 1 + (count - length) // (length - length // 2)
     speed = steady_speed(signals)
-    lines = [found_lines(2.0 * math.pi * frequency, row, weights) for row in amplitude]
+    lines = [found_lines(2.0 * math.pi * frequency, row, weights, averages) for row in amplitude]
     how = {"window": window, "resolution": rate / length, "noise_bandwidth": bandwidth, "averages": averages}
     how |= {"density_deviation": 1.0 / math.sqrt(max(1.0, 0.95 * averages)), "speed": speed}
     return _dataset(signals, names, 2.0 * math.pi * frequency, amplitude, power / bandwidth, lines, how, natural)
@@ -101,22 +103,32 @@ def _dataset(
     frequency: Floats,
     amplitude: Floats,
     density: Floats,
-    lines: list[tuple[Floats, Floats]],
+    lines: list[Lines],
     how: dict[str, Any],
     natural: Sequence[float],
 ) -> Spectrum:
     dims = ("channel", "frequency")
     near = 2.0 * math.pi * how["resolution"]
-    texts = [text for at, size in lines for text in named_lines(at, size, how["speed"], natural, near)]
-    at, size = (np.concatenate([one[k] for one in lines]) for k in (0, 1))
-    of = [name for name, (at, _) in zip(names, lines, strict=True) for _ in at]
+    texts = [text for one in lines for text in named_lines(one.frequency, one.amplitude, how["speed"], natural, near)]
+    every = Lines(*(np.concatenate(parts) for parts in zip(*lines, strict=True)))
+    of = [name for name, one in zip(names, lines, strict=True) for _ in one.frequency]
     found = xr.Dataset(
         {
             "amplitude": (dims, amplitude, {"long_name": "amplitude of a sinusoid"}),
             "density": (dims, density, {"long_name": "mean square a hertz"}),
             "line_channel": ("line", np.array(of, dtype=object), {"long_name": "channel of the line"}),
-            "line_frequency": ("line", at, {"long_name": "frequency of the line", "units": "rad/s"}),
-            "line_amplitude": ("line", size, {"long_name": "amplitude of the line"}),
+            "line_frequency": ("line", every.frequency, {"long_name": "frequency of the line", "units": "rad/s"}),
+            "line_frequency_deviation": (
+                "line",
+                every.frequency_deviation,
+                {"long_name": "standard deviation of the frequency of the line", "units": "rad/s"},
+            ),
+            "line_amplitude": ("line", every.amplitude, {"long_name": "amplitude of the line"}),
+            "line_amplitude_deviation": (
+                "line",
+                every.amplitude_deviation,
+                {"long_name": "standard deviation of the amplitude of the line"},
+            ),
             "line_name": ("line", np.array(texts, dtype=object), {"long_name": "what it is"}),
         },
         {

@@ -35,14 +35,20 @@ class Spectrum(Answer):
         """Channel, frequency, amplitude and name of each line."""
         shown = speed_axis(unit or self.shown_in)
         units = [self.amplitude_unit(str(name)) for name in self["line_channel"].values]
-        sizes = self["line_amplitude"].values
+        factors = np.array([unit.factor for unit in units])
         return [
             Column("channel", [str(name) for name in self["line_channel"].values]),
             Column("frequency", self["line_frequency"].values * shown.factor, shown.sign, ".5g"),
-            Column("amplitude", [u.factor * size for u, size in zip(units, sizes, strict=True)], form=".4g"),
+            *self._deviation("line_frequency_deviation", shown.factor, shown.sign),
+            Column("amplitude", factors * self["line_amplitude"].values, form=".4g"),
+            *self._deviation("line_amplitude_deviation", factors),
             Column("unit", [u.sign for u in units]),
             self.texts("line_name", "what it is"),
         ]
+
+    def _deviation(self, name: str, factor: float | np.ndarray, sign: str = "") -> list[Column]:
+        """None in files of earlier versions."""
+        return [Column("+-", factor * self[name].values, sign, ".2g")] if name in self else []
 
     def amplitude_unit(self, channel: str) -> AxisUnit:
         """In which unit amplitudes of a channel are shown."""
