@@ -67,6 +67,7 @@ from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity
 from autobalancer.plots.studies.study import study as study
+from autobalancer.sketch.machine import machine as machine
 
 __all__ = [
     "balancing",
@@ -104,6 +105,7 @@ __all__ = [
     "identification",
     "impacts",
     "liquid_response",
+    "machine",
     "map",
     "measured_drag",
     "measured_orbit",

@@ -45,6 +45,7 @@ NAMES: dict[str, dict[str, str]] = {
         "ball_angle_to_unbalance": "results.measures",
     },
     "plot": {
+        "machine": "sketch.machine",
         "run_up": "plots.run.run_up",
         "race": "plots.run.race",
         "comparison": "plots.run.comparison",

@@ -10,6 +10,8 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -20,6 +22,7 @@ CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangem
 STUDY = ("amplitudes", "means", "carried")
 DESIGNS = ("designs",)
 ENSEMBLE = ("shares", "distribution")
+MACHINE = ("machine",)
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,12 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
             "distribution": lambda: ab.plot.ensemble_distribution(result, speed_unit=wishes.speed_unit),
         }
     return _of_races(result, wishes)
+
+
+def of_machine(machine: Path, wishes: Wishes) -> Pictures:
+    """The drawing of a machine file."""
+    _refuse(wishes, "of a machine", "log", "time", "start", "end", "frame", "place", "deflection_unit")
+    return {"machine": lambda: ab.plot.machine(machine)}
 
 
 def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:

@@ -7,17 +7,17 @@ from typing import Annotated
 
 import typer
 
-from autobalancer.cli.runs.pictures import CHAMBER, DESIGNS, ENSEMBLE, RACES, STUDY
+from autobalancer.cli.runs.pictures import CHAMBER, DESIGNS, ENSEMBLE, MACHINE, RACES, STUDY
 from autobalancer.cli.terminal.options import SpeedUnit, Unit
 
 KINDS = (
     f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}; "
-    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}"
+    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}; of a machine file {MACHINE[0]}"
 )
 
 
 def plot(
-    result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
+    result: Annotated[Path, typer.Argument(help="Result file, folder of a run in an archive, or a machine file.")],
     out: Annotated[Path, typer.Option(help="Folder, or one picture: .png, .svg or .pdf.")] = Path("."),
     kind: Annotated[str, typer.Option(help=f"{KINDS}; or all of them.")] = "all",
     format: Annotated[str, typer.Option(help="png, svg or pdf, if --out is a folder.")] = "png",
@@ -33,11 +33,11 @@ def plot(
     place: Annotated[str, typer.Option(help="Balancer or station whose orbit is drawn; by default all of them.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print the names of the pictures as JSON.")] = False,
 ) -> None:
-    """Draw a result: run-up, race with its balls, orbit of the rotor; of deep chambers history, energy, forces and more.
+    """Draw a result (run-up, race with its balls, orbit; of deep chambers history, energy and more) or a machine.
 
     Example: autobalancer plot stall.nc --out pictures --format svg
     """
-    from autobalancer.cli.runs.pictures import Wishes, pictures_of
+    from autobalancer.cli.runs.pictures import Wishes, of_machine, pictures_of
     from autobalancer.cli.terminal.exit_codes import MEND
     from autobalancer.cli.terminal.output import PICTURE, check_suffix, print_json
     from autobalancer.cli.terminal.quantities import optional
@@ -53,7 +53,7 @@ def plot(
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
-    if kind not in (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, "all"):
+    if kind not in (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *MACHINE, "all"):
         raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
     if single:
         check_suffix("--out", out, PICTURE)
@@ -63,7 +63,7 @@ def plot(
         optional(f"--{name}", text, "s") for name, text in (("start", start), ("end", end), ("time", time))
     )
     wishes = Wishes(speed_unit, deflection_unit or None, log, moment, first, last, frame, place)
-    draw = pictures_of(open_run(result), wishes)
+    draw = of_machine(result, wishes) if result.suffix == ".toml" else pictures_of(open_run(result), wishes)
     if kind != "all" and kind not in draw:
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
     chosen = tuple(draw) if kind == "all" else (kind,)
@@ -98,5 +98,7 @@ def plot(
 def _meant(kind: str) -> str:
     from difflib import get_close_matches
 
-    near = get_close_matches(kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, "all"), 1)
+    near = get_close_matches(
+        kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *MACHINE, "all"), 1
+    )
     return f" (did you mean {near[0]}?)" if near else ""
