@@ -159,6 +159,7 @@ SAMPLES = (
     "rodrigues_critical_speeds",
     "oil_study",
     "tube_breakage",
+    "speed_reduction",
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',

@@ -65,6 +65,7 @@ from autobalancer.plots.stability.ensemble import ensemble_distribution as ensem
 from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
 from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
+from autobalancer.plots.studies.rests import rest_positions as rest_positions
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity
 from autobalancer.plots.studies.study import study as study
 from autobalancer.sketch.machine import machine as machine
@@ -122,6 +123,7 @@ __all__ = [
     "rectified_picture",
     "response",
     "rest_histogram",
+    "rest_positions",
     "rests",
     "rubber",
     "run_down",

@@ -56,6 +56,7 @@ NAMES: dict[str, dict[str, str]] = {
         "basin": "plots.stability.basins",
         **dict.fromkeys(("ensemble", "ensemble_distribution", "ensemble_scatter"), "plots.stability.ensemble"),
         "study": "plots.studies.study",
+        "rest_positions": "plots.studies.rests",
         "sensitivity": "plots.studies.sensitivity",
         "eigenvalues": "plots.stability.growth",
         "map": "plots.stability.stability_map",

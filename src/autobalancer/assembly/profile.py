@@ -57,6 +57,7 @@ def corners(profile: SpeedProfile) -> list[tuple[float, float]]:
     if isinstance(profile, Reduction):
         stops = [
             (float(profile.start), 0.0),
+            *([(float(profile.dwell), float(profile.hold_dwell))] if profile.dwell is not None else []),
             (float(profile.peak), float(profile.hold_peak)),
             (float(profile.reduced), float(profile.hold_reduced)),
             (float(profile.end), 0.0),

@@ -77,7 +77,8 @@ class Hill(Part):
 class Reduction(Part):
     """A run-up with a temporary reduction, which lets the balls find better places.
 
-    Up to ``peak``, hold, down to ``reduced``, hold, up to ``end``; all changes at the rate ``acceleration``.
+    Up to ``peak``, hold, down to ``reduced``, hold, up to ``end``; all changes at the rate ``acceleration``. With
+    ``dwell`` it also waits at that speed on the way to ``peak``.
     """
 
     kind: Literal["reduction"] = "reduction"
@@ -88,6 +89,14 @@ class Reduction(Part):
     acceleration: Acceleration = key("of all changes, up or down")
     hold_peak: Time = key("time at the first speed", 0.0)
     hold_reduced: Time = key("time at the second speed", 0.0)
+    dwell: Speed | None = key("speed at which it waits on the way to the first speed", None)
+    hold_dwell: Time = key("time at that speed", 0.0)
+
+    @model_validator(mode="after")
+    def _waits_somewhere(self) -> Reduction:
+        if self.hold_dwell > 0.0 and self.dwell is None:
+            raise ValueError("hold_dwell: needs 'dwell', the speed at which the rotor waits")
+        return self
 
 
 Profile = Annotated[Constant | Ramp | Table | Dwell | Hill | Reduction, Field(discriminator="kind")]

@@ -38,10 +38,11 @@ class Studied(Ensemble):
         return grid[0] if len(grid) == 1 else ""
 
     def grid_names(self) -> list[str]:
-        """The coordinates of the grid."""
+        """The coordinates of the grid, but for those with a single value."""
         from autobalancer.machine.plain_names import dimension_of
 
-        return [dimension_of(name) for name in self.attrs.get("grid", [])]
+        names = np.atleast_1d(self.attrs.get("grid", [])).tolist()  # a file keeps a list of one as a text
+        return [name for name in map(dimension_of, names) if np.unique(self[name].values.astype(str)).size > 1]
 
     def point_texts(self, unit: str = "") -> list[str]:
         """The values of the grid at each point, as people write them."""
@@ -79,6 +80,9 @@ class Studied(Ensemble):
         return columns
 
     def _shown_numbers(self) -> list[str]:
+        if "show" in self.attrs:  # a file keeps a list of one as a text
+            asked = self.attrs["show"]
+            return [asked] if isinstance(asked, str) else [str(name) for name in asked]
         standing = [
             str(name)
             for name in self.data_vars
@@ -92,7 +96,8 @@ class Studied(Ensemble):
         if values.dtype.kind not in "fi":
             return Column(name, [str(value) for value in values])
         shown = axis_unit(self[name], unit or self.shown_in)
-        return Column(name.replace("_", " "), shown.shown(values), shown.sign)
+        head = name.removeprefix("drive_profile_").replace("_", " ")
+        return Column(head, shown.shown(values), shown.sign)
 
     def remarks(self) -> Sequence[str]:
         """Why it stopped, what was impossible, and what a member took."""

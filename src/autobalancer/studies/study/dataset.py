@@ -18,6 +18,7 @@ from autobalancer.stability.basins.starts import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_of, is_start
 from autobalancer.studies.study.chunk import ABOUT, SECONDS, Arrays
 from autobalancer.studies.study.outputs import RUN, STANDING, attributes_of
+from autobalancer.studies.study.run_up import SHAPES
 from autobalancer.studies.study.spec import Study
 from autobalancer.studies.study.sudden import BALANCED_BEFORE, HELD_SPEED
 from autobalancer.studies.variations import coordinate
@@ -79,6 +80,7 @@ def _attributes(study: Study) -> dict[str, Any]:
         "grid": list(study.grid),
         "parameters": [*study.grid, *study.scatter],
         "duration": study.duration,
+        **({"show": list(study.show)} if study.show else {}),
         **({} if study.sudden is None else {"sudden_unbalance": study.sudden.place, "before": study.sudden.before}),
         "tolerance": study.tolerance,
         "bins": study.bins,
@@ -115,8 +117,11 @@ def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str,
     if is_start(name):
         return values, {"long_name": axis_name(name), "units": STARTS[ball_of(name)[0]]}
     found, label = coordinate(study.machine, name, values)
-    held = study.sudden is not None and name == HELD_SPEED
-    return found, {**label, "long_name": "rotor speed"} if held else label
+    if study.sudden is not None and name == HELD_SPEED:
+        label["long_name"] = "rotor speed"
+    elif name in SHAPES and getattr(getattr(study.machine.drive, "profile", None), "kind", "") == "reduction":
+        label["long_name"] = SHAPES[name]
+    return found, label
 
 
 def _label(name: str) -> dict[str, Any]:

@@ -15,12 +15,13 @@ from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.part import unknown_key
 from autobalancer.studies.study.entries import number, one_of, whole
-from autobalancer.studies.study.outputs import OUTPUTS, RUN, quantity_kind
+from autobalancer.studies.study.outputs import BALANCED, OUTPUTS, RUN, quantity_kind
+from autobalancer.studies.study.run_up import RUN_UP, check_length, with_run_up
 from autobalancer.studies.study.samples import PLANS
 from autobalancer.studies.study.scatter import check_pairs, correlation, joint, vary
 from autobalancer.studies.study.spec import START, Study
 from autobalancer.studies.study.stopping import Stop
-from autobalancer.studies.study.sudden import TABLE, renamed, with_sudden
+from autobalancer.studies.study.sudden import TABLE, with_sudden
 from autobalancer.units import argument, shortened
 
 DEFAULTS: dict[str, Any] = {
@@ -35,10 +36,12 @@ DEFAULTS: dict[str, Any] = {
     "results": ["run"],
     "impossible": "refuse",
     TABLE: None,
+    RUN_UP: None,
     "vary": {},
     "correlation": [],
     "joint": [],
     "stop": None,
+    "show": [],
 }
 KEYS = ("machine", *DEFAULTS)
 MOST = 10_000_000  # members
@@ -83,11 +86,16 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         raise QuestionError('machine: missing; give the path of a machine file, such as machine = "centrifuge.toml"')
     given = {**DEFAULTS, **data}
     machine = _machine(data["machine"], folder)
-    sudden = None
+    sudden, paths = None, dict[str, dict[str, str]]()
+    if given[TABLE] is not None and given[RUN_UP] is not None:
+        raise QuestionError(f"{TABLE}, {RUN_UP}: give one of them; an unbalance appears while the speed is held")
     if given[TABLE] is not None:
         machine, sudden = with_sudden(machine, given[TABLE])
+        paths[TABLE] = sudden.paths()
+    if given[RUN_UP] is not None:
+        machine, paths[RUN_UP] = with_run_up(machine, given[RUN_UP])
     if isinstance(given["vary"], Mapping):
-        given["vary"] = {renamed(str(key), sudden): table for key, table in _flat(given["vary"]).items()}
+        given["vary"] = _as_paths(given["vary"], paths)
     grid, scatter = vary(machine, given["vary"])
     pairs = joint(machine, given["joint"], scatter) | correlation(given["correlation"])
     check_pairs(pairs, scatter)
@@ -110,10 +118,13 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         results=results,
         impossible=cast(Any, one_of("impossible", given["impossible"], ("refuse", "truncate", "record"))),
         stop=None if given["stop"] is None else stop_of(given["stop"], results),
+        show=_shown(given["show"], results),
         sudden=sudden,
         written={key: value for key, value in data.items() if key != "machine"},
     )
     _checkwhole(study)
+    if given[RUN_UP] is not None:
+        check_length(study)
     return study
 
 
@@ -140,14 +151,22 @@ def _checkwhole(study: Study) -> None:
         raise QuestionError(f"vary.{START}: no parameter has this name; random starts are starts = 'random'")
 
 
-def _flat(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with [vary.sudden_unbalance.moment] written as one name."""
-    inner = given.get(TABLE)
-    if not isinstance(inner, Mapping):
-        return dict(given)
-    return {key: table for key, table in given.items() if key != TABLE} | {
-        f"{TABLE}.{key}": table for key, table in inner.items()
-    }
+def _as_paths(given: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """What varies by its path in the machine, where it is named by a key of a table of the study.
+
+    ``[vary.run_up.rate]`` is the same as ``[vary."run_up.rate"]``.
+    """
+    found: dict[str, Any] = {}
+    for name, entry in given.items():
+        table, _, key = str(name).partition(".")
+        if table not in paths:
+            found[str(name)] = entry
+            continue
+        for inner, value in {key: entry}.items() if key else dict(entry).items():
+            if inner not in paths[table]:
+                raise QuestionError(f"vary.{table}.{inner}: {unknown_key(inner, [*paths[table]])}")
+            found[paths[table][inner]] = value
+    return found
 
 
 def _machine(given: Any, folder: Path) -> Machine:
@@ -192,6 +211,18 @@ def _results(given: Any) -> tuple[str, ...]:
     for one in wanted:
         one_of("results", one, tuple(OUTPUTS))
     return tuple(dict.fromkeys(wanted))
+
+
+def _shown(given: Any, results: tuple[str, ...]) -> tuple[str, ...]:
+    names = [given] if isinstance(given, str) else given
+    if not isinstance(names, list):
+        raise QuestionError(f"show: given {shortened(given)}; must be a list of quantities")
+    for name in names:
+        try:
+            quantity_kind(str(name), results)
+        except QuestionError as error:
+            raise QuestionError(f"show: {error}") from None
+    return tuple(str(name) for name in names if name != BALANCED)
 
 
 def _duration(machine: Machine, given: Any) -> float:

@@ -45,6 +45,7 @@ class Study:
     results: tuple[str, ...]
     impossible: Impossible
     stop: Stop | None = None
+    show: tuple[str, ...] = ()  # quantities of the table; none: the usual ones
     sudden: Sudden | None = None  # with an unbalance of the machine that appears at speed
     written: dict[str, Any] = field(default_factory=dict)  # as the user wrote it
 

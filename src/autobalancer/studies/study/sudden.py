@@ -43,6 +43,10 @@ class Sudden:
     before: float
     after: float
 
+    def paths(self) -> dict[str, str]:
+        """Names of its keys under 'vary', and the paths in the machine for which they stand."""
+        return {"speed": HELD_SPEED, **{key: f"{self.place}.{key}" for key in OF_UNBALANCE}}
+
     def without(self, machine: Machine) -> Machine:
         """The machine as it is before."""
         return with_value_at(machine, f"{self.place}.schedule", NONE_YET)
@@ -75,14 +79,6 @@ def with_sudden(machine: Machine, given: Any) -> tuple[Machine, Sudden]:
     added = {key: given[key] for key in OF_UNBALANCE if key in given}
     machine = with_value_at(machine, "unbalances", (*machine.unbalances, added))
     return machine, Sudden(f"unbalances[{len(machine.unbalances)}]", **times)
-
-
-def renamed(name: str, sudden: Sudden | None) -> str:
-    """The path in the machine that a name under 'vary' stands for."""
-    if sudden is None or not name.startswith(f"{TABLE}."):
-        return name
-    key = name.removeprefix(f"{TABLE}.")
-    return HELD_SPEED if key == "speed" else f"{sudden.place}.{key}"
 
 
 def after_jump(
