@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import copy
 import csv
+import sys
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +18,10 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import MachineError
+from autobalancer.results.answers.kinds import HOMES
 from autobalancer.stability.border import Border, Borders
 
+SAMPLES = Path(__file__).resolve().parent.parent / "examples" / "machines"
 DISCOIDAL, RIGID = ab.example("discoidal"), ab.example("rigid_rotor")
 
 
@@ -113,3 +119,33 @@ def test_a_sweep_shows_its_runs_and_branches_show_where_they_are_stable() -> Non
     assert branches.isel(point=branches["branch"].values == 2).branch_rows() == []
     for part in (branches.drop_attrs(), branches[["parameter"]]):
         assert repr(part).startswith("<xarray.")
+
+
+class ZMQInteractiveShell:
+    """What IPython calls the shell of a notebook."""
+
+
+def test_in_a_notebook_machines_and_answers_show_a_picture_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    things = [
+        DISCOIDAL,
+        ab.load_machine(SAMPLES / "deep_chamber.toml"),
+        Borders([Border("exact border", 61.0, ""), Border("release speed", float("inf"), "")]),
+        ab.rotor.campbell(RIGID, "0:6000 rpm:13"),
+    ]
+    for thing in things:
+        assert "<img" not in thing._repr_html_()
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=ZMQInteractiveShell, version_info=(9, 0)))
+    for thing in things:
+        shown = thing._repr_html_()
+        assert '<img src="data:image/png;base64,iVBOR' in shown
+        assert 'alt="' in shown
+        assert "<table>" in shown
+
+
+def test_every_picture_of_an_answer_is_a_public_function_that_takes_one_argument() -> None:
+    for kind, home in HOMES.items():
+        drawn_by = getattr(import_module(f"autobalancer.{home}"), kind).drawn_by
+        if drawn_by:
+            first, *others = signature(getattr(ab.plot, drawn_by)).parameters.values()
+            assert first.kind is not first.KEYWORD_ONLY
+            assert all(other.default is not other.empty for other in others), drawn_by

@@ -49,7 +49,7 @@ def _bar(text: str) -> Any:
 def in_notebook() -> bool:
     """Whether a notebook kernel runs this; asked without importing anything."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return type(shell).__name__ == "ZMQInteractiveShell"
+    return any(kind.__name__ == "ZMQInteractiveShell" for kind in type(shell).__mro__)  # Colab has one of its own
 
 
 class Line:

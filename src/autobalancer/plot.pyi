@@ -59,6 +59,7 @@ from autobalancer.plots.signals.spectrum import spectrum as spectrum
 from autobalancer.plots.stability.basins import basin as basin
 from autobalancer.plots.stability.bifurcation_curves import bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import border_curve as border_curve
+from autobalancer.plots.stability.border_speeds import borders as borders
 from autobalancer.plots.stability.branches import branches as branches
 from autobalancer.plots.stability.ensemble import ensemble as ensemble
 from autobalancer.plots.stability.ensemble import ensemble_distribution as ensemble_distribution
@@ -77,6 +78,7 @@ __all__ = [
     "basin",
     "bifurcation_curves",
     "border_curve",
+    "borders",
     "branches",
     "campbell",
     "chamber_amplitudes",

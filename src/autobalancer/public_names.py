@@ -60,6 +60,7 @@ NAMES: dict[str, dict[str, str]] = {
         "sensitivity": "plots.studies.sensitivity",
         "eigenvalues": "plots.stability.growth",
         "map": "plots.stability.stability_map",
+        "borders": "plots.stability.border_speeds",
         "border_curve": "plots.stability.border_curve",
         "receptance": "plots.measured.receptance",
         "nyquist": "plots.measured.receptance",

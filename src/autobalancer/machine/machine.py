@@ -17,6 +17,7 @@ from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.station import Station
 from autobalancer.machine.unbalance import Unbalance
+from autobalancer.pictured import picture_html
 from autobalancer.shown import html_table
 
 
@@ -76,7 +77,8 @@ class Machine(Part):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return html_table(("", ""), [*self._rows(), ("description", self.description or "none")], self.name)
+        table = html_table(("", ""), [*self._rows(), ("description", self.description or "none")], self.name)
+        return table + picture_html(self, "machine", f"drawing of {self.name}")
 
     def _rows(self) -> list[tuple[str, str]]:
         """What is worth a line when it is shown."""

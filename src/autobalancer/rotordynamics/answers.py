@@ -18,6 +18,7 @@ class Modes(Answer):
     """Natural frequencies at one speed."""
 
     __slots__ = ()
+    drawn_by = "modes"
     row_of, needed, shown_in = "mode", ("name", "frequency", "damping_ratio", "whirl"), "Hz"
 
     def columns(self, unit: str = "") -> list[Column]:
@@ -60,6 +61,7 @@ class Campbell(Answer):
     """Natural frequencies over the speed; the table has the intersections with the lines of the speed."""
 
     __slots__ = ()
+    drawn_by = "campbell"
     row_of, needed = "intersection", ("intersection_speed", "intersection_harmonic", "intersection_branch")
 
     def columns(self, unit: str = "") -> list[Column]:
@@ -87,6 +89,7 @@ class Response(Answer):
     """The response to unbalance over the speed; the table has the greatest of each station."""
 
     __slots__ = ()
+    drawn_by = "response"
     row_of, needed = "speed", ("semi_major",)
 
     def columns(self, unit: str = "") -> list[Column]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from autobalancer.pictured import picture_html
 from autobalancer.shown import Table, rpm_and_si, speed_cells
 
 
@@ -32,3 +33,6 @@ class Borders(Table[Border]):
     def row(self, entry: Border) -> tuple[str, ...]:
         """Name, speed and note."""
         return (entry.name, *speed_cells(entry.speed), entry.note)
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + picture_html(self, "borders", "border speeds, one below the other")

@@ -33,6 +33,7 @@ class ShearedDrag(Answer):
     """Drag over that at rest, and how far one rate of shear stands for it."""
 
     __slots__ = ()
+    drawn_by = "sheared_drag"
     row_of, needed = "velocity", ("share", "rate_factor", "error")
 
     def facts(self) -> Sequence[tuple[str, str]]:

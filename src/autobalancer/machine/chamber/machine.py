@@ -15,6 +15,8 @@ from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.machine.machine import RunPlan
 from autobalancer.machine.part import Listed, Name, Part, key
 from autobalancer.machine.quantity import Angle, Speed
+from autobalancer.pictured import picture_html
+from autobalancer.shown import html_table
 
 
 class ChamberStart(Part):
@@ -47,6 +49,18 @@ class ChamberMachine(Part):
     drive: ChamberDrive = key("what turns the rotor")
     start: ChamberStart = Field(default_factory=ChamberStart, description="rotor at time zero")
     run: RunPlan | None = key("default duration of a run", None)
+
+    def _repr_html_(self) -> str:
+        count = sum(group.count for chamber in self.chambers for group in chamber.balls)
+        rows = [
+            ("body", self.body.freedom),
+            ("balls", f"{count} in {len(self.chambers)} deep chamber{'s' * (len(self.chambers) != 1)}"),
+            ("unbalances", str(len(self.unbalances))),
+            ("drive", self.drive.kind),
+            ("run", "no duration" if self.run is None else f"{float(self.run.duration):g} s"),
+            ("description", self.description or "none"),
+        ]
+        return html_table(("", ""), rows, self.name) + picture_html(self, "machine", f"drawing of {self.name}")
 
     @model_validator(mode="after")
     def _consistent(self) -> ChamberMachine:

@@ -23,6 +23,7 @@ class Balancing(Answer):
     """Correction masses, and what should remain."""
 
     __slots__ = ()
+    drawn_by = "balancing"
     row_of = "plane"
     needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
 

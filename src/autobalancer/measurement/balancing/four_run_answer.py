@@ -16,6 +16,7 @@ class FourRun(Answer):
     """Correction from amplitudes alone."""
 
     __slots__ = ()
+    drawn_by = "four_run"
     row_of = "channel"
     needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
 

@@ -16,6 +16,7 @@ class PlaneUnbalances(Answer):
     """Unbalance vectors of several planes, from one run-down."""
 
     __slots__ = ()
+    drawn_by = "run_down"
     row_of = "plane"
     needed: ClassVar[tuple[str, ...]] = ("unbalance", "unbalance_angle")
 

@@ -18,6 +18,7 @@ class RaceShape(Answer):
     """Waves of a measured race."""
 
     __slots__ = ()
+    drawn_by = "race_shape"
     row_of = "order"
     needed: ClassVar[tuple[str, ...]] = ("amplitude", "crest")
 

@@ -16,6 +16,7 @@ class FittedReceptance(Answer):
     """Modes of a receptance that was measured."""
 
     __slots__ = ()
+    drawn_by = "receptance"
     row_of, shown_in = "mode", "Hz"
     needed: ClassVar[tuple[str, ...]] = ("mode_frequency", "mode_damping_ratio", "mode_mass")
 

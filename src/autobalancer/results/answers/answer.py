@@ -11,6 +11,7 @@ from typing import ClassVar, TypeVar
 
 import xarray as xr
 
+from autobalancer.pictured import picture_html
 from autobalancer.results.display_units import speed_axis
 from autobalancer.shown import Column, facts_text, html_table, rpm_and_si, text_table
 
@@ -18,6 +19,7 @@ A = TypeVar("A", bound="Answer")
 
 WIDTH = 100  # letters of a line
 HEAD = 12  # letters of a column, at least, where heads are broken
+DRAWN = 100_000_000  # bytes; what is larger is not drawn unasked
 NAMED = 12  # variables that the last line lists
 
 
@@ -28,6 +30,7 @@ class Answer(xr.Dataset):
     """
 
     __slots__ = ()
+    drawn_by: ClassVar[str] = ""  # which function of ab.plot shows it in a notebook
     row_of: ClassVar[str] = ""  # dimension of the rows
     needed: ClassVar[tuple[str, ...]] = ()  # variables of the table
     shown_in: ClassVar[str] = "rpm"  # unit of speeds or frequencies
@@ -108,6 +111,7 @@ class Answer(xr.Dataset):
         shown = html_table(("", ""), facts, title) if facts else ""
         shown += html_table(head, rows, "" if facts else title) if rows or not facts else ""
         shown += "".join(f"<p>{escape(text)}</p>" for text in self.remarks())
+        shown += picture_html(self, self.drawn_by, title) if self.nbytes < DRAWN else ""
         return f"{shown}<details><summary>{escape(self._contents())}</summary>{whole}</details>"
 
 

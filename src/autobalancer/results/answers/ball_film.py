@@ -12,6 +12,7 @@ class BallFilm(Answer):
     """Angles of balls from a film."""
 
     __slots__ = ()
+    drawn_by = "ball_film"
     row_of = "ball"
     needed = ()
 

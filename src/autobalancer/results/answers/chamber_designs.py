@@ -18,6 +18,7 @@ class ChamberDesigns(Answer):
     """Designs over their numbers: what they are, where they stopped and why, and what full runs of the best left."""
 
     __slots__ = ()
+    drawn_by = "chamber_designs"
 
     def best(self) -> xr.Dataset:
         """Those that ran in full, the best first."""

@@ -16,6 +16,7 @@ class Comparison(Answer):
     """One row for each machine: what its run left, and from which speed on its balanced state is stable."""
 
     __slots__ = ()
+    drawn_by = "comparison"
     row_of: ClassVar[str] = "machine"
     needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
 

@@ -27,6 +27,7 @@ class Ensemble(Answer):
     """The members of an ensemble and what each left."""
 
     __slots__ = ()
+    drawn_by = "ensemble"
     needed: ClassVar[tuple[str, ...]] = ("outcome", "verdict")
 
     def heading(self) -> str:

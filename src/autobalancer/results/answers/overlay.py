@@ -15,6 +15,7 @@ class Overlay(Answer):
     """One row for each channel and each measure: measured, of the run, and their difference with its standard deviation."""
 
     __slots__ = ()
+    drawn_by = "overlay"
     most = 200
     needed: ClassVar[tuple[str, ...]] = ("measured_value", "simulated_value", "value_deviation")
     row_of: ClassVar[str] = "measure"

@@ -24,8 +24,8 @@ class Run(Answer):
     """A run of balls in races."""
 
     __slots__ = ()
+    drawn_by = "run_up"
     times: ClassVar[tuple[str, ...]] = ("time", "envelope_time", "turn_time")
-    pictures = "ab.plot.run_up"
 
     def has_table(self) -> bool:
         """How it ended and its times must be there."""
@@ -42,7 +42,7 @@ class Run(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Where to look next."""
-        return (f"more: ab.verdict(run), ab.measures(run), {self.pictures}(run)",)
+        return (f"more: ab.verdict(run), ab.measures(run), ab.plot.{self.drawn_by}(run)",)
 
     def verdict(self) -> Verdict:
         """The verdict on it."""

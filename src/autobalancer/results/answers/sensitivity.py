@@ -16,6 +16,7 @@ class Sensitivity(Answer):
     """Indices or rank correlations of each input, with their 95 % intervals."""
 
     __slots__ = ()
+    drawn_by = "sensitivity"
     needed: ClassVar[tuple[str, ...]] = ()
 
     def heading(self) -> str:

@@ -16,6 +16,7 @@ class SteppedResponse(Answer):
     """Amplitudes speed by speed, up, down or both."""
 
     __slots__ = ()
+    drawn_by = "stepped_response"
     row_of, most = "speed", 12
 
     def rows(self) -> list[tuple[str, list[float]]]:

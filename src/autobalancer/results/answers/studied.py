@@ -20,6 +20,7 @@ class Studied(Ensemble):
     """The members of a study and what each left."""
 
     __slots__ = ()
+    drawn_by = "study"
     needed: ClassVar[tuple[str, ...]] = ("outcome",)
 
     def heading(self) -> str:

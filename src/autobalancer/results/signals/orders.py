@@ -15,6 +15,7 @@ class Orders(Answer):
     """One row for each order of each channel."""
 
     __slots__ = ()
+    drawn_by = "orders"
     needed: ClassVar[tuple[str, ...]] = ("amplitude", "phase", "amplitude_deviation", "phase_deviation")
     row_of: ClassVar[str] = "order"
     most = 60

@@ -15,6 +15,7 @@ class Spectrum(Answer):
     """One row for each line that stands out of the noise."""
 
     __slots__ = ()
+    drawn_by = "spectrum"
     row_of: ClassVar[str] = "line"
     needed: ClassVar[tuple[str, ...]] = ("line_frequency", "line_amplitude", "line_name", "line_channel")
     shown_in: ClassVar[str] = "Hz"

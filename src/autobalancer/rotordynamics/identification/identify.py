@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from html import escape
 from pathlib import Path
 from typing import get_args
 
@@ -15,6 +16,7 @@ from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.pictured import picture_html
 from autobalancer.rotordynamics.identification.between import with_curves
 from autobalancer.rotordynamics.identification.determination import determination
 from autobalancer.rotordynamics.identification.fit import EXACT, Loss, Search, best_fit, weights
@@ -47,6 +49,10 @@ class Identification:
 
     def __repr__(self) -> str:
         return self.report()
+
+    def _repr_html_(self) -> str:
+        about = f"measured and fitted: {self.machine.name}"
+        return f"<pre>{escape(self.report())}</pre>{picture_html(self.data, 'identification', about)}"
 
 
 def identify(

@@ -17,6 +17,7 @@ class LiquidResponse(Answer):
     """Deflection over the speed with the liquid and without."""
 
     __slots__ = ()
+    drawn_by = "liquid_response"
     row_of, needed = "speed", ("deflection", "without_liquid", "share")
 
     def facts(self) -> Sequence[tuple[str, str]]:

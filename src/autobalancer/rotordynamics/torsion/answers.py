@@ -57,6 +57,7 @@ class TorsionalResponse(Answer):
     """Torsion over the speed; the table has the greatest torque of each link."""
 
     __slots__ = ()
+    drawn_by = "torsional_response"
     row_of, needed = "speed", ("link_torque", "twist")
 
     def columns(self, unit: str = "") -> list[Column]:

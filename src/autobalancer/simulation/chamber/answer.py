@@ -13,8 +13,8 @@ class ChamberRun(Run):
     """A run of balls that move freely in deep chambers."""
 
     __slots__ = ()
+    drawn_by = "chamber_run"
     times = ("time",)
-    pictures = "ab.plot.chamber_run"
 
     def verdict(self) -> Verdict:
         """The verdict on it."""

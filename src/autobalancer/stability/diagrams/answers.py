@@ -21,6 +21,7 @@ class Branches(Answer):
     """Branches of steady states and periodic motions along a parameter."""
 
     __slots__ = ()
+    drawn_by = "branches"
     row_of, needed = "point", ("parameter", "branch", "name", "kind", "verdict")
 
     def branch_rows(self) -> list[dict[str, Any]]:
@@ -115,6 +116,7 @@ class BifurcationCurves(Answer):
     """Curves of Hopf points or folds over two parameters."""
 
     __slots__ = ()
+    drawn_by = "bifurcation_curves"
     row_of, needed = "point", ("curve", "parameter", "second_parameter")
 
     def columns(self, unit: str = "") -> list[Column]:

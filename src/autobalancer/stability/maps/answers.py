@@ -20,6 +20,7 @@ class BorderCurve(Answer):
     """Border speeds over a parameter."""
 
     __slots__ = ()
+    drawn_by = "border_curve"
     most = 10
 
     def columns(self, unit: str = "") -> list[Column]:
@@ -63,6 +64,7 @@ class StabilityMap(Answer):
     """Growth rate of the balanced state over two parameters."""
 
     __slots__ = ()
+    drawn_by = "map"
 
     def facts(self) -> list[tuple[str, str]]:
         """Both axes, the stable share, borders and operating points."""

@@ -60,6 +60,7 @@ class Eigenvalues(Answer):
     """Eigenvalues of a state over the speed; the table joins speeds of one verdict."""
 
     __slots__ = ()
+    drawn_by = "eigenvalues"
     row_of, needed = "speed", ("growth_rate", "verdict", "leading_motion")
 
     def columns(self, unit: str = "") -> list[Column]:
