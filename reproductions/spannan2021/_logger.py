@@ -12,4 +12,5 @@ LASER = ab.measure.Sensor("displacement", "laser", noise="2 um")
 LID = ab.measure.Sensor("acceleration", "accelerometer", noise=0.02)
 ENCODER = ab.measure.Tacho()
 RATE = "1 kHz"
+KEPT = 400.0  # samples of a run per second
 SURE = 3.0  # standard deviations

@@ -43,6 +43,7 @@ FREQUENCIES = (0.0, 5.0, 9.6, 12.0, 15.0, 21.0)  # Hz
 RESONANCE, STIFFER = 9.6, 1.39
 AWAY = 1.5
 SLOWING = "it lags 94 deg at 170 s; how the rig slowed down is not printed"
+AXIAL = "axial damping of its bushings, which is not known, drags the second mode along"
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
@@ -51,12 +52,11 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         with_value_at(rig("discoidal_rig"), "balancers", ()),
         "one stiffness; the tables of the source are lost",
     )
-    axial = "axial damping of its bushings, which is not known, drags the second mode along"
     soft = with_value_at(rig("discoidal_rig_rubber"), "balancers", ())
     cases: dict[str, tuple[Machine, Kind, str]] = {
         "constant rubber": (machine, "words", lost),
         "tabled rubber": (tabled(machine), "fitted", ""),
-        "softening rubber": (soft, "words", axial),
+        "softening rubber": (soft, "words", AXIAL),
     }
     rows, runs = [], {}
     for rubber, (model, kind, note) in cases.items():
@@ -96,13 +96,13 @@ def far_above(run: xr.Dataset) -> float:
     return float(seen_by_laser(run)[0][(time > 80.0) & (time < REACHED)].mean())
 
 
-def run_up_and_down(machine: Machine) -> xr.Dataset:
-    """Run-up and run-down with the speed curve of the test."""
+def run_up_and_down(machine: Machine, samples: float = 200.0) -> xr.Dataset:
+    """Run-up and run-down with the speed curve of the test, with so many samples per second."""
     at_seen = JUMP + RATE * (SEEN - START)
     rest = DOWN + (UNSEEN - DOWN) * NOMINAL / (NOMINAL - at_seen)
     table = {"time": [0.0, START, REACHED, DOWN, rest], "speed": [0.0, JUMP, NOMINAL, NOMINAL, 0.0]}
     machine = with_value_at(machine, "drive.profile", {"kind": "table", **table})
-    return ab.simulate(machine, duration=rest, save=ab.Samples(round(rest * 200.0)))
+    return ab.simulate(machine, duration=rest, save=ab.Samples(round(rest * samples)))
 
 
 def tabled(machine: Machine) -> Machine:

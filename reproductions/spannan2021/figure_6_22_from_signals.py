@@ -31,12 +31,11 @@ from reproductions.spannan2021._five_speeds import (
     profile,
     slowest,
 )
-from reproductions.spannan2021._logger import ENCODER, LID, RATE, SURE
+from reproductions.spannan2021._logger import ENCODER, KEPT, LID, RATE, SURE
 from reproductions.spannan2021._rig_on_rubber import on_the_rig
 from reproductions.spannan2021.figure_6_22 import ROLLING
 from reproductions.spannan2021.figure_6_24 import HALF_STEP
 
-KEPT = 400.0  # samples of the run per second
 LONGER = 0.5  # s, since what is evaluated begins and ends with a pulse
 
 
