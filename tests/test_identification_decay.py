@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.measurement.decay import decay_rate
 
 TIME = np.linspace(0.2, 3.2, 3001)
@@ -80,3 +80,36 @@ def test_spikes_move_a_plain_fit_further_than_a_robust_one() -> None:
 def test_signals_that_say_nothing_are_refused(time: np.ndarray, signal: np.ndarray, modes: int, says: str) -> None:
     with pytest.raises(QuestionError, match=says):
         decay_rate(time, signal, modes)
+
+
+def test_a_pair_of_modes_that_decay_quickly_is_found_beside_a_slow_one_in_a_long_noisy_signal() -> None:
+    true = {"frequency": np.array([9.59, 23.5, 26.6]), "decay_rate": np.array([2.8, 18.0, 20.5])}
+    modes = zip(*true.values(), (2.0, 0.8, 1.1), strict=True)
+    clean = sum(size * np.exp(-rate * CLOCK) * np.cos(2.0 * np.pi * f * CLOCK) for f, rate, size in modes)
+    for seed in range(4):
+        noisy = clean + 0.02 * np.random.default_rng(seed).standard_normal(CLOCK.size)
+        found = decay_rate(TIME, noisy, 3).sortby("frequency")
+        assert not found.attrs["warnings"]
+        off = found["frequency"].values / (2.0 * np.pi) - true["frequency"]
+        assert (np.abs(off) < 4.0 * found["frequency_uncertainty"].values / (2.0 * np.pi)).all()
+        assert (np.abs(found["decay_rate"] - true["decay_rate"]) < 4.0 * found["decay_rate_uncertainty"]).all()
+
+
+def test_a_mode_that_is_hardly_more_than_noise_is_named() -> None:
+    noisy = ONE + 1e-2 * ONE.max() * np.random.default_rng(1).standard_normal(ONE.size)
+    with pytest.warns(RangeWarning, match="hardly more than noise"):
+        found = decay_rate(TIME, noisy, 2)
+    assert "mode 2 at" in found.attrs["warnings"]
+    assert "mode 1" not in found.attrs["warnings"]
+    assert not decay_rate(TIME, noisy).attrs["warnings"]
+
+
+def test_amplitude_and_phase_of_a_mode_scatter_as_their_uncertainties_say() -> None:
+    time, one, off = TIME[::6], ONE[::6], []
+    clean = decay_rate(time, one)
+    for seed in range(30):
+        found = decay_rate(time, one + 0.02 * one.max() * np.random.default_rng(seed).standard_normal(one.size))
+        off.append([float((found[n] - clean[n])[0] / found[f"{n}_uncertainty"][0]) for n in ("amplitude", "phase")])
+    scatter = np.sqrt(np.mean(np.square(off), axis=0))
+    assert (scatter > 0.6).all(), scatter  # of 30 draws; one standard deviation of the scatter is 0.13
+    assert (scatter < 1.4).all(), scatter

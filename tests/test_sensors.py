@@ -150,3 +150,11 @@ def test_a_logger_file_is_read_back_with_what_was_written(run: xr.Dataset, tmp_p
         assert table[name].attrs["quantity"] == whole[name].attrs["quantity"]
     assert whole["force_support_minus_30_deg"].attrs["direction"] == -30.0
     assert "machine" in whole.attrs
+
+
+def test_a_sensor_across_a_motion_that_is_straight_reads_noise_only(run: xr.Dataset) -> None:
+    straight = run.copy()
+    rounding = 1e-22 * np.random.default_rng(1).standard_normal(run.sizes["time"])
+    straight["y"] = (run["y"].dims, rounding, run["y"].attrs)
+    found = record(straight, [Sensor("acceleration", direction="y", noise=0.01)], RATE, seed=2)
+    assert float(found["acceleration_y"].std()) == pytest.approx(0.01, rel=0.05)

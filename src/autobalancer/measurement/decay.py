@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from scipy.optimize import least_squares
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+PARTS, SPARE = (1, 2, 4), (1, 3)  # beginnings of the signal; poles more than asked, one for what the mean leaves
 MOST, WIDEST = 1200, 300  # samples and columns of the matrix of which the first guess is made
+PLAIN = 5.0  # standard deviations of its amplitude by which a mode must stand out of the noise
 OUTLIER = 3.0  # from how many standard deviations of the scatter on a sample counts less
 
 
@@ -41,8 +43,9 @@ def decay_rate(
     xarray.Dataset
         Over ``mode``, the strongest first: ``frequency`` (w, damped, rad/s), ``decay_rate`` (d, 1/s), ``damping_ratio``,
         ``logarithmic_decrement`` (2 pi d / w), ``amplitude`` and ``phase`` (rad) at the first sample, and
-        ``frequency_uncertainty``, ``decay_rate_uncertainty``, ``damping_ratio_uncertainty`` (standard deviations from the
-        scatter); over ``time``: ``signal`` and ``fitted``. ``attrs``: ``offset``, ``scatter`` (standard deviation).
+        ``frequency_uncertainty``, ``decay_rate_uncertainty``, ``damping_ratio_uncertainty``, ``amplitude_uncertainty``,
+        ``phase_uncertainty`` (standard deviations from the scatter); over ``time``: ``signal`` and ``fitted``. ``attrs``:
+        ``offset``, ``scatter`` (standard deviation), ``warnings`` (modes that are hardly more than noise).
 
     Raises
     ------
@@ -74,23 +77,36 @@ def decay_rate(
 
 
 def _poles(y: Floats, clock: Floats, modes: int) -> Complexes:
-    """First guess by the matrix pencil (Hua and Sarkar 1990) of thinned samples; upper half plane, strongest first."""
+    """First guess: of pencils of the whole signal and of shorter beginnings, where fast decays are not yet noise, the best."""
     thin = max(1, int(np.ceil(y.size / MOST)))
     while thin > 1 and _highest(y, clock) > 0.4 * np.pi / (thin * (clock[1] - clock[0])):
         thin //= 2
     y, step = y[::thin][:MOST], thin * float(clock[1] - clock[0])
     y = y - y.mean()
+    times = np.asarray(np.arange(y.size) * step, np.float64)
+    whole = _pencil(y, step, modes, 1)
+    pencils = [whole]
+    if modes > 1 and whole.size:
+        sizes = [(y.size // part, more) for part in PARTS for more in SPARE]
+        pencils += [_pencil(y[:size], step, modes, more) for size, more in sizes if size > 16 * modes]
+    guesses = [poles for poles in pencils if poles.size == modes]
+    if not guesses:
+        raise QuestionError(
+            f"decay_rate: the signal holds {whole.size} oscillations, not {modes}; ask for fewer, or give a longer piece"
+        )
+    left = [np.linalg.norm(y - design @ lstsq(design, y)[0]) for design in (_design(times, one) for one in guesses)]
+    return guesses[int(np.argmin(left))]
+
+
+def _pencil(y: Floats, step: float, modes: int, more: int) -> Complexes:
+    """The strongest poles of the upper half plane by the matrix pencil (Hua and Sarkar 1990), of so many ``more`` than asked."""
     columns = max(2 * modes + 2, min(y.size // 3, WIDEST))
     rows = np.lib.stride_tricks.sliding_window_view(y, columns)
-    order = min(2 * modes + 1, columns - 1)  # one real pole for what the mean leaves
+    order = min(2 * modes + more, columns - 1)
     basis = np.linalg.eigh(rows.T @ rows)[1][:, -order:]
     roots = np.linalg.eigvals(np.linalg.pinv(basis[:-1]) @ basis[1:])
     poles = np.log(roots[np.abs(roots) > 0.0].astype(np.complex128)) / step
     poles = poles[(poles.imag > 1e-6 / (y.size * step)) & (poles.imag < 0.999 * np.pi / step)]
-    if poles.size < modes:
-        raise QuestionError(
-            f"decay_rate: the signal holds {poles.size} oscillations, not {modes}; ask for fewer, or give a longer piece"
-        )
     poles = np.minimum(poles.real, -1e-9) + 1j * poles.imag
     design = _design(np.asarray(np.arange(y.size) * step, np.float64), poles)
     parts = lstsq(design, y)[0]
@@ -155,6 +171,8 @@ def _dataset(t: Floats, y: Floats, clock: Floats, size: float, found: tuple[Floa
     order = np.argsort(-np.abs(parts))
     decay, frequency = u[1 + 2 * count : 1 + 3 * count], u[1 + 3 * count :]
     decay_spread, frequency_spread = spread[1 + 2 * count : 1 + 3 * count], spread[1 + 3 * count :]
+    of_parts = np.hypot(parts.real * spread[1 : 1 + 2 * count : 2], parts.imag * spread[2 : 2 + 2 * count : 2])
+    of_parts = of_parts / np.maximum(np.abs(parts), 1e-300)
     natural = np.hypot(decay, frequency)
     entries = {
         "frequency": (frequency, "natural frequency, damped", "rad/s"),
@@ -170,16 +188,36 @@ def _dataset(t: Floats, y: Floats, clock: Floats, size: float, found: tuple[Floa
             "standard uncertainty of the damping ratio",
             "",
         ),
+        "amplitude_uncertainty": (size * of_parts, "standard uncertainty of the amplitude", ""),
+        "phase_uncertainty": (
+            np.minimum(of_parts / np.maximum(np.abs(parts), 1e-300), np.pi / np.sqrt(3.0)),
+            "standard uncertainty of the phase",
+            "rad",
+        ),
     }
     result = xr.Dataset(coords={"mode": ("mode", np.arange(1, count + 1)), "time": ("time", t, {"units": "s"})})
     for key, (numbers, text, unit) in entries.items():
         result[key] = ("mode", np.asarray(numbers)[order], {"long_name": text, "units": unit})
     result["signal"] = ("time", y, {"long_name": "measured"})
     result["fitted"] = ("time", y + size * residuals, {"long_name": "fitted"})
+    doubts = _doubts(result)
+    for text in doubts:
+        warn(text, RangeWarning)
     result.attrs = {
         "title": "Decay of a free motion",
         **provenance(),
         "offset": float(size * u[0]),
         "scatter": float(size * np.sqrt((residuals**2).sum() / (y.size - u.size))),
+        "warnings": "\n".join(doubts),
     }
     return Labeled.of(result)
+
+
+def _doubts(found: xr.Dataset) -> list[str]:
+    """Modes that are hardly more than noise."""
+    size, sure = found["amplitude"].values, found["amplitude_uncertainty"].values
+    return [
+        f"mode {k + 1} at {found['frequency'].values[k] / (2.0 * np.pi):.4g} Hz is hardly more than noise: its amplitude is only "
+        f"{size[k] / sure[k]:.2g} times its standard deviation; ask for fewer modes"
+        for k in np.flatnonzero(size < PLAIN * sure)
+    ]

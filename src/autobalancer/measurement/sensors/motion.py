@@ -22,6 +22,7 @@ ALLOWED = (
 )
 WINDOWS = 20  # in each of which that is asked
 QUIET = 1e-3  # of the whole signal: a window with less is not judged
+STILL = 1e-6  # of the motion across: a signal with less, such as rounding errors, is not judged
 
 
 @dataclass(frozen=True)
@@ -64,13 +65,19 @@ def motion(run: xr.Dataset, sensor: Sensor, time: Floats) -> Motion:
     x, y = _vectors(run, sensor)
     values = x * math.cos(sensor.angle) + y * math.sin(sensor.angle)
     order = ORDER[sensor.quantity]
-    spline = make_interp_spline(times, values, k=DEGREE)
-    spline = spline.derivative(order) if order else spline
+    spline = _spline(times, values, order)
     first, last = np.searchsorted(times, (time[0], time[-1]))
     inside = slice(max(int(first) - 1, 0), int(last) + 2)
     _check_turns(run, times, inside)
-    _check_halves(times, values, spline, order, inside, sensor.channel)
+    across = _spline(times, y * math.cos(sensor.angle) - x * math.sin(sensor.angle), order)(times)
+    if spline(times).std() > STILL * across.std():
+        _check_halves(times, values, spline, order, inside, sensor.channel)
     return Motion(spline)
+
+
+def _spline(times: Floats, values: Floats, order: int) -> BSpline:
+    found = make_interp_spline(times, values, k=DEGREE)
+    return found.derivative(order) if order else found
 
 
 def at_samples(run: xr.Dataset, sensor: Sensor, time: Floats) -> Floats:
@@ -123,8 +130,7 @@ def _check_turns(run: xr.Dataset, times: Floats, inside: slice) -> None:
 
 def _check_halves(times: Floats, values: Floats, whole: BSpline, order: int, inside: slice, name: str) -> None:
     """Whether every second sample would nearly do, in every part of the record."""
-    half = make_interp_spline(times[::2], values[::2], k=DEGREE)
-    half = half.derivative(order) if order else half
+    half = _spline(times[::2], values[::2], order)
     odd = times[inside][1:-1]
     odd = odd[(odd > times[2 * DEGREE]) & (odd < times[-1 - 2 * DEGREE])]
     if odd.size < WINDOWS:

@@ -67,7 +67,7 @@ def damping(
     kept = (time >= first) & (time <= (time[-1] if last is None else last))
     found = decay_rate(time[kept], values[kept], modes, robust=robust)
     unit = {"units": str(signals[names[0]].attrs.get("units", ""))}
-    for name in ("signal", "fitted", "amplitude"):
+    for name in ("signal", "fitted", "amplitude", "amplitude_uncertainty"):
         found[name].attrs |= unit
     origin = signals.attrs.get("origin", "")
     return Labeled.of(
