@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +12,6 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.studies.study import execute
 from autobalancer.studies.study.distributions import Discrete, LogNormal, Normal, Tolerance, Triangular, Uniform
 from autobalancer.studies.study.samples import shares
 from autobalancer.studies.study.stopping import interval
@@ -126,38 +121,6 @@ def test_the_balanced_share_is_that_of_the_unbalances_within_the_capability() ->
     assert np.all(found["residual_share"].values[within] < 1e-3)
 
 
-def test_chunks_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = {**SHORT, "vary": {**SHORT["vary"], "viscosity": ["10 mm^2/s", "50 mm^2/s"]}}
-    one = ab.study(asked, workers=1)
-    monkeypatch.setattr(execute, "MOST", 7)
-    monkeypatch.setattr(execute, "FIRST", 3)
-    other = ab.study(asked, workers=2)
-    for name in one.variables:
-        assert np.array_equal(one[name].values, other[name].values, equal_nan=one[name].dtype.kind == "f"), name
-
-
-def test_a_study_goes_on_where_it_was_and_gives_the_same_bits(tmp_path: Path) -> None:
-    whole = ab.study(SHORT, folder=tmp_path / "a")
-    chunks = sorted((tmp_path / "a" / "chunks").glob("*.npz"))
-    chunks[0].unlink()
-    before = {path: path.stat().st_mtime_ns for path in chunks[1:]}
-    again = ab.study(SHORT, folder=tmp_path / "a")
-    assert before == {path: path.stat().st_mtime_ns for path in chunks[1:]}
-    assert np.array_equal(whole["peak_deflection"], again["peak_deflection"])
-    more = ab.study({**SHORT, "members": 50}, folder=tmp_path / "a")
-    assert np.array_equal(whole["peak_deflection"], more["peak_deflection"][:40])
-
-
-def test_the_folder_of_another_study_is_left_alone(tmp_path: Path) -> None:
-    ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
-    with pytest.raises(QuestionError, match=r"holds another study; different: seed \(0 there, 1 now\)"):
-        ab.study({**SHORT, "members": 4, "seed": 1}, folder=tmp_path / "a")
-    (tmp_path / "b").mkdir()
-    (tmp_path / "b" / "notes.txt").write_text("mine")
-    with pytest.raises(QuestionError, match="has other files in it"):
-        ab.study({**SHORT, "members": 4}, folder=tmp_path / "b")
-
-
 def test_it_stops_when_the_interval_is_narrow_enough() -> None:
     stop = {"of": "peak_deflection", "relative": 0.05}
     found = ab.study({**SHORT, "members": 5000, "stop": stop})
@@ -222,51 +185,3 @@ def test_every_draw_has_its_own_start_and_every_point_the_same_ones() -> None:
 def test_a_fault_in_a_study_is_named_with_its_key(changed: dict[str, Any], said: str) -> None:
     with pytest.raises(QuestionError, match=said):
         ab.study({**SHORT, **changed})
-
-
-def test_no_scheduler_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(execute, "WAIT", 0.5)
-    with pytest.raises(QuestionError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
-        ab.study(SHORT, scheduler="tcp://127.0.0.1:1")
-
-
-def count(folder: Path) -> int:
-    return len(list((folder / "a" / "chunks").glob("0*.npz")))
-
-
-PROGRAM = """
-import sys, autobalancer as ab
-ab.study({spec!r}, folder={folder!r}, progress=False)
-"""
-
-
-@pytest.mark.slow
-def test_a_study_that_is_killed_many_times_has_the_same_bits(tmp_path: Path) -> None:
-    asked = {**SHORT, "members": 3000, "duration": "20 s"}
-    program = [sys.executable, "-c", PROGRAM.format(spec=asked, folder=str(tmp_path / "a"))]
-    random, killed, kept = np.random.default_rng(0), 0, 0
-    for _ in range(6):
-        process = subprocess.Popen(program)
-        while process.poll() is None and count(tmp_path) <= kept:
-            time.sleep(0.02)
-        time.sleep(0.3 * random.random())
-        killed += process.poll() is None
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        kept = count(tmp_path)
-    assert killed >= 3
-    assert kept > 0
-    found, once = ab.study(asked, folder=tmp_path / "a"), ab.study(asked)
-    for name in once.variables:
-        assert np.array_equal(once[name].values, found[name].values, equal_nan=once[name].dtype.kind == "f"), name
-
-
-@pytest.mark.slow
-def test_a_cluster_of_two_processes_gives_the_same_bits(tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
-        found = ab.study(SHORT, scheduler=cluster.scheduler_address, folder=tmp_path / "a")
-    once = ab.study(SHORT)
-    for name in once.variables:
-        assert np.array_equal(once[name].values, found[name].values, equal_nan=once[name].dtype.kind == "f"), name

@@ -24,12 +24,14 @@ from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members
 from autobalancer.studies.variations import coordinate
 
+Variable = tuple[Any, Any, Any]  # dimensions, values, label
+
 
 def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], plan: Plan) -> xr.Dataset:
     """The dataset; a member that did not run has no numbers."""
-    count, balls = members.count, max((one.group.balls for one in ran), default=ball_count(members.machine))
     found = xr.Dataset(
-        coords={"member": ("member", np.arange(1, count + 1), {"long_name": "number of the member"})},
+        ensemble_variables(members, ran, reasons),
+        coords={"member": ("member", np.arange(1, members.count + 1), {"long_name": "number of the member"})},
         attrs={
             "title": f"Ensemble of {members.machine.name}",
             **provenance(),
@@ -42,6 +44,14 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
         },
     )
     found = found.assign_coords(_coordinates(members))
+    ran_steps = found["steps"].values[found["steps"].values > 0]
+    found.attrs["steps_per_member"] = float(ran_steps.mean()) if ran_steps.size else 0.0
+    return found
+
+
+def ensemble_variables(members: Members, ran: list[Ran], reasons: dict[int, str]) -> dict[str, Variable]:
+    """The variables of the dataset by name, each with its dimensions, values and label."""
+    count, balls = members.count, max((one.group.balls for one in ran), default=ball_count(members.machine))
     numbers, starts = np.full((count, WIDTH + balls), np.nan), np.full((count, balls), np.nan)
     steps, outcomes = np.zeros(count, np.int64), np.full(count, NOT_RUN, dtype=object)
     states = np.full((count, max((one.found.states.shape[1] for one in ran), default=0)), np.nan)
@@ -54,17 +64,15 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
     outcomes[list(reasons)] = IMPOSSIBLE
     for number in np.flatnonzero(steps):
         outcomes[number] = _outcome(int(numbers[number, STATUS]))
+    found: dict[str, Variable] = {}
     words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
     for measure, values in zip(SWEPT, in_row(numbers).values(), strict=True):
         dims = ("member", "ball") if measure.per_ball else ("member",)
         found[measure.name] = (dims, values, {"long_name": measure.text, "units": measure.unit})
-    found["outcome"] = ("member", outcomes)
-    found["verdict"] = ("member", np.array(WORDS, dtype=object)[words])
-    found["balanced"] = (
-        "member",
-        found["verdict"].values == BALANCED,
-        {"long_name": "whether the verdict is 'balanced'"},
-    )
+    verdicts = np.array(WORDS, dtype=object)[words]
+    found["outcome"] = ("member", outcomes, {})
+    found["verdict"] = ("member", verdicts, {})
+    found["balanced"] = ("member", verdicts == BALANCED, {"long_name": "whether the verdict is 'balanced'"})
     if reasons:
         texts = np.full(count, "", dtype=object)
         texts[list(reasons)] = list(reasons.values())
@@ -74,8 +82,6 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
         found["start_ball_angle_in_rotor"] = (("member", "ball"), starts, START_ANGLE)
     if states.size:
         found["final_state"] = (("member", "component"), states, {"long_name": "state at the end"})
-    ran_steps = steps[steps > 0]
-    found.attrs["steps_per_member"] = float(ran_steps.mean()) if ran_steps.size else 0.0
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.results.answers.ensemble import IMPOSSIBLE
 from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.dataset import ensemble_dataset
+from autobalancer.studies.ensemble.dataset import ensemble_variables
 from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.groups import Groups
 from autobalancer.studies.ensemble.integration import Plan
@@ -22,7 +22,7 @@ from autobalancer.studies.study.sudden import BALANCED_BEFORE, after_jump
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
-PROBED = 200  # members that are made before a study begins
+PROBED = 100  # members that are made before a study begins
 SECONDS, WALL = "seconds", "wall"  # of a core, that the members took to run; of a clock, for the whole chunk
 ABOUT = (SECONDS, WALL)  # arrays that are not over members
 
@@ -113,10 +113,9 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
         more = {BALANCED_BEFORE: balanced}
     if interrupted:
         raise KeyboardInterrupt
-    found = ensemble_dataset(made.members, ran, made.reasons, made.plan)
     arrays = {
-        str(name): values.values.astype(str) if values.dtype.kind == "O" else values.values
-        for name, values in found.data_vars.items()
+        name: values.astype(str) if values.dtype.kind == "O" else values
+        for name, (_, values, _) in ensemble_variables(made.members, ran, made.reasons).items()
         if name != "reason"
     }
     return {**arrays, **more, **_columns(made)}, seconds

@@ -1,0 +1,142 @@
+"""Studies in a folder survive kills, full disks and lost workers, and have the same bits afterwards."""
+
+from __future__ import annotations
+
+import errno
+import multiprocessing
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.studies.study import execute
+
+ROOT = Path(__file__).parents[1]
+MACHINE = str(ROOT / "examples/machines/discoidal.toml")
+MASS = {"distribution": "normal", "standard_deviation": "5 %"}
+SHORT: dict[str, Any] = {"machine": MACHINE, "duration": "0.5 s", "members": 40, "vary": {"unbalances[1].mass": MASS}}
+
+
+def same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
+    for name in one.variables:
+        assert np.array_equal(one[name].values, other[name].values, equal_nan=one[name].dtype.kind == "f"), name
+
+
+def test_chunks_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {**SHORT, "vary": {**SHORT["vary"], "viscosity": ["10 mm^2/s", "50 mm^2/s"]}}
+    one = ab.study(asked, workers=1)
+    monkeypatch.setattr(execute, "MOST", 7)
+    monkeypatch.setattr(execute, "FIRST", 3)
+    other = ab.study(asked, workers=2)
+    same_bits(one, other)
+
+
+def test_a_study_goes_on_where_it_was_and_gives_the_same_bits(tmp_path: Path) -> None:
+    whole = ab.study(SHORT, folder=tmp_path / "a", workers=1)
+    chunks = sorted((tmp_path / "a" / "chunks").glob("*.npz"))
+    chunks[0].unlink()
+    before = {path: path.stat().st_mtime_ns for path in chunks[1:]}
+    again = ab.study(SHORT, folder=tmp_path / "a", workers=2)
+    assert before == {path: path.stat().st_mtime_ns for path in chunks[1:]}
+    assert np.array_equal(whole["peak_deflection"], again["peak_deflection"])
+    more = ab.study({**SHORT, "members": 50}, folder=tmp_path / "a")
+    assert np.array_equal(whole["peak_deflection"], more["peak_deflection"][:40])
+
+
+def test_the_folder_of_another_study_is_left_alone(tmp_path: Path) -> None:
+    ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
+    with pytest.raises(QuestionError, match=r"holds another study; different: seed \(0 there, 1 now\)"):
+        ab.study({**SHORT, "members": 4, "seed": 1}, folder=tmp_path / "a")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "notes.txt").write_text("mine")
+    with pytest.raises(QuestionError, match="has other files in it"):
+        ab.study({**SHORT, "members": 4}, folder=tmp_path / "b")
+
+
+def test_no_scheduler_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(execute, "WAIT", 0.5)
+    with pytest.raises(QuestionError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
+        ab.study(SHORT, scheduler="tcp://127.0.0.1:1")
+
+
+def chunks_in(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "chunks").glob("0*.npz")}
+
+
+def run_apart(asked: dict[str, Any], folder: Path) -> None:
+    """In a process of its own: chunks of a twentieth of a second, so that many are finished and many are in flight."""
+    execute.WORTH = 0.05
+    ab.study(asked, folder=folder, workers=1, progress=False)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes cannot be copied here")
+def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
+    asked = {**SHORT, "members": 12_000, "duration": "2 s"}
+    ab.study({**asked, "members": 20}, workers=1)  # copies of this process need not load the package again
+    random, folder = np.random.default_rng(0), tmp_path / "a"
+    killed, grown, kept = 0, 0, dict[str, bytes]()
+    for _ in range(50):
+        process = multiprocessing.get_context("fork").Process(target=run_apart, args=(asked, folder))
+        process.start()
+        process.join(0.1 + 0.5 * random.random())
+        killed += process.is_alive()
+        process.kill()
+        process.join()
+        now = chunks_in(folder)
+        assert all(now.get(name) == content for name, content in kept.items())
+        grown += len(now) > len(kept)
+        kept = now
+    assert killed == 50
+    assert grown >= 8  # others were killed before their first chunk
+    same_bits(ab.study(asked, workers=2), ab.study(asked, folder=folder, workers=2))
+
+
+def test_a_full_disk_is_said_and_what_was_finished_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(execute, "MOST", 10)
+    monkeypatch.setattr(execute, "FIRST", 10)
+    write, written = np.savez, list[Any]()
+
+    def full_after_two(file: Any, **arrays: Any) -> None:
+        if len(written) == 2:
+            file.write(b"half of it")
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written.append(file)
+        write(file, **arrays)
+
+    monkeypatch.setattr(np, "savez", full_after_two)
+    with pytest.raises(ResultError, match="disk is full"):
+        ab.study(SHORT, folder=tmp_path / "a")
+    kept = chunks_in(tmp_path / "a")
+    assert len(kept) == 2
+    assert not [path for path in (tmp_path / "a" / "chunks").iterdir() if path.name not in kept]
+    monkeypatch.setattr(np, "savez", write)
+    found = ab.study(SHORT, folder=tmp_path / "a", workers=2)
+    assert {name: content for name, content in chunks_in(tmp_path / "a").items() if name in kept} == kept
+    same_bits(ab.study(SHORT, workers=1), found)
+
+
+@pytest.mark.slow
+def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(execute, "WORTH", 0.2)
+    asked, killed = {**SHORT, "members": 2000, "duration": "5 s"}, list[int]()
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+
+        def kill_one(done: int, _: int) -> None:
+            if done and not killed:
+                killed.append(next(iter(cluster.workers.values())).pid)
+                os.kill(killed[0], signal.SIGKILL)
+
+        found = ab.study(asked, scheduler=cluster.scheduler_address, folder=tmp_path / "a", progress=kill_one)
+    assert killed
+    same_bits(ab.study(asked), found)
