@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.references.stalled_pair import hanging_speed
 
 import autobalancer as ab
@@ -173,6 +175,36 @@ def test_the_amplitude_is_found_between_the_steps_of_a_loose_integration() -> No
         for tolerance in (1e-6, 1e-11)
     )
     assert float(loose["amplitude"][0]) == pytest.approx(float(tight["amplitude"][0]), rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["stall_and_release", "two_plane_rotor"])
+def test_speeds_held_in_long_steps_are_measured_as_with_the_explicit_pair(name: str) -> None:
+    machine, speeds = MACHINES / f"{name}.toml", np.array([150.0, 200.0, 240.0])
+    question: dict[str, Any] = {"dwell": 0.5, "window": 0.3, "acceleration": 400.0}
+    found = stepped_response(machine, speeds, **question, tolerance=1e-8)
+    exact = stepped_response(machine, speeds, **question, tolerance=5e-12)  # so strict, all steps are those of the pair
+    assert exact.attrs["long_steps"] == 0
+    assert found.attrs["long_steps"] > 0.5 * found.attrs["steps"]
+    np.testing.assert_allclose(found["amplitude"], exact["amplitude"], rtol=3e-6)
+    np.testing.assert_allclose(found["greatest_deflection"], exact["greatest_deflection"], rtol=3e-6)
+    for part in ("synchronous_x", "synchronous_y"):
+        assert float(np.abs(found[part] - exact[part]).max()) < 3e-6 * float(exact["amplitude"].max())
+    for part in ("least", "greatest"):
+        angles = f"{part}_ball_angle_in_rotor"
+        np.testing.assert_allclose(found[angles], exact[angles], atol=1e-5)
+
+
+def test_responses_of_two_machines_side_by_side_have_the_bits_of_one_after_the_other() -> None:
+    speeds, question = np.linspace(200.0, 300.0, 6), {"dwell": 0.3, "window": 0.1}
+    machines = [with_value_at(ab.load_machine(STALLING), "unbalances[1].mass", mass) for mass in (1e-4, 2e-4)]
+
+    def response(machine: Machine) -> xr.Dataset:
+        return stepped_response(machine, speeds, **question)
+
+    with ThreadPoolExecutor(2) as pool:
+        together = list(pool.map(response, machines))
+    for machine, one in zip(machines, together, strict=True):
+        assert one.drop_attrs().equals(response(machine).drop_attrs())
 
 
 def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:

@@ -20,6 +20,7 @@ LINES, ARGUMENTS, MODULES = 300, 12, 20
 
 LONG = {"public_names.py": "the only table of all public names"}
 MANY = {
+    "kernels/dwell/hold.py hold": "a compiled loop gets all that it needs and all that it writes",
     "kernels/ensemble/long_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
     "kernels/ensemble/members.py run_members": "a compiled loop gets all that it needs and all that it writes",
     "plots/chamber/film.py animate_chamber": "everything one may wish of a film",

@@ -55,12 +55,15 @@ def _why_no_modes(assembly: Assembly) -> str:
     return next((f"it does not take {what}" for what, there in obstacles.items() if there), "")
 
 
-def long_steps(assembly: Assembly, memory: Memory) -> LongSteps | None:
-    """Long steps of a machine, beside a pair with this memory; None if its modes carry no motion."""
+def long_steps(assembly: Assembly, memory: Memory, near: float | None = None) -> LongSteps | None:
+    """Long steps of a machine, beside a pair with this memory; None if its modes carry no motion.
+
+    Of a rotor that stays ``near`` a speed, the modes there are enough.
+    """
     if assembly.model is Model.PLANAR:
         nodes, watch, unknowns = planar_nodes, contacts_in_steps, _planar(assembly)
     else:
-        found = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds)
+        found = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, near)
         if found is None:
             return None
         (nodes, watch), unknowns = _equations(assembly), found

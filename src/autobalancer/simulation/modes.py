@@ -20,8 +20,10 @@ FURTHER = (
 )
 
 
-def rotor_modes(system: System, state: Floats, critical_speeds: tuple[float, ...]) -> Amplitudes | None:
-    """The modes of a rotor; None if they cannot carry its motion.
+def rotor_modes(
+    system: System, state: Floats, critical_speeds: tuple[float, ...], near: float | None = None
+) -> Amplitudes | None:
+    """The modes of a rotor; None if they cannot carry its motion. They are those ``near`` a speed, or all that a drive asks for.
 
     On axes that turn with the rotor a mode is a whirl, forward or backward, and may decay as fast as it will. In axes at rest it
     is a vibration; there a rotor that creeps back without vibrating has too few of them.
@@ -30,7 +32,9 @@ def rotor_modes(system: System, state: Floats, critical_speeds: tuple[float, ...
     stiffness, damping = (one[0, : h.size, : h.size].T for one in (h.stiffness, h.damping))
     gyroscopic = h.gyroscopic[: h.size, : h.size].T
     speeds = np.zeros(1)
-    if gyroscopic.any():
+    if gyroscopic.any() and near is not None:
+        speeds = np.array([near])
+    elif gyroscopic.any():
         low, high = _reach(system.drive, state[SPEED], critical_speeds)
         speeds = np.linspace(low, high, BASES if h.size <= SMALL_ROTOR else FEW_BASES)
     found = _bases(stiffness, damping, gyroscopic, speeds, bool(system.rotating))

@@ -109,7 +109,8 @@ def stepped_response(
         their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
         ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
         within the window, ``time_at_speed``, ``outcome``; where balls stay at one place ``parting_rate``, above zero if that
-        state is unstable, and then ``attrs["coincidence_text"]``.
+        state is unstable, and then ``attrs["coincidence_text"]``. ``attrs`` have the number of ``steps``, and how many of
+        these were ``long_steps``.
 
     Raises
     ------
@@ -177,6 +178,8 @@ def stepped_response(
         "start": start,
         "dwell": dwell,
         "window": window,
+        "steps": sum(row["steps"] for row in found.values()),
+        "long_steps": sum(row["long_steps"] for row in found.values()),
         "averaged_stations": question["stations"],
         "question": json.dumps(question),
         "outcome": "interrupted" if interrupted else "finished" if len(found) == total else "ended early",

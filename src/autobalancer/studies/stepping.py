@@ -11,17 +11,23 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.system import Assembly
-from autobalancer.kernels.dwell import Window, hold
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, memory
+from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
+from autobalancer.kernels.balls.planar_nodes import planar_nodes
+from autobalancer.kernels.dwell.hold import hold
+from autobalancer.kernels.dwell.window import Window
+from autobalancer.kernels.integrators.collocation.amplitudes import LONG_STEPS, amplitudes
+from autobalancer.kernels.integrators.collocation.inside import by_powers
+from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, Memory
 from autobalancer.kernels.integrators.passages import SUM
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
-from autobalancer.simulation.equations import equations
+from autobalancer.simulation.long_steps import long_steps
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.remarks.coincidence import pairs_together, parting_rate
+from autobalancer.simulation.steppers import LongSteps, stepper_for
 
+LONGEST = 1e9  # s that one speed can be held
 NEAR = math.radians(30.0)  # a ball that moves less stays where it is in the rotor, apart from a vibration
 
 Row = dict[str, Any]  # what was seen at one speed: plain numbers and lists, so that it goes into a text exactly
@@ -38,6 +44,7 @@ class Plan:
     longest: float
     tolerance: float
     max_steps: int
+    method: str = "auto"
 
 
 class Stepper:
@@ -51,17 +58,8 @@ class Stepper:
             rows = [*rows, *places(assembly)]
             weights = np.append(weights, np.zeros(len(rows) - weights.size))
         self.system = own(assembly.system)
-        self.equations, self.pair, self.plan = equations(assembly), tableaus.dormand_prince_8(), plan
-        tolerance = plan.tolerance
-        self.memory = memory(
-            assembly.state,
-            1.0,
-            tolerance * assembly.scale,
-            tolerance * assembly.growing,
-            total=self.pair.total,
-            degree=self.pair.degree,
-            longest=1e9,
-        )
+        self.stepper, self.plan = stepper_for(assembly, LONGEST, plan.tolerance, plan.method), plan
+        self.assembly, self.memory, self.modes = assembly, self.stepper.memory, dict[float, LongSteps]()
         self.quiet = record_for((), (), assembly, 1.0)
         # an event that never comes: for its sake the stepper keeps the dense output of all components
         self.dense = self.quiet._replace(
@@ -99,11 +97,14 @@ class Stepper:
         m.state[:] = state
         settle = -1.0 if plan.settle is None else plan.settle
         numbers = [speed, plan.acceleration, plan.dwell, plan.window, settle, plan.longest, plan.max_steps]
+        nodes, watch, powers, long, unknowns = self._long_steps_at(speed)
         status = hold(
-            *self.equations, self.system, self.pair, self.quiet, self.dense, m, w, np.array(numbers, np.float64)
+            *self.stepper.moving, nodes, watch, self.system, self.stepper.pair, powers, self.quiet, self.dense, m, long,
+            unknowns, w, np.array(numbers, np.float64),
         )  # fmt: skip
         end, steps = float(m.clock[TIME]), int(m.counts[ACCEPTED])
-        row: Row = {"speed": float(speed), "steps": steps, "state": m.state.tolist()}
+        taken = int(unknowns.tallies[LONG_STEPS])
+        row: Row = {"speed": float(speed), "steps": steps, "long_steps": taken, "state": m.state.tolist()}
         if status != FINISHED:
             planned = float(w.spent[0]) + plan.dwell + plan.window
             ended = outcome(status, end, planned, interrupted=False, steps=steps)
@@ -126,6 +127,17 @@ class Stepper:
             }
         )
 
+    def _long_steps_at(self, speed: float) -> LongSteps:
+        """Long steps at a speed: they depend on no other speed that is asked for, and speeds that are near share them."""
+        own, near = self.stepper.long, 0.0
+        if own is not None and own.amplitudes.bases.size > 0:
+            stride = 2.0 ** (math.floor(math.log2(speed)) - 4)
+            near = stride * round(speed / stride)
+        if near not in self.modes:
+            found = own if near == 0.0 else long_steps(self.assembly, self.memory, near)
+            self.modes[near] = found or _no_long_steps(self.memory)
+        return self.modes[near]
+
     def _parting(self, state: Floats, speed: float) -> Row:
         """How fast balls would part that stay in one place of the rotor, the fastest pair."""
         n, w, worst = len(self.balls), self.window, -math.inf
@@ -138,6 +150,12 @@ class Stepper:
             outward = (center * cmath.exp(-0.5j * (low + high))).real
             worst = max(worst, parting_rate(ball, speed, outward))
         return {"parting": worst} if math.isfinite(worst) else {}
+
+
+def _no_long_steps(memory: Memory) -> LongSteps:
+    """In place of those that a machine cannot take: no modes, so that all steps are those of the pair."""
+    nothing = amplitudes(np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64), 0, np.zeros(0), 0, turning=False)
+    return LongSteps(planar_nodes, contacts_in_steps, by_powers(), memory, nothing)
 
 
 def places(assembly: Assembly) -> list[Matrix]:

@@ -1,4 +1,4 @@
-"""A rotor is brought to a speed, held there until transients have died, and measured over a window.
+"""What is measured while a speed is held.
 
 Measured on the dense output of every step, at :data:`PIECES` equal parts of it and, between two of these, wherever a
 radius stops growing or a ball turns back (rule of the Illinois).
@@ -7,49 +7,16 @@ radius stops growing or a ball turns back (rule of the Illinois).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from numba import int64, njit, types
+from numba import njit, types
 
 from autobalancer.kernels.flags import COMPILED, INLINE
 from autobalancer.kernels.integrators.dense import component, slope
-from autobalancer.kernels.integrators.memory import (
-    ACCEPTED,
-    COUNTS,
-    END,
-    ERROR,
-    FRESH,
-    STEP,
-    TAKEN,
-    TIME,
-    Memory,
-    memory_type,
-)
-from autobalancer.kernels.integrators.record import PIECES, Record, record_type
-from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
-from autobalancer.kernels.integrators.switching import FORGET, switch_type
-from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
-from autobalancer.kernels.pointers import address, behind, data, plain
-from autobalancer.kernels.system import (
-    BALLS,
-    SPEED,
-    THETA,
-    Floats,
-    Matrix,
-    System,
-    matrix_type,
-    rhs_type,
-    system_at,
-    system_type,
-    vector_type,
-)
-
-# places in the plan: speed to go to, rate of the way there (infinite: at once), time before and length of the window,
-# relative change between its halves that counts as settled (negative: never look), longest time at the speed, steps
-TARGET, RATE, DWELL, WINDOW, SETTLED, LIMIT, BUDGET, PLAN = range(8)
-LOOK = 5_000  # steps between two looks at the budget
-FIRST = 0.1  # rad of rotor angle in the first step at a speed
+from autobalancer.kernels.integrators.memory import TAKEN, TIME
+from autobalancer.kernels.integrators.record import PIECES
+from autobalancer.kernels.pointers import behind
+from autobalancer.kernels.system import BALLS, THETA, Floats, Matrix, matrix_type, system_at, vector_type
 
 
 class Window(NamedTuple):
@@ -148,7 +115,7 @@ def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignor
 
 
 @njit(**COMPILED)
-def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
+def note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
     """Fold the step that began at ``left`` into the window that began at ``begin``; it counts up to where it was cut."""
     p, (m, w) = behind(system_at(parameters)), behind(seen)
     count, radii, step = p.ball_count, w.weights.size + 1, m.clock[TAKEN]
@@ -186,93 +153,3 @@ def _note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyp
             if old * new < 0.0:
                 angle = _turning_angle(ball, back, x, old, new, count, seen)
                 w.low[half, ball], w.high[half, ball] = min(w.low[half, ball], angle), max(w.high[half, ball], angle)
-
-
-@njit(
-    int64(
-        rhs_type, switch_type, system_type, tableau_type, record_type, record_type, memory_type, window_type, vector_type,
-    ),
-    **COMPILED,
-)  # fmt: skip
-def hold(
-    rhs: Callable[[float, Any, Any, Any], None],
-    switch: Callable[[int, float, Any, Any, Any], float],
-    p: System,
-    t: Tableau,
-    quiet: Record,
-    dense: Record,
-    m: Memory,
-    w: Window,
-    plan: Floats,
-) -> int:
-    """Bring ``m.state`` to the speed of the plan, hold, measure; returns how the integration ended.
-
-    ``p`` has one segment. The clock and the steps begin anew, so that the end depends on the state and the plan only.
-    ``dense`` makes the stepper keep the dense output of all components, ``quiet`` of none.
-    """
-    n, count, radii = m.state.size, p.ball_count, w.weights.size + 1
-    parameters, seen, segment = plain(address(p)), address((m, w)), p.drive.segments[0]
-    for i in range(COUNTS):
-        m.counts[i] = 0
-    switch(FORGET, 0.0, rhs, parameters, plain(address((t, m))))
-    # a small part of a turn: at a motion that hardly changes in the rotor a guess from rates would be far too long
-    m.clock[TIME], m.clock[STEP], m.clock[ERROR] = 0.0, FIRST / abs(plan[TARGET]), 1.0
-    change = plan[TARGET] - m.state[SPEED]
-    ramp, status = 0.0, FINISHED
-    if change != 0.0 and math.isinf(plan[RATE]):
-        # the limit of an ever faster ramp: the accelerations are linear in that of the rotor
-        for i in range(m.trial.size):
-            m.trial[i] = m.state[i] if i < n else 0.0
-        segment.value = m.state[SPEED]
-        for number in range(2):
-            segment.rate = float(number)
-            rhs(0.0, data(m.trial), data(m.stages[number]), parameters)
-        for i in range(n):
-            m.state[i] += change * (m.stages[1, i] - m.stages[0, i])
-    elif change != 0.0:
-        ramp = abs(change) / plan[RATE]
-        segment.value, segment.rate = m.state[SPEED], change / ramp
-        m.clock[END], status = ramp, RUNNING
-        while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
-            status = advance(rhs, switch, p, t, quiet, m, LOOK)
-    w.spent[0] = ramp
-    if status != FINISHED:
-        return status
-    segment.value, segment.rate, m.state[SPEED] = plan[TARGET], 0.0, plan[TARGET]
-    m.counts[FRESH] = 0
-    m.clock[END], status = ramp + plan[DWELL], RUNNING
-    while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
-        status = advance(rhs, switch, p, t, quiet, m, LOOK)
-    looking = status == FINISHED
-    while looking:
-        begin, length = m.clock[TIME], plan[WINDOW]
-        w.spent[2] = 0.0
-        for k in range(radii - 1):
-            w.forward[k, 0], w.forward[k, 1] = 0.0, 0.0
-        for i in range(count):
-            w.ends[0, i] = m.state[BALLS + i]
-        for half in range(2):
-            for k in range(radii):
-                w.greatest[half, k] = 0.0
-            for i in range(count):
-                w.low[half, i], w.high[half, i] = math.inf, -math.inf
-            m.clock[END], status = begin + 0.5 * (half + 1) * length, RUNNING
-            while status == RUNNING and m.counts[ACCEPTED] < plan[BUDGET]:
-                left, taken = m.clock[TIME], m.counts[ACCEPTED]
-                status = advance(rhs, switch, p, t, dense, m, 1)
-                if m.counts[ACCEPTED] > taken:
-                    _note(left, begin, length, half, parameters, seen)
-            if status != FINISHED:
-                return status
-        for i in range(count):
-            w.ends[1, i] = m.state[BALLS + i]
-        old, new = 0.0, 0.0
-        for k in range(radii - 1):
-            w.forward[k, 0] /= w.spent[2]
-            w.forward[k, 1] /= w.spent[2]
-            old += w.weights[k] * w.greatest[0, k]
-            new += w.weights[k] * w.greatest[1, k]
-        w.spent[1] = (new - old) / max(old, new) if new > 0.0 else 0.0
-        late = m.clock[TIME] - ramp + length > plan[LIMIT]
-        looking = plan[SETTLED] >= 0.0 and abs(w.spent[1]) > plan[SETTLED] and not late
-    return status

@@ -1,0 +1,1 @@
+"""One speed held and measured."""
