@@ -14,8 +14,8 @@ from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import load_race_machine, save_machine
 from autobalancer.files.rigs import rig
+from autobalancer.measurement.comparison.measurement_file import load_measurements
 from autobalancer.rotordynamics.identification.identify import identify
-from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from autobalancer.rotordynamics.identification.measurements import (
     KnownValue,
     MeasuredCriticalSpeed,
@@ -102,7 +102,7 @@ def test_an_error_in_meters_of_a_logarithmic_curve_becomes_relative(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[[mode]]\nvalue = 1\n", r"mode: unknown key; did you mean 'modes'\? allowed here: parameters"),
+        ("[[mode]]\nvalue = 1\n", r"mode: unknown key; did you mean 'modes' or 'orders'\? allowed here: parameters"),
         ("[[modes]]\nvalue = 1\n", r"modes\[1\].error: missing"),
         ("[[modes]]\nvalue = 1\nerror = 1\nshape = 2\n", r"modes\[1\].shape: unknown key"),
         ('[[modes]]\nvalue = "1 kg"\nerror = 1\n', r"modes\[1\]: given '1 kg'"),

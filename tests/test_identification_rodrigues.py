@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from autobalancer.files.rigs import rig
+from autobalancer.measurement.comparison.measurement_file import load_measurements
 from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.rotordynamics.identification.identify import Identification, identify
-from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
 MACHINE, DATA = rig("rodrigues_rig"), Path("examples/measurements")
 RPM = np.pi / 30.0

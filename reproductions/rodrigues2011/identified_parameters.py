@@ -14,9 +14,9 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.files.rigs import rig
+from autobalancer.measurement.comparison.measurement_file import load_measurements
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.rotordynamics.identification.identify import identify
-from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 from reproductions import Found, Kind, compared_all
 
 MEASUREMENTS = Path(__file__).parents[2] / "examples" / "measurements"

@@ -229,7 +229,7 @@ def compare(
     given
         Machines or the paths of their files, each of which is run; a mapping gives them names. Or one run, with samples.
     measured
-        Beside a run: signals, or ball angles of a film, of the machine that it is of.
+        Beside a run: signals, orders, or ball angles of a film or photograph, of the machine that it is of.
     **options
         Of machines: ``at``, ``duration``, ``tolerance``, ``bins``, ``seed``, ``workers``, ``progress``, see
         :func:`autobalancer.studies.compare.compare`. Of a run: ``seed`` of the noise and keywords of the tacho, see

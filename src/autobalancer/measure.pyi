@@ -21,6 +21,8 @@ from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
 from autobalancer.measurement.balancing.splitting import Split as Split
 from autobalancer.measurement.balancing.splitting import split_mass as split_mass
 from autobalancer.measurement.comparison.fit import fit_run_up as fit_run_up
+from autobalancer.measurement.comparison.measured_orders import MeasuredOrders as MeasuredOrders
+from autobalancer.measurement.comparison.opened import load_measured as load_measured
 from autobalancer.measurement.comparison.run_up import MeasuredRunUp as MeasuredRunUp
 from autobalancer.measurement.decay import decay_rate as decay_rate
 from autobalancer.measurement.film.drawn.camera import Camera as Camera
@@ -82,6 +84,7 @@ __all__ = [
     "FilmSetup",
     "LagFit",
     "Mark",
+    "MeasuredOrders",
     "MeasuredRunUp",
     "RaceBalls",
     "Reading",
@@ -114,6 +117,7 @@ __all__ = [
     "load_angle_series",
     "load_balance_runs",
     "load_film_setup",
+    "load_measured",
     "load_orders",
     "load_receptance",
     "load_rubber",

@@ -1,13 +1,13 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.assembly.rotors import lateral_model as lateral_model
+from autobalancer.measurement.comparison.measurement_file import load_measurements as load_measurements
 from autobalancer.rotordynamics.campbell import campbell as campbell
 from autobalancer.rotordynamics.critical import critical_speeds as critical_speeds
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar as equivalent_planar
 from autobalancer.rotordynamics.from_ross import from_ross as from_ross
 from autobalancer.rotordynamics.identification.free import FreeParameter as FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify as identify
-from autobalancer.rotordynamics.identification.measurement_file import load_measurements as load_measurements
 from autobalancer.rotordynamics.identification.measurements import KnownValue as KnownValue
 from autobalancer.rotordynamics.identification.measurements import MeasuredCriticalSpeed as MeasuredCriticalSpeed
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode as MeasuredMode

@@ -47,8 +47,8 @@ def identify(
     """
     from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.measurement.comparison.measurement_file import load_measurements
     from autobalancer.rotordynamics.identification.identify import identify as fit
-    from autobalancer.rotordynamics.identification.measurement_file import load_measurements
 
     one_form(as_json, as_csv)
     files = Files(out, plot, (*MACHINE, *RESULT))

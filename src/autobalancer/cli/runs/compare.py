@@ -15,7 +15,7 @@ def compare(
     machines: Annotated[
         list[Path],
         typer.Argument(
-            help="Machine files, in the order of the table. Or a run (.nc) and a file of signals or of ball angles."
+            help="Machine files, in the order of the table. Or a run (.nc) and a file of signals, orders or ball angles."
         ),
     ],
     at: Annotated[
@@ -77,12 +77,14 @@ def _overlay(given: list[Path], seed: int, files: Any, speed_unit: str, as_json:
     from autobalancer.cli.terminal.output import print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
     from autobalancer.cli.terminal.words import note
+    from autobalancer.measurement.comparison.opened import load_measured
 
     if len(given) != 2:
-        raise ab.errors.QuestionError("compare: after a run give one measurement: a table of signals, or an .nc file")
+        raise ab.errors.QuestionError(
+            "compare: after a run give one measurement: a table of signals or orders, or an .nc file"
+        )
     run = ab.load_run(given[0])
-    measured = ab.load_run(given[1]) if given[1].suffix.lower() == ".nc" else ab.measure.load_signals(given[1])
-    found = ab.compare(run, measured, seed=seed)
+    found = ab.compare(run, load_measured(given[1]), seed=seed)
     files.save(found, lambda: ab.plot.overlay(found, speed_unit=speed_unit))
     columns = found.columns(speed_unit)
     if as_json:

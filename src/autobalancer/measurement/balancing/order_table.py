@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.table import Table, read_table
+from autobalancer.measurement.balancing.channels import Orders
+from autobalancer.measurement.orders.independent import independent
 from autobalancer.units import to_si
-
-if TYPE_CHECKING:
-    from autobalancer.measurement.balancing.run_down import Orders
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
@@ -101,48 +100,62 @@ def _quantity(table: Table) -> str:
     raise ResultError(f"{table.place}: amplitude in {written!r}; must be a displacement, a velocity or an acceleration")
 
 
-def given_orders(orders: xr.Dataset | str | Path) -> Orders:
-    """Orders of a dataset, of its file or of a table, as arrays.
+def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biased: bool = True) -> Orders:
+    """First orders of a dataset, of its file or of a table, as arrays; of tracked ones those whose noise is independent.
+
+    What the window or the filter probably takes away is part of the deviations, if what they are compared with is without it.
 
     Raises
     ------
     QuestionError
         If a variable, a place or a direction is missing.
     """
-    from autobalancer.measurement.balancing.run_down import Orders
     from autobalancer.results.store import load_run
 
     if not isinstance(orders, xr.Dataset):
         orders = load_run(orders) if Path(orders).suffix.lower() == ".nc" else load_orders(orders)
+    orders = independent(orders)
+    times = (
+        np.asarray(orders["time"].values, float)
+        if "time" in orders.dims
+        else np.full(orders.sizes.get("speed", 0), np.nan)
+    )
     if "order" in orders.dims:
         if 1.0 not in orders["order"].values:
-            raise QuestionError("run-down: the orders have no order 1, which is that of unbalance; track it, too")
+            raise QuestionError(f"{owner}: the orders have no order 1, which is that of unbalance; track it, too")
         orders = orders.sel(order=1.0)
     if "time" in orders.dims and "speed" in orders.variables:
         orders = orders.reset_coords(drop=False).set_coords(["place", "direction", "quantity"]).swap_dims(time="speed")
     for name in ("amplitude", "phase", "speed", "place", "direction"):
         if name not in orders.variables:
             raise QuestionError(
-                f"run-down: the orders have no {name!r}; it must be there over speed and channel, or of each channel"
+                f"{owner}: the orders have no {name!r}; it must be there over speed and channel, or of each channel"
             )
     found = orders.transpose("speed", "channel", ...)
     amplitude, phase = found["amplitude"].values, found["phase"].values
     if not (np.isfinite(amplitude).all() and np.isfinite(phase).all()):
         s = int(np.argwhere(~np.isfinite(amplitude * phase))[0][0])
         raise QuestionError(
-            f"run-down: no amplitude and phase at {float(found['speed'][s]) * 30.0 / np.pi:.5g} rpm; leave this speed out"
+            f"{owner}: no amplitude and phase at {float(found['speed'][s]) * 30.0 / np.pi:.5g} rpm; leave this speed out"
         )
     spread = found["amplitude_deviation"].values if "amplitude_deviation" in found else np.full(amplitude.shape, np.nan)
+    if biased and "bias" in found:
+        spread = np.hypot(spread, found["bias"].values)
+    across = spread
+    if "phase_deviation" in found:
+        across = np.fmax(spread, amplitude * found["phase_deviation"].values)
     quantities = found["quantity"].values if "quantity" in found.variables else ["displacement"] * amplitude.shape[1]
     for quantity in quantities:
         if quantity not in UNITS:
-            raise QuestionError(f"run-down: quantity {str(quantity)!r}; must be one of {', '.join(UNITS)}")
+            raise QuestionError(f"{owner}: quantity {str(quantity)!r}; must be one of {', '.join(UNITS)}")
     return Orders(
+        times,
         np.asarray(found["speed"].values, float),
         amplitude * np.exp(1j * phase),
         np.asarray(spread, float),
+        np.asarray(across, float),
         tuple(map(_place, found["place"].values)),
-        tuple(map(_direction, found["direction"].values)),
+        tuple(_direction(way, owner) for way in found["direction"].values),
         tuple(map(str, quantities)),
     )
 
@@ -154,7 +167,7 @@ def _place(place: Any) -> str | float:
         return str(place)
 
 
-def _direction(direction: Any) -> float:
+def _direction(direction: Any, owner: str) -> float:
     """Angle from x, rad."""
     text = str(direction).strip()
     if text in ("x", "y"):
@@ -162,4 +175,4 @@ def _direction(direction: Any) -> float:
     try:
         return float(np.radians(float(text)))
     except ValueError:
-        raise QuestionError(f"run-down: direction {text!r}; must be x, y, or an angle from x in degrees") from None
+        raise QuestionError(f"{owner}: direction {text!r}; must be x, y, or an angle from x in degrees") from None

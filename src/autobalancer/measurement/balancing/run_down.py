@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,27 +13,15 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measurement.balancing.arrays import Complexes, Floats
+from autobalancer.measurement.balancing.channels import Orders, seen_by_channels
 from autobalancer.measurement.balancing.order_table import given_orders
 from autobalancer.measurement.balancing.run_down_answer import PlaneUnbalances
 from autobalancer.measurement.balancing.uncertainty import polar_deviations
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.response import response
 
 OWNER = "run-down"
 INSEPARABLE, POOR = 1e8, 50.0  # condition numbers beyond which planes cannot be, and are hardly, told apart
 FAR = 3.0  # chi square of each reading beyond which the model does not describe the rotor
-
-
-@dataclass(frozen=True)
-class Orders:
-    """Complex amplitudes (S, C) with their lead over the mark, standard deviations of them in any direction, and channels."""
-
-    speeds: Floats
-    readings: Complexes
-    deviations: Floats
-    places: tuple[Any, ...]
-    directions: tuple[Any, ...]
-    quantities: tuple[str, ...]
 
 
 def unbalance_from_run_down(
@@ -118,37 +105,14 @@ def _used(known: Orders, lowest: float, highest: float) -> Orders:
     inside = (known.speeds >= lowest) & (known.speeds <= highest)
     if not inside.any():
         raise QuestionError(f"{OWNER}: no speed from {lowest:g} to {highest:g} rad/s was measured")
-    return Orders(
-        known.speeds[inside],
-        known.readings[inside],
-        known.deviations[inside],
-        known.places,
-        known.directions,
-        known.quantities,
-    )
+    return known.at(inside)
 
 
 def _rows(machine: Machine, known: Orders, planes: list[str | float | None]) -> Complexes:
     """What a unit unbalance in each plane does at each speed and channel, (S C, P)."""
-    found = np.empty((known.speeds.size, len(known.places), len(planes)), complex)
-    places: list[Any] = list(dict.fromkeys(known.places))
-    if "" in places and (len(places) > 1 or len(machine.stations) > 1):
-        raise QuestionError(
-            f"{OWNER}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
-        )
-    speeds, back = np.unique(known.speeds, return_inverse=True)
-    for p, plane in enumerate(planes):
-        load: Any = 1.0 if plane is None else (Unbalance(moment=1.0, station=plane),)
-        for quantity in dict.fromkeys(known.quantities):
-            stations = None if places == [""] else places
-            kind_of_all: Any = quantity
-            seen = response(machine, speeds, stations, load, balls=True, quantity=kind_of_all)
-            x, y = ((seen[f"{k}_real"] + 1j * seen[f"{k}_imag"]).values[back] for k in "xy")
-            for c, (place, way, kind) in enumerate(zip(known.places, known.directions, known.quantities, strict=True)):
-                if kind == quantity:
-                    s = places.index(place)
-                    found[:, c, p] = x[:, s] * np.cos(way) + y[:, s] * np.sin(way)
-    return found.reshape(-1, len(planes))
+    loads: list[Any] = [1.0 if plane is None else (Unbalance(moment=1.0, station=plane),) for plane in planes]
+    columns = [seen_by_channels(machine, known, load, OWNER, balls=True).ravel() for load in loads]
+    return np.stack(columns, axis=1)
 
 
 def _flat(known: Orders) -> tuple[Complexes, Floats, bool]:

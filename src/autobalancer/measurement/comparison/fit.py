@@ -10,16 +10,12 @@ import xarray as xr
 from scipy.stats import norm
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.measurement.comparison.pairs import scale_doubt
 from autobalancer.measurement.comparison.run_up import MeasuredRunUp
-from autobalancer.rotordynamics.identification.fit import Loss, Search
+from autobalancer.rotordynamics.identification.fit import Loss
 from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter
 from autobalancer.rotordynamics.identification.identify import Identification, identify
-from autobalancer.rotordynamics.identification.trial import Trial
 
-QUICK = Search(step=1e-4, accuracy=1e-6, central=False, error=1e-6)
 COVERED = 0.95
 
 
@@ -72,17 +68,9 @@ def fit_run_up(
     values = sum(part.rows().measured.size for part in parts)
     if values <= len(parameters):
         raise QuestionError(f"fit_run_up: {values} measured values for {len(parameters)} parameters; give more values")
-    _refuse_wrong_units(balls_in_races(machine), parts)
-    found = identify(machine, parameters, parts, loss=loss, starts=starts, seed=seed, search=QUICK)
+    found = identify(machine, parameters, parts, loss=loss, starts=starts, seed=seed)
     wide = float(norm.ppf(0.5 + 0.5 * COVERED)) * found.data["uncertainty"]
     for name, sign, text in (("interval_low", -1.0, "lower"), ("interval_high", 1.0, "upper")):
         found.data[name] = found.data["value"] + sign * wide
         found.data[name].attrs = {"long_name": f"{text} end of the interval of 95 %, SI"}
     return found
-
-
-def _refuse_wrong_units(machine: Machine, parts: Sequence[MeasuredRunUp]) -> None:
-    start = Trial(machine, {})
-    for part in parts:
-        for doubt in filter(None, map(scale_doubt, part.pairs(start))):
-            raise QuestionError(f"fit_run_up: {doubt} Otherwise begin with a machine that is closer")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autobalancer.measurement.comparison.pairs import Pair, sensor_of
 from autobalancer.random_numbers import generator
-from autobalancer.results.measure import Measure, needed
+from autobalancer.results.measure import needed
 from autobalancer.results.measure_table import MEASURES
 from autobalancer.results.recorded import Balls, Bins, Recorded
 from autobalancer.results.recorded_of import bins_of, critical_speed_of
@@ -26,7 +26,8 @@ OF_REST = ("final_ball_angle_to_unbalance",)  # needs an unbalance, which a film
 class Row(NamedTuple):
     """One measure: of what, measured, of the run as the sensors see it, and one standard deviation by their noise; SI."""
 
-    measure: Measure
+    name: str
+    unit: str
     of: str
     measured: float
     simulated: float
@@ -61,6 +62,8 @@ def measure_rows(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed:
 def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int) -> tuple[list[Row], list[str]]:
     """Of the motion of the balls; frames in which one was not seen are bridged."""
     time = np.asarray(measured["time"].values, np.float64)
+    if time.size < 2:
+        return [], ["no measures: one picture says where balls are, and not how they move"]
     speed = np.interp(time, run["time"].values, run["speed"].values)
 
     def recorded(values: list[Floats]) -> Recorded:
@@ -94,5 +97,23 @@ def _rows(found: list[Pair], recorded: Callable[[list[Floats]], Recorded], known
             known_draws = seen[:, k][np.isfinite(seen[:, k])]
             mean = float(known_draws.mean()) if known_draws.size > DRAWS // 2 else math.nan
             spread = float(known_draws.std(ddof=1)) if known_draws.size > DRAWS // 2 else math.nan
-            rows.append(Row(measure, several[0], float(value), mean, spread))
+            rows.append(Row(measure.name, measure.unit, several[0], float(value), mean, spread))
     return rows
+
+
+def measure_table(rows: list[Row]) -> xr.Dataset:
+    """Rows as arrays over ``measure``."""
+
+    def words(texts: list[str]) -> NDArray[np.object_]:
+        return np.array(texts, dtype=object)
+
+    return xr.Dataset(
+        {
+            "measured_value": ("measure", np.array([row.measured for row in rows], np.float64)),
+            "simulated_value": ("measure", np.array([row.simulated for row in rows], np.float64)),
+            "value_deviation": ("measure", np.array([row.deviation for row in rows], np.float64)),
+            "measure_of": ("measure", words([row.of for row in rows])),
+            "measure_unit": ("measure", words([row.unit for row in rows])),
+        },
+        {"measure": words([row.name for row in rows])},
+    )

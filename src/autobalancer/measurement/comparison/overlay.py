@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.comparison.measures import Row, measure_rows
-from autobalancer.measurement.comparison.pairs import Pair, pairs, scale_doubt, together
+from autobalancer.measurement.comparison.measures import measure_rows, measure_table
+from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
+from autobalancer.measurement.comparison.pairs import Pair, at_the_end, pairs, scale_doubt, together
 from autobalancer.measurement.orders.question import orders
 from autobalancer.measurement.signals.form import Channel, signals
 from autobalancer.results.answers.overlay import Overlay
@@ -25,17 +26,19 @@ DIFFERENT = 0.02  # relative difference of speeds at one time, above which a not
 def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: Any) -> Overlay:
     """Put a measurement beside a run: the same curves and the same measures of both.
 
-    Times of the measurement are those of the run. Each channel is compared with what its sensor would have seen of the run, ball
-    angles with those of the run, whole turns not counted and balls of equal look matched. With a tacho the first order of every
-    channel is tracked in both by the same method. Measures are those of :func:`autobalancer.measures` for which the measurement
-    suffices; those of the run are computed from the same samples with the noise of the sensors, so that noise changes both alike.
+    Times of the measurement are those of the run; a photograph is from its end. Each channel is compared with what its sensor
+    would have seen of the run, ball angles with those of the run, whole turns not counted and balls of equal look matched. With a
+    tacho the first order of every channel is tracked in both by the same method. So are orders that were tracked before: at their
+    times, or where they are over ``speed`` when the run has that speed for the last time. Measures are those of
+    :func:`autobalancer.measures` for which the measurement suffices, of orders the greatest amplitudes; those of the run are
+    computed from the same samples with the noise of the sensors, so that noise changes both alike.
 
     Parameters
     ----------
     run
         From :func:`autobalancer.simulate`, with samples.
     measured
-        Signals, or ball angles of a film.
+        Signals, orders, or ball angles of a film or a photograph.
     seed
         Of the noise with which the run is measured.
     **tacho
@@ -46,7 +49,7 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     Overlay
         Over ``channel`` and ``time``: ``measured``, ``simulated``, ``deviation`` (one standard deviation of the measurement; SI);
         over ``channel`` ``rms_away`` and ``rms_expected`` from that deviation; over ``measure`` ``measured_value``,
-        ``simulated_value`` and ``value_deviation``; with a tacho ``order_amplitude`` and ``order_phase`` of both.
+        ``simulated_value`` and ``value_deviation``; of orders and with a tacho ``order_amplitude`` and ``order_phase`` of both.
         ``attrs["notes"]`` say which measures there cannot be, and what looks wrong.
 
     Raises
@@ -56,15 +59,23 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     """
     if "time" not in run or not run.sizes.get("time") or "rotor_angle" not in run:
         raise QuestionError("compare: the run kept no samples over time; run it with save=Samples(count)")
-    part = together(run, measured)
+    if is_orders(measured):
+        if tacho:
+            raise QuestionError(f"compare: orders have their speed already; leave out {', '.join(tacho)}")
+        return _titled(run, *order_curves(run, measured, seed))
+    part = together(run, at_the_end(run, measured))
     found = pairs(run, part)
     rows, notes = measure_rows(run, part, found, seed)
     notes = [*filter(None, map(scale_doubt, found)), *notes]
     data = _curves(run, part, found)
     ordered, more = _orders(run, part, found, tacho)
-    data = data.merge(ordered).merge(_measures(rows))
+    data = data.merge(ordered).merge(measure_table(rows))
+    return _titled(run, data, [*notes, *more])
+
+
+def _titled(run: xr.Dataset, data: xr.Dataset, notes: list[str]) -> Overlay:
     name = run.attrs.get("machine_name", "a machine")
-    about = {"title": f"Run and measurement of {name}", "machine_name": name, "notes": [*notes, *more]}
+    about = {"title": f"Run and measurement of {name}", "machine_name": name, "notes": notes}
     return Overlay.of(data.assign_attrs(provenance() | about))
 
 
@@ -133,22 +144,6 @@ def _orders(
         },
         {"order_time": at},
     ), notes
-
-
-def _measures(rows: list[Row]) -> xr.Dataset:
-    def words(texts: list[str]) -> NDArray[np.object_]:
-        return np.array(texts, dtype=object)
-
-    return xr.Dataset(
-        {
-            "measured_value": ("measure", np.array([row.measured for row in rows], np.float64)),
-            "simulated_value": ("measure", np.array([row.simulated for row in rows], np.float64)),
-            "value_deviation": ("measure", np.array([row.deviation for row in rows], np.float64)),
-            "measure_of": ("measure", words([row.of for row in rows])),
-            "measure_unit": ("measure", words([row.measure.unit for row in rows])),
-        },
-        {"measure": words([row.measure.name for row in rows])},
-    )
 
 
 def _rms(values: Floats) -> float:

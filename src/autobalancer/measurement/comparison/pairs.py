@@ -43,14 +43,6 @@ class Pair:
         offset = float((self.measured.values - self.simulated).mean()) if self.free_offset else 0.0
         return np.asarray(self.simulated + offset, np.float64)
 
-    @property
-    def ratio(self) -> float:
-        """Of the root mean squares of measured and simulated, each about its mean where its zero is not known; 1 for angles."""
-        if self.measured.unit == "rad":
-            return 1.0
-        sizes = [_size(values - values.mean() * self.free_offset) for values in (self.measured.values, self.simulated)]
-        return sizes[0] / sizes[1] if sizes[1] > 0.0 else np.inf
-
 
 def pairs(run: xr.Dataset, measured: xr.Dataset, dense: bool = True) -> list[Pair]:
     """All channels or balls of a measurement with what the run has in their place.
@@ -82,17 +74,25 @@ def sensor_of(entry: xr.DataArray) -> Sensor:
     return Sensor(entry.attrs["quantity"], place, "x" if direction == "" else direction, str(entry.name))
 
 
+def at_the_end(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
+    """A photograph, whose ball angles have no time, as a film of one picture at the end of the run; else as it is."""
+    if "ball_angle" not in measured or set(measured["ball_angle"].dims) != {"ball"}:
+        return measured
+    kept = measured[[name for name in ("ball_angle", "ball_angle_deviation") if name in measured]]
+    return kept.expand_dims(time=run["time"].values[-1:])
+
+
 def together(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
     """The part of a measurement within the time of a run.
 
     Raises
     ------
     QuestionError
-        If there are fewer than two samples of it.
+        If there are fewer than two samples of it, of a film or a photograph none.
     """
     t, known = measured["time"].values, run["time"].values
     inside = (t >= known[0] - 1e-9) & (t <= known[-1] + 1e-9)
-    if inside.sum() < 2:
+    if inside.sum() < (1 if is_film(measured) else 2):
         raise QuestionError(
             f"the measurement is from {t[0]:.6g} s to {t[-1]:.6g} s, the run from {known[0]:.6g} s to {known[-1]:.6g} s; "
             "they have no time in common"
@@ -102,14 +102,21 @@ def together(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
 
 def scale_doubt(pair: Pair) -> str:
     """What is said where measured and simulated differ by a factor that is probably one of units; else empty."""
-    ratio = pair.ratio
-    if 1.0 / WRONG < ratio < WRONG:
+    if pair.measured.unit == "rad":
         return ""
-    size = _size(pair.measured.values - pair.measured.values.mean() * pair.free_offset)
+    sizes = [_size(values - values.mean() * pair.free_offset) for values in (pair.measured.values, pair.simulated)]
+    return size_doubt(pair.measured.name, pair.measured.unit, sizes[0], sizes[1], "root mean square")
+
+
+def size_doubt(name: str, unit: str, measured: float, simulated: float, what: str = "greatest") -> str:
+    """The same of two sizes."""
+    if measured < WRONG * simulated and simulated < WRONG * measured:
+        return ""
+    ratio = measured / simulated if simulated > 0.0 else np.inf
     factor = f"{ratio:.3g} times" if ratio > 1.0 else f"1/{1.0 / ratio:.3g} of" if ratio > 0.0 else "nothing beside"
     return (
-        f"{pair.measured.name}: the measured signal (root mean square {size:.3g} {pair.measured.unit}) is {factor} the simulated "
-        "one; is its unit right, such as mm for m?"
+        f"{name}: the measured signal ({what} {measured:.3g} {unit}) is {factor} the simulated one; is its unit right, such as "
+        "mm for m?"
     )
 
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.comparison.pairs import Pair, pairs
+from autobalancer.measurement.comparison.pairs import Pair, pairs, scale_doubt
 from autobalancer.measurement.comparison.stated import stated
+from autobalancer.rotordynamics.identification.fit import Search
 from autobalancer.rotordynamics.identification.measurements import Rows
 from autobalancer.rotordynamics.identification.trial import Trial
 from autobalancer.simulation.run import simulate_races
@@ -21,6 +22,7 @@ from autobalancer.simulation.sampling import SampleTimes
 Floats = NDArray[np.float64]
 MOST = 20_000  # samples of a channel; of more every second, third, ... is taken
 QUIET: Any = False  # no bar
+OF_RUNS = Search(step=1e-4, accuracy=1e-6, central=False, error=1e-6)  # as exact as they are
 TOLERANCE = 1e-9  # of runs, so that their differences are smooth
 
 
@@ -47,6 +49,7 @@ class MeasuredRunUp:
     seed: int = 0
     label: str = "run-up"
     times: Sequence[float] = ()
+    search: ClassVar[Search] = OF_RUNS
 
     def __post_init__(self) -> None:
         step = -(-self.measured.sizes.get("time", 1) // MOST)
@@ -77,6 +80,10 @@ class MeasuredRunUp:
         """Measured beside simulated; nothing if the run does not come to its end."""
         run = self._run(trial)
         return pairs(run, self.measured, dense=False) if run.attrs["outcome"] == "finished" else []
+
+    def doubts(self, trial: Trial) -> list[str]:
+        """What is probably wrong with its units."""
+        return list(filter(None, map(scale_doubt, self.pairs(trial))))
 
     def _run(self, trial: Trial) -> xr.Dataset:
         time = np.unique(np.concatenate([self.measured["time"].values, self.times]))

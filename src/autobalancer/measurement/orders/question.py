@@ -89,12 +89,12 @@ def orders(
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
-        at, tracked, bias, text = _by_fit(signals, asked)
+        at, tracked, bias, how = _by_fit(signals, asked)
     elif method == "vold-kalman":
-        at, tracked, bias, text = _by_filter(signals, asked, bandwidth)
+        at, tracked, bias, how = _by_filter(signals, asked, bandwidth)
     else:
         raise QuestionError(f"method: given {method!r}; must be 'fit' or 'vold-kalman'")
-    found = _dataset(signals, asked, at, tracked, bias, text)
+    found = _dataset(signals, asked, at, tracked, bias, how)
     return found if slow_roll is None else subtracted(found, slow_roll)
 
 
@@ -106,7 +106,7 @@ class _Asked:
     revolutions: float
 
 
-def _by_fit(signals: xr.Dataset, asked: _Asked) -> tuple[Floats, Tracked, Floats, str]:
+def _by_fit(signals: xr.Dataset, asked: _Asked) -> tuple[Floats, Tracked, Floats, dict[str, Any]]:
     angle, values = signals["rotor_angle"].values, _values(signals, asked)
     half, turns = math.pi * asked.revolutions, float(np.ptp(angle)) / (2.0 * math.pi)
     least = 1.5 / min(1.0, float(asked.orders.min()))
@@ -120,12 +120,13 @@ def _by_fit(signals: xr.Dataset, asked: _Asked) -> tuple[Floats, Tracked, Floats
     narrow = fitted_orders(angle, values, asked.orders, centers, asked.revolutions / math.sqrt(2.0))
     bias = 4.0 / 3.0 * np.abs(tracked.amplitude - narrow.amplitude)  # of fourth order in the width
     text = f"local fit of second degree over {asked.revolutions:g} revolutions"
-    return np.interp(centers, angle, signals["time"].values), tracked, np.asarray(bias), text
+    how = {"method": text, "window_revolutions": asked.revolutions}
+    return np.interp(centers, angle, signals["time"].values), tracked, np.asarray(bias), how
 
 
 def _by_filter(
     signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
-) -> tuple[Floats, Tracked, Floats, str]:
+) -> tuple[Floats, Tracked, Floats, dict[str, Any]]:
     speed, rate = signals["speed"].values, float(signals.attrs["sampling_rate"])
     lowest = float(speed.min() * asked.orders.min()) / (2.0 * math.pi)
     width = max(1.0, 0.1 * lowest) if bandwidth is None else hertz_argument("bandwidth", bandwidth)
@@ -138,7 +139,7 @@ def _by_filter(
     every = max(1, -(-speed.size // MOST))
     thin = Tracked(tracked.amplitude[..., ::every], tracked.deviation[..., ::every], tracked.residual[..., ::every])
     text = f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz"
-    return signals["time"].values[::every], thin, bias[..., ::every], text
+    return signals["time"].values[::every], thin, bias[..., ::every], {"method": text, "bandwidth": width}
 
 
 def _values(signals: xr.Dataset, asked: _Asked) -> Floats:
@@ -178,7 +179,9 @@ def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[s
     return asked
 
 
-def _dataset(signals: xr.Dataset, asked: _Asked, at: Floats, tracked: Tracked, bias: Floats, text: str) -> Orders:
+def _dataset(
+    signals: xr.Dataset, asked: _Asked, at: Floats, tracked: Tracked, bias: Floats, how: dict[str, Any]
+) -> Orders:
     t = signals["time"].values
     speed, sure = (np.interp(at, t, signals[name].values) for name in ("speed", "rotor_angle_deviation"))
     size = np.abs(tracked.amplitude)
@@ -209,6 +212,6 @@ def _dataset(signals: xr.Dataset, asked: _Asked, at: Floats, tracked: Tracked, b
     for key in ("units", "quantity", "place", "direction"):
         words = [str(signals[name].attrs.get(key, "")) for name in asked.channels]
         found = found.assign_coords({key: ("channel", words)})
-    head = {"title": f"orders of {signals.attrs.get('origin') or 'signals'}", "method": text}
+    head = {"title": f"orders of {signals.attrs.get('origin') or 'signals'}", **how}
     more = {"origin": signals.attrs.get("origin", ""), "warnings": signals.attrs.get("warnings", "")}
     return Orders.of(found.assign_attrs(head | more | provenance()))

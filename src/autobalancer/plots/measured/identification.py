@@ -19,7 +19,7 @@ OUTLIER = 5.0  # standard deviations
 
 
 def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
-    """Response curves before and after the fit (if there are any), deviations in standard deviations, correlation.
+    """Response curves and orders before and after the fit (if there are any), deviations in standard deviations, correlation.
 
     Parameters
     ----------
@@ -38,11 +38,15 @@ def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> 
     wanted = "rotor.identify, its .data"
     fit = result(fit, "plot.identification", wanted, lambda it: "deviation" in it and "correlation" in it)
     unit = speed_axis(speed_unit)
-    curves = np.unique(fit["row_label"].values[fit["row_kind"].values == "response"])
+    curves, orders = (np.unique(fit["row_label"].values[fit["row_kind"].values == k]) for k in ("response", "orders"))
     with look():
-        figure = picture(7.6, 3.4 + 2.9 * len(curves))
+        figure = picture(7.6, 3.4 + 2.9 * (len(curves) + len(orders)))
         heading(figure, str(fit.attrs.get("title", "")))
-        grid = figure.add_gridspec(len(curves) + 1, 2, width_ratios=[1.7, 1.0])
+        grid = figure.add_gridspec(len(curves) + len(orders) + 1, 2, width_ratios=[1.7, 1.0])
+        for i, label in enumerate(orders, len(curves)):
+            rows = np.flatnonzero((fit["row_label"].values == label) & (fit["row_kind"].values == "orders"))
+            one = [figure.add_subplot(grid[i, k]) for k in range(2)]
+            _orders(one[0], one[1], fit.isel(row=rows), unit, str(label))
         for i, label in enumerate(curves):
             wanted = (fit["row_label"].values == label) & (fit["row_kind"].values == "response")
             drawn = np.flatnonzero(fit["curve_label"].values == label)
@@ -75,23 +79,55 @@ def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) 
     legend(axes)
 
 
+def _orders(above: Axes, beside: Axes, part: xr.Dataset, unit: AxisUnit, label: str) -> None:
+    """Amplitude and phase of every channel over the speed."""
+    sign, factor = str(part["row_unit"].values[0]).split(", ")[0], 1.0
+    names = list(dict.fromkeys(str(name) for name in part["row_part"].values))
+    if sign == "m":
+        sizes = [name.endswith(", amplitude") for name in map(str, part["row_part"].values)]
+        length = length_axis(None, float(part["measured"].values[sizes].max()))
+        sign, factor = length.sign, length.factor
+    for k, name in enumerate(names):
+        one = part.isel(row=np.flatnonzero(part["row_part"].values == name))
+        one = one.isel(row=np.argsort(one["row_speed"].values))
+        channel, _, what = name.rpartition(", ")
+        axes, scale = (beside, 180.0 / np.pi) if what == "phase" else (above, factor)
+        color, speed = BALLS[k % (len(names) // 2) % len(BALLS)], one["row_speed"].values * unit.factor
+        for what, look_of in (("measured", {"ls": "", "marker": ".", "ms": 4}), ("before", {"lw": 3.0, "alpha": 0.3})):
+            axes.plot(speed, scale * one[what].values, color=color, label="_", **look_of)
+        axes.plot(speed, scale * one["after"].values, color=color, lw=1.0, label=channel)
+    above.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({sign})", title=label, ylim=(0.0, None))
+    beside.set(xlabel=f"speed ({unit.sign})", ylabel="lead over the mark (°)", title="pale: before the fit")
+    legend(above)
+
+
 def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
-    single = fit.isel(row=np.flatnonzero(fit["row_kind"].values != "response"))
-    if single.sizes["row"] == 0:
+    labels = fit["row_label"].values
+    many = np.array([bool((labels == label).sum() > 1) for label in labels])
+    whole = [
+        label for label in dict.fromkeys(labels[many]) if "response" not in fit["row_kind"].values[labels == label]
+    ]
+    single = fit.isel(row=np.flatnonzero(~many & (fit["row_kind"].values != "response")))
+    if single.sizes["row"] == 0 and not whole:
         axes.axhspan(-1.0, 1.0, color="#EFF2F4", lw=0)
         axes.plot(fit["row_speed"].values * unit.factor, fit["deviation"].values, ".", ms=4, color=INK)
         axes.set(xlabel=f"speed ({unit.sign})", ylabel="deviation (standard deviations)", title="after the fit")
         return
-    place = np.arange(single.sizes["row"])[::-1]
+    place = np.arange(len(whole), single.sizes["row"] + len(whole))[::-1]
     before = (single["before"] - single["measured"]).values / single["error"].values
     after = single["deviation"].values
     axes.axvspan(-1.0, 1.0, color="#EFF2F4", lw=0)
-    axes.plot(before, place, "o", mfc="white", color=CRITICAL, label="before")
-    axes.plot(after, place, "o", color=BALLS[0], label="after the fit")
+    if place.size:
+        axes.plot(before, place, "o", mfc="white", color=CRITICAL, label="before")
+        axes.plot(after, place, "o", color=BALLS[0], label="after the fit")
+    means = [float(np.sqrt((fit["deviation"].values[labels == label] ** 2).mean())) for label in whole]
+    if means:
+        axes.plot(means, range(len(whole)), "D", ms=5, color=BALLS[0], label="after the fit, root mean square")
     for at, a, b in zip(place, before, after, strict=True):
         axes.plot([a, b], [at, at], color=CRITICAL, lw=0.7, zorder=1)
-    axes.set_yticks(place, [str(label) for label in single["row_label"].values])
-    axes.set_ylim(-0.6, place[0] + 0.6)
+    counts = [f"{label}\n{(labels == label).sum()} values" for label in whole]
+    axes.set_yticks([*place, *range(len(whole))], [*map(str, single["row_label"].values), *counts])
+    axes.set_ylim(-0.6, place.size + len(whole) - 0.4)
     axes.set_xlabel("deviation (standard deviations)")
     legend(axes)
 

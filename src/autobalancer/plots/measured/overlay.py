@@ -33,13 +33,17 @@ def overlay(found: Given, *, speed_unit: str = "rpm") -> Figure:
     -------
     matplotlib.figure.Figure
         Signals: each channel over time, of many samples their range, and with a tacho amplitude and phase of the first order
-        over the speed. Balls: their angles in the rotor over time.
+        over the speed. Orders: the same over the speed. Balls: their angles in the rotor over time.
     """
     it = result(found, "plot.overlay", "compare of a run and a measurement", lambda one: "rms_away" in one)
     with look():
         if str(it["units"].values[0]) == "rad":
             figure = picture(7.0, 4.0)
             _balls(figure.subplots(), it)
+        elif "measured" not in it:
+            figure = picture(7.0, 5.2)
+            above, below = figure.subplots(2, sharex=True)
+            _orders(above, below, it, speed_axis(speed_unit))
         else:
             ordered, count = "order_amplitude" in it, it.sizes["channel"]
             figure = picture(8.0, 1.0 + 2.1 * max(count, 2 * ordered))

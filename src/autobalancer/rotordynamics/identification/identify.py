@@ -64,7 +64,7 @@ def identify(
     loss_scale: float = 2.0,
     starts: int = 1,
     seed: int = 0,
-    search: Search = EXACT,
+    search: Search | None = None,
 ) -> Identification:
     """Fit free parameters to measured modes, critical speeds, response curves, stiffness and known values.
 
@@ -86,7 +86,7 @@ def identify(
     seed
         Of these points.
     search
-        How differences are taken, and when the search ends.
+        How differences are taken, and when the search ends; by default as exactly as the measurements allow.
 
     Returns
     -------
@@ -96,7 +96,8 @@ def identify(
     Raises
     ------
     QuestionError
-        If there are no free parameters or measurements, an entry is not possible, or no start has everything that was measured.
+        If there are no free parameters or measurements, an entry is not possible, no start has everything that was measured, or
+        a unit is probably wrong.
     MachineError
         If the rotor is not possible as described.
     """
@@ -110,11 +111,16 @@ def identify(
         raise QuestionError(f"identify: loss_scale: given {loss_scale!r}; must be greater than zero")
     if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
         raise QuestionError(f"identify: starts: given {starts!r}; must be a whole number from 1")
+    search = search or max((getattr(one, "search", EXACT) for one in measurements), key=lambda one: one.error)
     units = {u.name: u.unit for u in sought}
     rows = [measurement.rows() for measurement in measurements]
     rows = [replace(r, unit=units.get(r.label.removeprefix("known "), r.unit)) for r in rows]
     begin = np.array([u.inner(u.start) for u in sought])
-    before = _predictions(_trial(machine, sought, begin), measurements)  # a wrong question is refused here
+    first = _trial(machine, sought, begin)
+    before = _predictions(first, measurements)  # a wrong question is refused here
+    for measurement in measurements:
+        for doubt in getattr(measurement, "doubts", lambda _: [])(first):
+            raise QuestionError(f"identify: {doubt} Otherwise begin with a machine that is closer")
 
     last: dict[bytes, Floats] = {}
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.text import MACHINE, read_text
@@ -24,31 +24,27 @@ from autobalancer.rotordynamics.identification.measurements import (
 from autobalancer.units import to_si
 
 MODE_UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
-KEYS = {
-    "parameters": ("paths", "lower", "upper", "tie", "name", "start"),
-    "modes": ("value", "error", "quantity", "speed", "order", "whirl", "mode", "balls"),
-    "critical_speeds": ("value", "error", "order", "whirl", "mode", "balls", "highest"),
-    "stiffnesses": ("value", "error", "station", "direction"),
-    "known": ("value", "error", "path"),
-    "responses": ("file", "error", "stations", "measure", "logarithmic", "quantity", "label", "lowest", "highest"),
-}
-NEEDED = {
-    "parameters": ("paths",),
-    "known": ("value", "error", "path"),
-    "responses": ("file", "error"),
-}
 
 
-def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measurement]]:
+class Kind(NamedTuple):
+    """A list of a measurement file: its keys, those without a default, and what makes a measurement of an entry and a folder."""
+
+    keys: tuple[str, ...]
+    needed: tuple[str, ...]
+    read: Callable[[dict[str, Any], Path], Measurement]
+
+
+def read_measurements(
+    path: str | Path, more: Mapping[str, Kind] | None = None
+) -> tuple[list[FreeParameter], list[Measurement]]:
     """Read a measurement file.
 
     Parameters
     ----------
     path
-        A TOML file with the lists ``parameters``, ``modes``, ``critical_speeds``, ``stiffnesses``, ``known`` and
-        ``responses``; their keys are those of :class:`~autobalancer.rotordynamics.identification.free.FreeParameter` and of
-        the classes in :mod:`autobalancer.rotordynamics.identification.measurements`. An ``error`` is a quantity or a text in
-        percent of the value. The ``file`` of a response is a table beside the TOML file.
+        As of :func:`~autobalancer.measurement.comparison.measurement_file.load_measurements`.
+    more
+        Further lists by their names.
 
     Returns
     -------
@@ -67,16 +63,17 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
         data = tomllib.loads(read_text(path, MACHINE, QuestionError))
     except (tomllib.TOMLDecodeError, RecursionError) as reason:
         raise QuestionError(f"{path}: not valid TOML: {reason}{_hint(path)}") from None
-    unknown = sorted(set(data) - set(KEYS) - {"name", "description"})
+    kinds = KINDS | dict(more or {})
+    unknown = sorted(set(data) - set(kinds) - {"name", "description"})
     if unknown:
-        raise QuestionError(f"{path}: {unknown[0]}: {unknown_key(unknown[0], (*KEYS, 'name', 'description'))}")
+        raise QuestionError(f"{path}: {unknown[0]}: {unknown_key(unknown[0], (*kinds, 'name', 'description'))}")
     free: list[FreeParameter] = []
     found: list[Measurement] = []
     units: dict[str, str] = {}
-    for kind in KEYS:
+    for kind in kinds:
         for number, entry in enumerate(_list(data.get(kind, []), path, kind), 1):
             where = f"{path}: {kind}[{number}]"
-            _check_keys(entry, kind, where)
+            _check_keys(entry, kinds[kind], where)
             try:
                 if kind == "parameters":
                     free.append(FreeParameter(**entry))
@@ -86,7 +83,7 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
                     path_unit = units[name] if name in units else unit_at(name)
                     found.append(KnownValue(**_single(entry, path_unit)))
                 else:
-                    found.append(_READ[kind](entry, path.parent))
+                    found.append(kinds[kind].read(entry, path.parent))
             except AutobalancerError as error:
                 raise type(error)(f"{where}: {error}") from None
     return free, found
@@ -108,11 +105,11 @@ def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:
     return entries
 
 
-def _check_keys(entry: dict[str, Any], kind: str, where: str) -> None:
+def _check_keys(entry: dict[str, Any], kind: Kind, where: str) -> None:
     for key in entry:
-        if key not in KEYS[kind]:
-            raise QuestionError(f"{where}.{key}: {unknown_key(key, tuple(KEYS[kind]))}")
-    for key in NEEDED.get(kind, ("value", "error")):
+        if key not in kind.keys:
+            raise QuestionError(f"{where}.{key}: {unknown_key(key, kind.keys)}")
+    for key in kind.needed:
         if key not in entry:
             raise QuestionError(f"{where}.{key}: missing; it has no default")
 
@@ -164,9 +161,27 @@ def _response(entry: dict[str, Any], folder: Path) -> Measurement:
     )  # fmt: skip
 
 
-_READ: dict[str, Callable[[dict[str, Any], Path], Measurement]] = {
-    "modes": _mode,
-    "critical_speeds": lambda entry, _: MeasuredCriticalSpeed(**_single(entry, "rad/s", ("highest",))),
-    "stiffnesses": lambda entry, _: MeasuredStiffness(**_single(entry, "N/m")),
-    "responses": _response,
+def _none(entry: dict[str, Any], folder: Path) -> Measurement:
+    raise NotImplementedError  # read where what is before in the file is known
+
+
+SINGLE = ("value", "error")
+CHOSEN = ("order", "whirl", "mode", "balls")
+KINDS = {
+    "parameters": Kind(("paths", "lower", "upper", "tie", "name", "start"), ("paths",), _none),
+    "modes": Kind((*SINGLE, "quantity", "speed", *CHOSEN), SINGLE, _mode),
+    "critical_speeds": Kind(
+        (*SINGLE, *CHOSEN, "highest"),
+        SINGLE,
+        lambda entry, _: MeasuredCriticalSpeed(**_single(entry, "rad/s", ("highest",))),
+    ),
+    "stiffnesses": Kind(
+        (*SINGLE, "station", "direction"), SINGLE, lambda entry, _: MeasuredStiffness(**_single(entry, "N/m"))
+    ),
+    "known": Kind((*SINGLE, "path"), (*SINGLE, "path"), _none),
+    "responses": Kind(
+        ("file", "error", "stations", "measure", "logarithmic", "quantity", "label", "lowest", "highest"),
+        ("file", "error"),
+        _response,
+    ),
 }

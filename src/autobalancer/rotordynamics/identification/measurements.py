@@ -36,6 +36,7 @@ class Rows:
     measured: Floats
     error: Floats
     speed: Floats  # nan where it has none
+    parts: tuple[str, ...] = ()  # of what each value is, where they differ
 
 
 class Measurement(Protocol):
@@ -64,7 +65,7 @@ class _Single:
 
     def _rows(self, label: str, kind: str, unit: str, speed: float = math.nan) -> Rows:
         check_error(label, self.value, self.error)
-        return Rows(label, kind, unit, *(np.array([number]) for number in (self.value, self.error, speed)))
+        return Rows(label, kind, unit, np.array([self.value]), np.array([self.error]), np.array([speed]))
 
 
 @dataclass(frozen=True)

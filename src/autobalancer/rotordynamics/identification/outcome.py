@@ -18,7 +18,7 @@ from autobalancer.rotordynamics.identification.free import Unknown
 from autobalancer.rotordynamics.identification.measurements import Rows
 
 OUTLIER = 0.5  # weight below which a value counts as one
-RUN_UP = "run-up"  # kind of rows that are samples of one
+MANY = ("run-up", "orders")  # kinds of rows that are samples of one measurement
 TOO_LARGE = 2.0  # ratio of the scatter to the stated errors above which a note says so
 
 
@@ -70,6 +70,7 @@ def dataset(
         "weight": ("row", weight, "weight in the fit, less than 1 for outliers"),
         "row_speed": ("row", np.concatenate([r.speed for r in rows]), "rotor speed, rad/s"),
         "row_label": ("row", words([r.label for r, _ in per_row]), "what was measured"),
+        "row_part": ("row", words([n for r in rows for n in r.parts or [""] * r.measured.size]), "which value of it"),
         "row_kind": ("row", words([r.kind for r, _ in per_row]), "kind of measurement"),
         "row_unit": ("row", words([r.unit for r, _ in per_row]), "unit of the row"),
     }
@@ -120,7 +121,7 @@ def report_text(data: xr.Dataset) -> str:
         )
     lines += ["", "  measured -> before, after the fit, deviation in standard deviations"]
     for label, part in grouped(data):
-        if part.sizes["row"] > 1 and str(part["row_kind"].values[0]) == RUN_UP:
+        if part.sizes["row"] > 1 and str(part["row_kind"].values[0]) in MANY:
             rms, greatest = (float(f(np.abs(part["deviation"].values))) for f in (_rms, np.max))
             lines.append(f"  {label}: {part.sizes['row']} values, rms {rms:.3f}, greatest {greatest:.2f}")
             continue
@@ -171,7 +172,7 @@ def grouped(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     start = 0
     for end in range(1, labels.size + 1):
         same = (
-            end < labels.size and labels[end] == labels[start] and data["row_kind"].values[end] in ("response", RUN_UP)
+            end < labels.size and labels[end] == labels[start] and data["row_kind"].values[end] in ("response", *MANY)
         )
         if not same:
             found.append((str(labels[start]), data.isel(row=slice(start, end))))

@@ -1,0 +1,64 @@
+"""What sensors read at each speed, and what they see of a machine in steady motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.measurement.balancing.arrays import Complexes, Floats
+from autobalancer.rotordynamics.response import response
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Complex amplitudes (S, C) with their lead over the mark, standard deviations along and across them, and channels.
+
+    Times are nan where orders are over the speed.
+    """
+
+    times: Floats
+    speeds: Floats
+    readings: Complexes
+    deviations: Floats
+    across: Floats
+    places: tuple[Any, ...]
+    directions: tuple[Any, ...]
+    quantities: tuple[str, ...]
+
+    def at(self, rows: NDArray[Any]) -> Orders:
+        """Some of the speeds."""
+        parts = {name: getattr(self, name)[rows] for name in ("times", "speeds", "readings", "deviations", "across")}
+        return replace(self, **parts)
+
+
+def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str, **options: Any) -> Complexes:
+    """Complex amplitudes (S, C) of the steady response to an unbalance; options are those of the response.
+
+    Raises
+    ------
+    QuestionError
+        If a channel has no place, and the machine has several.
+    """
+    places: list[Any] = list(dict.fromkeys(known.places))
+    if "" in places and (len(places) > 1 or len(machine.stations) > 1):
+        raise QuestionError(
+            f"{owner}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
+        )
+    speeds, back = np.unique(known.speeds, return_inverse=True)
+    found = np.empty((known.speeds.size, len(known.places)), complex)
+    stations = None if places == [""] else places
+    for quantity in dict.fromkeys(known.quantities):
+        kind_of_all: Any = quantity
+        seen: xr.Dataset = response(machine, speeds, stations, unbalance, quantity=kind_of_all, **options)
+        x, y = ((seen[f"{k}_real"] + 1j * seen[f"{k}_imag"]).values[back] for k in "xy")
+        for c, (place, way, kind) in enumerate(zip(known.places, known.directions, known.quantities, strict=True)):
+            if kind == quantity:
+                s = places.index(place)
+                found[:, c] = x[:, s] * np.cos(way) + y[:, s] * np.sin(way)
+    return found

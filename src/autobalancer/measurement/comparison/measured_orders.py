@@ -1,0 +1,167 @@
+"""Amplitude and phase over the speed as something that a machine is fitted to, by its steady response or by its run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.measurement.balancing.channels import Orders, seen_by_channels
+from autobalancer.measurement.balancing.order_table import UNITS, given_orders
+from autobalancer.measurement.comparison.opened import load_measured
+from autobalancer.measurement.comparison.order_curves import orders_of_a_run
+from autobalancer.measurement.comparison.pairs import size_doubt
+from autobalancer.measurement.comparison.run_up import OF_RUNS
+from autobalancer.rotordynamics.identification.fit import EXACT, Search
+from autobalancer.rotordynamics.identification.measurements import Rows
+from autobalancer.rotordynamics.identification.trial import Trial
+from autobalancer.units import argument
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredOrders:
+    """Amplitude and phase of the first order, for :func:`autobalancer.rotor.identify`.
+
+    A machine gives its steady unbalance response in their place, so the run-up must be slow; or the orders of a simulated run-up,
+    tracked by the same method. Of tracked orders those points count whose noise is independent; in a steady response what the
+    window probably takes away is part of the deviation.
+
+    Parameters
+    ----------
+    orders
+        From :func:`autobalancer.measure.orders`, or amplitude and phase over ``speed`` and ``channel``; or the path of such a
+        result (.nc) or of a table, see :func:`autobalancer.measure.load_orders`.
+    error
+        Standard deviation where none is stated: in percent of each amplitude, such as "2 %", or in their unit.
+    balls
+        Whether the masses of the balls are on the rotor, without unbalance of their own.
+    ball_angles
+        Angles of all balls in the rotor, rad, where they rest during the test: with mass and unbalance of the balls.
+    lowest, highest
+        Speeds that are used, rad/s or texts.
+    steady
+        Otherwise each trial is a run with the drive and the start of the machine, and the times of the orders are those of the
+        run; its balls move, and ``balls`` and ``ball_angles`` are not used.
+    label
+        In reports.
+    """
+
+    orders: xr.Dataset | str | Path
+    error: float | str | None = None
+    balls: bool = False
+    ball_angles: Sequence[float | str] | None = None
+    lowest: float | str = 0.0
+    highest: float | str = np.inf
+    label: str = "orders"
+    steady: bool = True
+
+    @property
+    def search(self) -> Search:
+        """As exact as responses and runs are."""
+        return EXACT if self.steady else OF_RUNS
+
+    @cached_property
+    def data(self) -> xr.Dataset:
+        """The orders, read if a path was given."""
+        return self.orders if isinstance(self.orders, xr.Dataset) else load_measured(self.orders)
+
+    @cached_property
+    def known(self) -> Orders:
+        """As arrays."""
+        found = given_orders(self.data, self.label, biased=self.steady)
+        low, high = (argument(name, getattr(self, name), "rad/s") for name in ("lowest", "highest"))
+        inside = (found.speeds >= low) & (found.speeds <= high)
+        if not inside.any():
+            raise QuestionError(
+                f"{self.label}: no speed from {low:g} to {high:g} rad/s was measured; there are {found.speeds.min():.5g} to "
+                f"{found.speeds.max():.5g} rad/s"
+            )
+        if not (self.steady or np.isfinite(found.times).all()):
+            raise QuestionError(
+                f"{self.label}: orders over the speed have no times of a run-up; leave out steady=False"
+            )
+        return found.at(inside)
+
+    @cached_property
+    def deviations(self) -> tuple[Floats, Floats]:
+        """Standard deviations along and across the complex amplitudes, (S, C)."""
+        along, across = self.known.deviations, self.known.across
+        if self.error is not None:
+            along = across = np.where(np.isfinite(along) & (along > 0.0), along, self._error())
+        if not all(np.isfinite(one).all() and (one > 0.0).all() for one in (along, across)):
+            raise QuestionError(
+                f"{self.label}: the deviation of the amplitudes is not known; give error, such as '2 %', or a column "
+                "'amplitude deviation'"
+            )
+        return along, across
+
+    def _error(self) -> Floats:
+        size = np.abs(self.known.readings)
+        text = str(self.error).strip()
+        if text.endswith("%"):
+            return np.asarray(size * float(argument("error", text[:-1], "")) / 100.0)
+        units = {UNITS[quantity] for quantity in self.known.quantities}
+        if len(units) > 1:
+            raise QuestionError(f"{self.label}: error: channels have several units; give it in percent, such as '2 %'")
+        return np.full(size.shape, float(argument("error", self.error, units.pop())))
+
+    def rows(self) -> Rows:
+        """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
+        known, (along, across) = self.known, self.deviations
+        size = np.abs(known.readings)
+        names = [self._channel(c) for c in range(len(known.places))]
+        parts = tuple(f"{name}, {what}" for what in ("amplitude", "phase") for name in names for _ in known.speeds)
+        error = np.concatenate([along.T.ravel(), np.arctan2(across, size).T.ravel()])
+        units = ", ".join([*dict.fromkeys(UNITS[quantity] for quantity in known.quantities), "rad"])
+        speed = np.tile(known.speeds, 2 * len(names))
+        return Rows(self.label, "orders", units, _flat(known.readings), error, speed, parts)
+
+    def _channel(self, number: int) -> str:
+        place, way = self.known.places[number], np.degrees(self.known.directions[number])
+        along = {0.0: "x", 90.0: "y"}.get(round(float(way), 6), f"{way:.4g} deg")
+        return f"{along} at {place}" if place != "" else along
+
+    def predict(self, trial: Trial) -> Floats:
+        """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
+        if self.steady:
+            options: dict[str, Any] = {"balls": self.balls, "ball_angles": self.ball_angles}
+            found = _flat(seen_by_channels(trial.machine, self.known, None, self.label, **options))
+        else:
+            found = _flat(orders_of_a_run(trial.machine, self.data, self.known))
+        half = found.size // 2
+        measured = _flat(self.known.readings)[half:]
+        found[half:] = measured + (found[half:] - measured + np.pi) % (2.0 * np.pi) - np.pi
+        return found
+
+    def residual(self, predicted: Floats) -> Floats:
+        """Along and across the measured amplitudes, in standard deviations."""
+        along, across = (one.T.ravel() for one in self.deviations)
+        size, phase = np.split(predicted, 2)
+        measured = self.known.readings.T.ravel()
+        away = size * np.exp(1j * (phase - np.angle(measured))) - np.abs(measured)
+        return np.concatenate([away.real / along, away.imag / across])
+
+    def doubts(self, trial: Trial) -> list[str]:
+        """What is probably wrong with the unit of a channel."""
+        count = len(self.known.places)
+        seen, given = (np.split(one, 2)[0].reshape(count, -1) for one in (self.predict(trial), self.rows().measured))
+        units = [UNITS[quantity] for quantity in self.known.quantities]
+        found = [
+            size_doubt(f"{self.label}, {self._channel(c)}", units[c], float(given[c].max()), float(seen[c].max()))
+            for c in range(count)
+        ]
+        return list(filter(None, found))
+
+
+def _flat(values: NDArray[np.complex128]) -> Floats:
+    """Amplitudes of channel after channel, then phases."""
+    return np.concatenate([np.abs(values).T.ravel(), np.angle(values).T.ravel()])

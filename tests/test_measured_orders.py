@@ -1,0 +1,188 @@
+"""Ready orders, amplitude and phase over the speed, as what a machine is fitted to and compared with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import autobalancer as ab
+from autobalancer.cli.main import app
+from autobalancer.errors import QuestionError
+from autobalancer.measure import MeasuredOrders, Sensor, Tacho, load_orders, record
+from autobalancer.measurement.balancing.order_table import given_orders
+from autobalancer.measurement.orders.fitted import fitted_orders
+from autobalancer.measurement.orders.independent import independent
+
+ROTOR = """name = "rotor on springs"
+axis = "vertical"
+rotor = { kind = "planar", mass = "10 kg", stiffness = "100 kN/m", damping = "100 N*s/m" }
+drive = { kind = "speed", profile = { kind = "ramp", start = "50 rad/s", end = "180 rad/s", duration = "8 s" } }
+unbalances = [{ moment = "400 g*mm", angle = "30 deg" }]
+run = { duration = "8 s" }
+"""
+FREE = {
+    "rotor.stiffness": ("50 kN/m", "200 kN/m"),
+    "rotor.damping": ("10 N*s/m", "1 kN*s/m"),
+    "unbalances[1].moment": ("50 g*mm", "2 kg*mm"),
+    "unbalances[1].angle": ("-90 deg", "90 deg"),
+}
+
+
+@pytest.fixture(scope="module")
+def rotor() -> ab.machine.Machine:
+    return ab.parse_machine(ROTOR)
+
+
+@pytest.fixture(scope="module")
+def run(rotor: ab.machine.Machine) -> xr.Dataset:
+    return ab.simulate(rotor, save=ab.Samples(8001), progress=False)
+
+
+@pytest.fixture(scope="module")
+def tracked(run: xr.Dataset) -> xr.Dataset:
+    sensors = [Sensor("displacement", direction=way, noise="20 um") for way in ("x", "y")]
+    return ab.measure.orders(record(run, [*sensors, Tacho()], "1 kHz", seed=3))
+
+
+def steady(rotor: ab.machine.Machine, speeds: np.ndarray, noise: float, seed: int = 1) -> xr.Dataset:
+    """Exact steady orders of a displacement along x and an acceleration at 20 degrees, with noise of a share of the mean."""
+    random, found = np.random.default_rng(seed), []
+    for quantity, way in (("displacement", 0.0), ("acceleration", np.radians(20.0))):
+        seen = ab.rotor.response(rotor, speeds, quantity=quantity)
+        x, y = ((seen[f"{k}_real"] + 1j * seen[f"{k}_imag"]).values[:, 0] for k in "xy")
+        found.append(x * np.cos(way) + y * np.sin(way))
+    exact = np.array(found).T
+    spread = noise * np.abs(exact).mean(axis=0) + 0.0 * np.abs(exact)
+    values = exact + spread * (random.standard_normal(exact.shape) + 1j * random.standard_normal(exact.shape))
+    both = ("speed", "channel")
+    data = {
+        "amplitude": (both, np.abs(values)),
+        "phase": (both, np.angle(values)),
+        "amplitude_deviation": (both, spread),
+    }
+    text = {"place": ["", ""], "direction": ["x", "20"], "quantity": ["displacement", "acceleration"]}
+    return xr.Dataset(data, {"speed": speeds, **{k: ("channel", np.array(v, object)) for k, v in text.items()}})
+
+
+def test_points_that_share_samples_count_as_often_as_their_noise_is_independent() -> None:
+    angle = np.arange(0.0, 2.0 * np.pi * 400.0, 2.0 * np.pi / 32.0)
+    noise = np.random.default_rng(2).standard_normal((40, angle.size))
+    centers = np.arange(20.0, angle[-1] - 20.0, 0.5 * np.pi)
+    seen = fitted_orders(angle, noise, np.array([1.0]), centers, 4.0).amplitude[0]
+    spread = np.sqrt((np.abs(seen.mean(axis=1)) ** 2).mean())  # of the mean over all points
+    time = centers / 10.0
+    points = xr.Dataset(
+        {"amplitude": ("time", np.abs(seen[0]))}, {"time": time, "speed": ("time", np.full(time.size, 10.0))}
+    )
+    count = independent(points.assign_attrs(window_revolutions=4.0)).sizes["time"]
+    one = np.sqrt((np.abs(seen) ** 2).mean())
+    assert spread == pytest.approx(
+        one / np.sqrt(count), rel=0.3
+    )  # of 40 means: 8 % of a complex number, and the step of 6
+    assert spread > 1.5 * one / np.sqrt(time.size)
+    assert independent(points).sizes["time"] == time.size
+
+
+def test_amplitude_and_phase_give_back_stiffness_damping_and_unbalance(rotor: ab.machine.Machine) -> None:
+    orders = steady(rotor, np.linspace(70.0, 140.0, 40), 0.01)
+    start = ab.with_parameter(ab.with_parameter(rotor, "rotor.stiffness", 108e3), "rotor.damping", 140.0)
+    found = ab.rotor.identify(start, FREE, [MeasuredOrders(orders)]).data
+    true = np.array([100e3, 100.0, 400e-6, np.radians(30.0)])
+    assert (np.abs(found["value"].values - true) < 4.0 * found["uncertainty"].values).all()
+    assert (found["uncertainty"].values < 0.005 * true).all()
+    assert found.attrs["chi_square"] == pytest.approx(156.0, abs=4.0 * np.sqrt(2.0 * 156.0))
+    assert set(found["row_part"].values) == {
+        "x, amplitude", "20 deg, amplitude", "x, phase", "20 deg, phase",
+    }  # fmt: skip
+
+
+def test_orders_of_a_fast_run_up_give_back_the_rotor_if_trials_run_up_too(
+    rotor: ab.machine.Machine, tracked: xr.Dataset
+) -> None:
+    start, free = ab.with_parameter(rotor, "rotor.damping", 130.0), {"rotor.damping": FREE["rotor.damping"]}
+    found = ab.rotor.identify(start, free, [MeasuredOrders(tracked, steady=False)]).data
+    assert abs(float(found["value"][0]) - 100.0) < 4.0 * float(found["uncertainty"][0]) < 2.0
+    assert found.attrs["scatter_ratio"] == pytest.approx(1.0, abs=0.2)
+    still = ab.rotor.identify(start, free, [MeasuredOrders(tracked)]).data
+    assert float(still["value"][0]) > 105.0  # the run-up is too fast for a steady response
+    assert any("times the stated errors" in note for note in still.attrs["notes"])  # and that is said
+
+
+def test_an_own_run_up_has_the_orders_that_were_tracked_in_it(run: xr.Dataset, tracked: xr.Dataset) -> None:
+    found = ab.compare(run, tracked)
+    sure = np.hypot(found["order_amplitude_deviation"], 2e-3 * found["order_amplitude"].max())
+    assert float((np.abs(found["order_amplitude"] - found["order_amplitude_simulated"]) / sure).max()) < 5.0
+    assert found["rms_away"].values == pytest.approx(found["rms_expected"].values, rel=0.3)
+    peak = found.isel(measure=0)
+    assert peak["measure_of"].item() == "displacement_x"
+    assert abs(float(peak["measured_value"] - peak["simulated_value"])) < 5.0 * float(peak["value_deviation"])
+    over_speed = (
+        tracked.sel(order=1.0).reset_coords().set_coords(["place", "direction", "quantity"]).swap_dims(time="speed")
+    )
+    again = ab.compare(run, over_speed)
+    np.testing.assert_allclose(again["rms_away"], found["rms_away"], rtol=0.15)
+
+
+@pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")  # its law of drag is linear
+def test_a_photograph_is_compared_with_the_end_of_the_run() -> None:
+    machine = ab.example("variant_plain")
+    whole = ab.simulate(machine, save=ab.Samples(41), duration="0.2 s", progress=False)
+    rest = whole["ball_angle_in_rotor"].values[-1][::-1] % (2.0 * np.pi)
+    photograph = xr.Dataset(
+        {"ball_angle": ("ball", rest + 0.01), "ball_angle_deviation": ("ball", np.full(rest.size, 0.01))}
+    )
+    found = ab.compare(whole, photograph)
+    np.testing.assert_allclose(found["rms_away"], 0.01, rtol=1e-6)
+    assert any("one picture" in note for note in found.attrs["notes"])
+
+
+def test_what_orders_lack_is_said(rotor: ab.machine.Machine, run: xr.Dataset, tracked: xr.Dataset) -> None:
+    orders = steady(rotor, np.linspace(70.0, 140.0, 8), 0.01)
+    bare = orders.drop_vars("amplitude_deviation")
+    with pytest.raises(QuestionError, match="orders: the deviation of the amplitudes is not known; give error"):
+        MeasuredOrders(bare).rows()
+    assert MeasuredOrders(bare, "2 %").rows().error[0] == pytest.approx(0.02 * float(bare["amplitude"][0, 0]))
+    with pytest.raises(QuestionError, match="channels have several units; give it in percent"):
+        MeasuredOrders(bare, "2 um").rows()
+    with pytest.raises(QuestionError, match=r"orders, x: .* times the simulated one; is its unit right"):
+        ab.rotor.identify(rotor, FREE, [MeasuredOrders(orders.assign(amplitude=1000.0 * orders["amplitude"]))])
+    with pytest.raises(QuestionError, match="no speed from 500 to inf rad/s was measured; there are 70 to 140"):
+        MeasuredOrders(orders, lowest="500 rad/s").rows()
+    with pytest.raises(QuestionError, match="0 of 8 orders are within the run"):
+        ab.compare(run, orders.isel(channel=[0]).assign_coords(speed=orders["speed"] + 500.0))
+    with pytest.raises(QuestionError, match="orders have their speed already"):
+        ab.compare(run, tracked, tacho="tacho")
+    with pytest.raises(QuestionError, match=r"no amplitude and phase at 668.45 rpm"):
+        given_orders(orders.assign(amplitude=orders["amplitude"].where(orders["speed"] > 75.0)), "orders")
+
+
+def test_a_measurement_file_names_orders_signals_and_films(
+    rotor: ab.machine.Machine, run: xr.Dataset, tracked: xr.Dataset, tmp_path: Path
+) -> None:
+    ab.save_machine(ab.with_parameter(rotor, "rotor.damping", 120.0), tmp_path / "rotor.toml")
+    ab.save_run(tracked, tmp_path / "orders.nc")
+    ab.save_run(run, tmp_path / "run.nc")
+    part = record(run, [Sensor("displacement", noise="20 um")], "500 Hz", end="4 s")
+    ab.save_run(part, tmp_path / "logger.nc")
+    begin = '[[parameters]]\npaths = ["rotor.damping"]\nlower = "10 N*s/m"\nupper = "1 kN*s/m"\n'
+    (tmp_path / "test.toml").write_text(
+        begin + '[[orders]]\nfile = "orders.nc"\nhighest = "110 rad/s"\n[[run_ups]]\nfile = "logger.nc"\nend = "3 s"\n'
+    )
+    words = ["identify", str(tmp_path / "rotor.toml"), "--measurements", str(tmp_path / "test.toml"), "--json"]
+    answer = CliRunner().invoke(app, [*words, "--plot", str(tmp_path / "fit.png")])
+    assert answer.exit_code == 0, answer.output
+    assert '"rotor.damping"' in answer.output
+    wrong = begin + '[[run_ups]]\nfile = "orders.nc"\n'
+    (tmp_path / "test.toml").write_text(wrong)
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 2
+    assert "run_ups[1]: orders.nc: has neither signals nor ball angles" in " ".join(answer.output.split())
+    path = ab.catalog.example_path("run_down_orders")
+    assert load_orders(path).equals(ab.measure.load_measured(path))
+    answer = CliRunner().invoke(app, ["compare", str(tmp_path / "run.nc"), str(tmp_path / "orders.nc")])
+    assert answer.exit_code == 0, answer.output
+    assert "peak_amplitude" in answer.output
