@@ -160,6 +160,7 @@ SAMPLES = (
     "oil_study",
     "tube_breakage",
     "speed_reduction",
+    "centrifuge_design",
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',
@@ -230,6 +231,7 @@ WIDE = (
 )
 WIDE_AND_SLOW = (
     "study oil_study.toml --sensitivity peak_deflection",
+    "design centrifuge_design.toml",
     "report stall_and_release.toml --starts 0",
     'branches discoidal.toml --over "speed=60:70 rad/s"',
     "identify rodrigues_rig.toml --measurements rodrigues_critical_speeds.toml",

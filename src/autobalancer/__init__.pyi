@@ -44,6 +44,8 @@ from autobalancer.simulation.sampling import LastRevolutions as LastRevolutions
 from autobalancer.simulation.sampling import SampleTimes as SampleTimes
 from autobalancer.simulation.sampling import Samples as Samples
 from autobalancer.studies.basin import basin as basin
+from autobalancer.studies.design.chosen import designed_machine as designed_machine
+from autobalancer.studies.design.design import design as design
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
@@ -67,6 +69,8 @@ __all__ = [
     "check",
     "compare",
     "deflection_envelope",
+    "design",
+    "designed_machine",
     "ensemble",
     "errors",
     "example",

@@ -66,6 +66,7 @@ from autobalancer.plots.stability.ensemble import ensemble_distribution as ensem
 from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
 from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
+from autobalancer.plots.studies.design import design as design
 from autobalancer.plots.studies.rests import rest_positions as rest_positions
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity
 from autobalancer.plots.studies.study import study as study
@@ -95,6 +96,7 @@ __all__ = [
     "chamber_step_size",
     "comparison",
     "damping",
+    "design",
     "drag_laws",
     "drive_train",
     "eigenvalues",

@@ -78,6 +78,7 @@ from autobalancer.cli.runs import (  # noqa: E402
     study,
 )
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
+from autobalancer.cli.studies import design as design_file  # noqa: E402
 from autobalancer.cli.studies import report  # noqa: E402
 from autobalancer.cli.studies import study as study_file  # noqa: E402
 
@@ -95,6 +96,7 @@ app.command()(branches.branches)
 app.command()(basin.basin)
 app.command()(ensemble.ensemble)
 app.command()(study_file.study)
+app.command()(design_file.design)
 app.command()(report.report)
 app.command()(compare.compare)
 app.command()(receptance.receptance)

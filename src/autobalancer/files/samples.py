@@ -10,7 +10,8 @@ from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.safe_file import write_text_safely
 
 _DATA = Path(str(files("autobalancer"))) / "catalog" / "data"
-KINDS = ("machines", "rigs", "measurements", "studies")
+KINDS = ("machines", "rigs", "measurements", "studies", "designs")
+NAMING = ("studies", "designs")  # kinds whose files name a machine
 
 
 def sample_names(kind: str) -> tuple[str, ...]:
@@ -19,7 +20,7 @@ def sample_names(kind: str) -> tuple[str, ...]:
 
 
 def sample_files(name: str) -> tuple[Path, ...]:
-    """The files of a sample; a table that belongs to a file comes behind it, and so does the machine of a study.
+    """The files of a sample; a table that belongs to a file comes behind it, and so does the machine of a study or a design.
 
     Raises
     ------
@@ -31,12 +32,10 @@ def sample_files(name: str) -> tuple[Path, ...]:
         known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in KINDS)
         raise CatalogError(f"no sample is called {name!r}; there are {known}")
     found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
-    machines = [tomllib.loads(path.read_text(encoding="utf-8"))["machine"] for path in found if _is_study(path)]
-    return (*found, *(path for path in _files("machines") if path.name in machines))
-
-
-def _is_study(path: Path) -> bool:
-    return path.parent.name == "studies"
+    machines = [
+        tomllib.loads(path.read_text(encoding="utf-8"))["machine"] for path in found if path.parent.name in NAMING
+    ]
+    return (*found, *(path for kind in KINDS[:2] for path in _files(kind) if path.name in machines))
 
 
 def example_path(name: str) -> Path:

@@ -23,6 +23,7 @@ STUDY = ("amplitudes", "means", "carried")
 DESIGNS = ("designs",)
 ENSEMBLE = ("shares", "distribution")
 MACHINE = ("machine",)
+DESIGN = ("design",)
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,9 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
     if {"place", "stage", "total_mass"} <= set(result.data_vars):
         _refuse(wishes, "of designs of a deep chamber", "log", "time", "start", "end", "frame", "place")
         return {"designs": lambda: ab.plot.chamber_designs(result)}
+    if {"place", "stage", "front"} <= set(result.data_vars):
+        _refuse(wishes, "of a design", "log", "time", "start", "end", "frame", "place", "deflection_unit")
+        return {"design": lambda: ab.plot.design(result)}
     if {"layers", "friction", "balls"} <= set(result.dims):
         return _of_study(result, wishes)
     if "member" in result.dims:

@@ -21,6 +21,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "ChamberStudy": "results.answers.chamber_study",
     "Comparison": "results.answers.comparison",
     "CriticalSpeeds": "rotordynamics.answers",
+    "Designed": "studies.design.answer",
     "Eigenvalues": "stability.states.answers",
     "Ends": "results.answers.ends",
     "Ensemble": "results.answers.ensemble",

@@ -15,7 +15,7 @@ import numpy as np
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.safe_file import write_safely, write_text_safely
 
-ASKED, LOCK, CHUNKS = "study.json", "lock", "chunks"
+LOCK, CHUNKS = "lock", "chunks"
 FORM = 1  # of the files
 
 Arrays = dict[str, np.ndarray]
@@ -30,6 +30,8 @@ class Store:
         Made if there is none.
     identity
         What makes the study this one, as plain data.
+    kind
+        What messages call it.
 
     Raises
     ------
@@ -39,14 +41,14 @@ class Store:
         If it cannot be written.
     """
 
-    def __init__(self, folder: str | Path, identity: dict[str, Any]) -> None:
-        self.folder = Path(folder)
-        self._asked = self.folder / ASKED
+    def __init__(self, folder: str | Path, identity: dict[str, Any], kind: str = "study") -> None:
+        self.folder, self._kind = Path(folder), kind
+        self._asked = self.folder / f"{kind}.json"
         self._identity = json.loads(json.dumps(identity))
         if self._asked.exists():
             self._compare()
         elif self.folder.exists() and any(self.folder.iterdir()):
-            raise QuestionError(f"{self.folder}: has other files in it and no study; give a new or empty folder")
+            raise QuestionError(f"{self.folder}: has other files in it and no {self._kind}; give a new or empty folder")
         else:
             self._write()
         self._lock = self._locked()
@@ -76,7 +78,7 @@ class Store:
             self._lock = None
 
     def _write(self) -> None:
-        content = {"form": FORM, "study": self._identity}
+        content = {"form": FORM, self._kind: self._identity}
         write_text_safely(self._asked, json.dumps(content, indent=1))
 
     def _read(self, path: Path) -> Arrays:
@@ -91,14 +93,14 @@ class Store:
     def _compare(self) -> None:
         try:
             stored = json.loads(self._asked.read_text(encoding="utf-8"))
-            before = dict(stored["study"])
+            before = dict(stored[self._kind])
         except (OSError, ValueError, KeyError, TypeError) as reason:
             raise ResultError(f"{self._asked}: cannot be read: {reason}; give another folder") from None
         differ = [key for key in {**before, **self._identity} if before.get(key) != self._identity.get(key)]
         if differ:
             told = ", ".join(f"{key}{_both(before.get(key), self._identity.get(key))}" for key in differ)
             raise QuestionError(
-                f"{self.folder}: holds another study; different: {told}. Give another folder, or delete this one"
+                f"{self.folder}: holds another {self._kind}; different: {told}. Give another folder, or delete this one"
             )
 
     def _locked(self) -> IO[str] | None:
@@ -115,7 +117,7 @@ class Store:
         except OSError:
             file.close()
             raise QuestionError(
-                f"{self.folder}: another process is running this study; wait for it, or stop it"
+                f"{self.folder}: another process is running this {self._kind}; wait for it, or stop it"
             ) from None
         return file
 

@@ -1,0 +1,136 @@
+"""Designs as a table: those that ran, the best first, and what ruled the others out."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import axis_unit
+from autobalancer.results.number_text import significant
+from autobalancer.shown import Column
+
+SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
+MEETS = {1: "yes", 0: "open", -1: "no"}
+NEAREST = 3  # reasons of a question that are listed
+ORDER = ("space", "fluid", "capability", "pressure", "border")
+
+
+class Designed(Answer):
+    """Candidates over their numbers: what they are, where they were ruled out and why, what the runs left."""
+
+    __slots__ = ()
+
+    def best(self) -> xr.Dataset:
+        """Those that ran, the best first."""
+        places = self["place"].values
+        return self.isel(design=np.argsort(places)[: int(np.isfinite(places).sum())])
+
+    def ruled_out(self) -> dict[str, int]:
+        """How many candidates each question ruled out."""
+        counts = Counter(
+            str(stage)
+            for stage, place in zip(self["stage"].values, self["place"].values, strict=True)
+            if np.isnan(place)
+        )
+        return {stage: counts[stage] for stage in ORDER if counts[stage]}
+
+    def facts(self) -> list[tuple[str, str]]:
+        """What was asked, and how many candidates each question left."""
+        low, high = (1e6 * one for one in self.attrs["unbalance_range"])
+        cold, warm = (one - 273.15 for one in self.attrs["temperature_range"])
+        ran = int(np.isfinite(self["place"].values).sum())
+        parts = [f"{stage} {count}" for stage, count in self.ruled_out().items()]
+        said = f"; ruled out by {', '.join(parts)}" if parts else ""
+        return [
+            ("operating speed", ", ".join(f"{float(one):.5g} rad/s" for one in np.atleast_1d(self.attrs["speeds"]))),
+            ("unbalance", f"{low:.4g} to {high:.4g} g mm" if low < high else f"{high:.4g} g mm"),
+            ("temperature", f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"),
+            (
+                "limits",
+                "; ".join(self._limit(name, value) for name, value in json.loads(self.attrs["limits"]).items())
+                or "none",
+            ),
+            ("candidates", f"{self.sizes['design']}{said}; {ran} ran, {self.attrs['members']} times each"),
+            ("searched", str(self.attrs["searched_by"])),
+        ]
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """One row for each design that ran, the best first."""
+        found = self.best()
+        measures = list(dict.fromkeys(("peak_deflection", "settling_time", *self._measured())))
+        return [
+            Column("place", [int(one) for one in found["place"].values]),
+            Column("design", [str(one) for one in found["label"].values], wraps=True),
+            Column("keeps limits", [MEETS[int(one)] for one in found["meets"].values]),
+            *(self._scaled(found, name) for name in measures),
+            Column("stall", [self._interval(found, "stall", i) for i in range(found.sizes["design"])], "%"),
+            self._speed(found, "release", unit),
+            self._speed(found, "border", unit),
+            Column("ball mass", 1e3 * found["ball_mass"].values, "g", ".4g"),
+            Column("front", [int(one) + 1 for one in found["front"].values]),
+        ]
+
+    def remarks(self) -> Sequence[str]:
+        """What the numbers mean, and examples of what was ruled out."""
+        share = 100.0 * float(self.attrs["share"])
+        texts = [
+            f"of each measure the value that {share:g} % of the runs stay below; stall: runs that end with a stalled ball or "
+            "rotor, with 95 % interval"
+        ]
+        return texts + [f"ruled out: {text}" for text in self.reasons()]
+
+    def reasons(self) -> list[str]:
+        """Why candidates were ruled out: alike ones together, for each question the nearest misses first."""
+        out = self.isel(design=np.flatnonzero(np.isnan(self["place"].values)))
+        out = out.isel(design=np.argsort(out["excess"].values, kind="stable"))
+        shown = []
+        for stage in ORDER:
+            alike: dict[str, list[str]] = {}
+            for one, label, reason in zip(*(out[name].values for name in ("stage", "label", "reason")), strict=True):
+                if one == stage:
+                    alike.setdefault(str(reason), []).append(str(label))
+            for reason, labels in list(alike.items())[:NEAREST]:
+                more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
+                shown.append(f"{labels[0]}{more}: {reason}")
+            left = sum(map(len, list(alike.values())[NEAREST:]))
+            shown += [f"{left} more by {stage}, which miss it by more"] if left else []
+        return shown
+
+    def in_si(self) -> xr.Dataset:
+        """One row for each candidate, without the machine files."""
+        return self.drop_vars("machine", errors="ignore")
+
+    def has_table(self) -> bool:
+        """All that the table needs must be there."""
+        return {"label", "place", "stage", "reason", "peak_deflection"} <= set(self) and self["label"].dims == (
+            "design",
+        )
+
+    def _measured(self) -> list[str]:
+        return [name for name in json.loads(self.attrs["limits"]) if name in self]
+
+    def _scaled(self, found: xr.Dataset, name: str) -> Column:
+        sign, factor = SHOWN[found[name].attrs["units"]]
+        values = [None if not np.isfinite(one) else factor * float(one) for one in found[name].values]
+        return Column(name.replace("_", " "), ["never" if one is None else significant(one) for one in values], sign)
+
+    def _speed(self, found: xr.Dataset, name: str, unit: str) -> Column:
+        shown = axis_unit(found[name], unit or self.shown_in)
+        return Column(name, shown.shown(found[name].values), shown.sign, ".4g")
+
+    def _interval(self, found: xr.Dataset, name: str, row: int) -> str:
+        share, low, high = (100.0 * float(found[f"{name}{end}"].values[row]) for end in ("", "_low", "_high"))
+        return f"{share:.3g} ({low:.2g} to {high:.2g})"
+
+    def _limit(self, name: str, value: Any) -> str:
+        words = name.replace("_", " ")
+        if name in self and (unit := self[name].attrs.get("units")) in SHOWN:
+            sign, factor = SHOWN[unit]
+            return f"{words} {significant(factor * value)} {sign}"
+        return f"{words} {1e-6 * value:.4g} MPa" if name == "contact_pressure" else f"{words} {100.0 * value:.3g} %"

@@ -1,0 +1,54 @@
+"""The machine of a design, with what it was chosen for in its description."""
+
+from __future__ import annotations
+
+import json
+
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_race_machine
+from autobalancer.machine import Machine
+
+
+def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
+    """The machine of the design at a place, 1 for the best, that can be saved and run.
+
+    Parameters
+    ----------
+    designs
+        From :func:`design`.
+    place
+        In their order.
+
+    Raises
+    ------
+    QuestionError
+        If no design has this place.
+    """
+    if "place" not in designs or "machine" not in designs or "specification" not in designs.attrs:
+        raise QuestionError("designed_machine: wants the answer of ab.design")
+    there = designs["place"].values == place
+    if not there.any():
+        most = int((designs["place"].values > 0).sum())
+        raise QuestionError(f"place: given {place}; the designs that ran have 1 to {most}")
+    one = designs.isel(design=int(there.argmax()))
+    machine = parse_race_machine(str(one["machine"].values))
+    label = str(one["label"].values)
+    return machine.model_copy(update={"name": f"{machine.name}, {label}", "description": _said(designs, one, machine)})
+
+
+def _said(designs: xr.Dataset, one: xr.Dataset, machine: Machine) -> str:
+    limits = ", ".join(f"{name} {value:.6g}" for name, value in json.loads(designs.attrs["limits"]).items()) or "none"
+    low, high = designs.attrs["unbalance_range"]
+    cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
+    keeps = {
+        1: "It keeps them",
+        0: "Too few runs to say whether it keeps them",
+        -1: f"It misses {one['missed'].values}",
+    }
+    return (
+        f"Place {int(one['place'])} of design {designs.attrs['design_name']!r} for unbalances of {low:.4g} to {high:.4g} kg m, "
+        f"{cold:.4g} to {warm:.4g} degC; the fluid here is that of the middle. Limits (SI): {limits}. {keeps[int(one['meets'])]} "
+        f"in {designs.attrs['members']} runs with the seed {designs.attrs['seed']}. {machine.description}"
+    ).strip()

@@ -1,0 +1,167 @@
+"""All candidates of a design as a labeled dataset: what they are, where they were ruled out and why, what the runs left."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.files.machine_file import machine_text
+from autobalancer.results.provenance import provenance
+from autobalancer.studies.design.ranking import meets, missed, ordered, used
+from autobalancer.studies.design.screening import Design
+from autobalancer.studies.design.spec import MEASURED, Spec
+
+SHARES = {
+    "stall": "share of the runs that end with a stalled ball or rotor",
+    "balanced": "share of the runs that end balanced",
+    **{
+        f"{name}_over": f"share of the runs with more than the limit: {text}" for name, (_, _, text) in MEASURED.items()
+    },
+}
+ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
+
+
+def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Dataset:
+    """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
+
+    Parameters
+    ----------
+    spec
+        What was asked.
+    designs
+        All candidates that were looked at.
+    how
+        How those that ran were chosen.
+    """
+    ranked = ordered(spec, [one for one in designs if one.numbers])
+    place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
+    front = {id(one): level for one, level in ranked}
+    found = xr.Dataset(attrs=_attributes(spec, how))
+    found = found.assign_coords(
+        design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
+    )
+
+    def add(name: str, values: Sequence[Any], text: str, unit: str = "") -> None:
+        kept = (
+            np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
+        )
+        found[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
+
+    add("label", _labels(designs), "what it is")
+    add("place", [float(place.get(id(one), np.nan)) for one in designs], "place among those that ran, 1 for the best")
+    add("front", [float(front.get(id(one), np.nan)) for one in designs], "number of its Pareto front, 0 for the first")
+    add(
+        "meets",
+        [float(meets(spec, one)) if one.numbers else -1.0 for one in designs],
+        "1: keeps all limits; 0: too few runs to say; -1: does not",
+    )
+    add(
+        "missed",
+        [missed(spec, one) if one.numbers else one.stage for one in designs],
+        "limits that it misses, or what ruled it out",
+    )
+    add(
+        "stage",
+        [one.stage for one in designs],
+        "what ruled it out: space, fluid, capability, pressure, border; 'runs' if it ran",
+    )
+    add("reason", [one.reason for one in designs], "why it was ruled out")
+    add(
+        "excess",
+        [one.excess if one.reason else np.nan for one in designs],
+        "how far it misses that, over what is allowed",
+        "1",
+    )
+    add("bearing", [one.candidate.ring.bearing for one in designs], "bearing whose outer ring is the race")
+    add("fluid", [one.candidate.fluid for one in designs], "fluid of the races")
+    add("planes", [", ".join(one.candidate.planes) for one in designs], "stations with balls")
+    add("count", [one.candidate.count for one in designs], "balls of a race")
+    add("races", [one.candidate.races for one in designs], "races of a plane")
+    for name, text in (
+        ("orbit_radius", "orbit radius"),
+        ("ball_diameter", "diameter of a ball"),
+        ("bore", "free bore"),
+        ("outer", "outer diameter"),
+        ("width", "width of a race"),
+    ):
+        add(name, [getattr(one.candidate.ring, name) for one in designs], text, "m")
+    add(
+        "viscosity_cold",
+        [one.viscosity[0] for one in designs],
+        "kinematic viscosity at the lowest temperature",
+        "m^2/s",
+    )
+    add(
+        "viscosity_warm",
+        [one.viscosity[1] for one in designs],
+        "kinematic viscosity at the highest temperature",
+        "m^2/s",
+    )
+    add("capability", [one.capability for one in designs], "unbalance that the balls of a plane can balance", "kg m")
+    add("ball_mass", [one.ball_mass for one in designs], "mass of all balls", "kg")
+    add("pressure", [one.pressure for one in designs], "greatest pressure between ball and race (Hertz)", "Pa")
+    add(
+        "release",
+        [one.release for one in designs],
+        "release speed, the worst of all temperatures and unbalances",
+        "rad/s",
+    )
+    add(
+        "border", [one.border for one in designs], "exact border, the worst of all temperatures and unbalances", "rad/s"
+    )
+    for name, (_, unit, text) in MEASURED.items():
+        at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
+        add(name, [one.numbers.get(name, np.nan) for one in designs], at_share, unit)
+        add(f"{name}_median", [one.numbers.get(f"{name}_median", np.nan) for one in designs], f"{text}; median", unit)
+    for name, text in SHARES.items():
+        if any(name in one.numbers for one in designs):
+            add(name, [one.numbers.get(name, np.nan) for one in designs], text, "1")
+            for end, said in ENDS.items():
+                key = f"{name}_{end}"
+                add(key, [one.numbers.get(key, np.nan) for one in designs], f"{text}; {said}", "1")
+    add(
+        "used",
+        [used(spec, one) if one.numbers else np.nan for one in designs],
+        "greatest share of a limit that it uses up",
+        "1",
+    )
+    found["machine"] = (
+        "design",
+        np.array([_text(one, place) for one in designs], dtype=object),
+        {"long_name": "machine file"},
+    )
+    return found
+
+
+def _labels(designs: Sequence[Design]) -> list[str]:
+    """What each is, without what all have in common."""
+    parts = [one.candidate.parts() for one in designs]
+    common = {key for key in ("ring", "races", "planes", "fluid") if len({one.get(key) for one in parts}) == 1}
+    return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
+
+
+def _text(one: Design, place: dict[int, int]) -> str:
+    return machine_text(one.machine) if one.machine is not None and id(one) in place else ""
+
+
+def _attributes(spec: Spec, how: str) -> dict[str, Any]:
+    return {
+        "title": f"Design {spec.name} for {spec.machine.name}",
+        **provenance(),
+        "machine_name": spec.machine.name,
+        "design_name": spec.name,
+        "specification": json.dumps(spec.identity()),
+        "limits": json.dumps(spec.limits),
+        "unbalance_range": list(spec.unbalance),
+        "temperature_range": list(spec.temperature),
+        "speeds": list(spec.operation.speeds),
+        "objectives": list(spec.search.objectives),
+        "share": spec.share,
+        "members": spec.search.members,
+        "seed": spec.search.seed,
+        "searched_by": how,
+    }

@@ -1,0 +1,92 @@
+"""Runs of a design with scatter: unbalance, temperature, starts and what else the specification lets vary."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from autobalancer.errors import AutobalancerError
+from autobalancer.machine import Machine
+from autobalancer.results.answers.studied import Studied
+from autobalancer.studies.design.building import driven, machine_of
+from autobalancer.studies.design.candidate import Candidate
+from autobalancer.studies.design.spec import Spec
+from autobalancer.studies.study.study import study
+
+STEPS = 101  # temperatures that stand for a range, where a fluid is no single one of the catalog
+Report = Callable[[int, int], None] | None
+
+
+class Case(NamedTuple):
+    """Runs of one kind: to an operating speed, or there and back, which only the peak is asked of."""
+
+    name: str
+    found: Studied
+    coasting: bool
+
+
+def runs_of(
+    spec: Spec, one: Candidate, folder: Path | None, workers: int | None, progress: Report, seed: int | None = None
+) -> list[Case]:
+    """All runs that judge a candidate; finished ones are taken from the folder.
+
+    Raises
+    ------
+    QuestionError
+        If the scatter makes impossible machines.
+    """
+    machine = machine_of(spec, one, 0.5 * sum(spec.temperature), spec.unbalance[1])
+    cases = [
+        (f"{speed:.6g} rad/s", driven(spec, machine, speed, coasting=False), False) for speed in spec.operation.speeds
+    ]
+    if spec.operation.coast_down:
+        cases.append(("coast-down", driven(spec, machine, spec.fastest, coasting=True), True))
+    found = []
+    for name, described, coasting in cases:
+        asked = study_of(spec, described, one, spec.search.seed if seed is None else seed)
+        place = folder / name_of(spec, one, name) if folder is not None else None
+        found.append(Case(name, study(asked, folder=place, workers=workers, progress=progress), coasting))
+    return found
+
+
+def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[str, Any]:
+    """The study that runs a machine with the scatter of the specification, as a dict of the form of study files."""
+    low, high = spec.unbalance
+    vary: dict[str, Any] = {"unbalance": {"distribution": "uniform", "low": low, "high": high}} if low < high else {}
+    vary |= _temperatures(spec, machine, one) | spec.scatter
+    return {
+        "machine": machine,
+        "members": spec.search.members,
+        "seed": seed,
+        "tolerance": spec.search.tolerance,
+        "impossible": "truncate",
+        "vary": vary,
+    }
+
+
+def _temperatures(spec: Spec, machine: Machine, one: Candidate) -> dict[str, Any]:
+    low, high = spec.temperature
+    if low == high:
+        return {}
+    fluids = {race.fluid for balancer in machine.balancers for race in balancer.races}
+    if all(fluid is not None and fluid.name is not None for fluid in fluids):
+        return {"temperature": {"distribution": "uniform", "low": low, "high": high}}
+    if len(one.fillings) != 1:
+        return {}
+    middles = low + (high - low) * (np.arange(STEPS) + 0.5) / STEPS
+    values = [one.fillings[0].at(float(temperature))[1] for temperature in middles]
+    return {"viscosity": {"distribution": "discrete", "values": values}}
+
+
+def name_of(spec: Spec, one: Candidate, case: str) -> str:
+    """The name of the folder of a design's runs: the same for the same design."""
+    return hashlib.sha256(repr((one.key(), case)).encode()).hexdigest()[:16]
+
+
+def failure(error: AutobalancerError) -> str:
+    """Why a design could not be run."""
+    return f"cannot be run: {error}"

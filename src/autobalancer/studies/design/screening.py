@@ -1,0 +1,141 @@
+"""What rules a candidate out before any run: space, fluid, capability, pressure; then the exact borders."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from autobalancer.errors import AutobalancerError
+from autobalancer.laws.ball_capability import ball_mass, largest_count
+from autobalancer.laws.hertz import greatest_pressure, reduced_modulus
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.results.number_text import moment_text
+from autobalancer.stability.summary.rotor import frame_of
+from autobalancer.studies.design.building import machine_of
+from autobalancer.studies.design.candidate import Candidate, capability_of_races, densities, density_of_balls, planes_of
+from autobalancer.studies.design.spec import PRESSURE, Spec
+
+STEEL = reduced_modulus(2.06e11, 0.3)  # E* of steel on steel, Pa
+STAGES = ("space", "fluid", "capability", "pressure", "border", "runs")
+ROUNDING = 1e-9
+
+
+@dataclass
+class Design:
+    """A candidate and all that is found of it; SI, nan where it was not asked. ``stage`` is where it was ruled out."""
+
+    candidate: Candidate
+    stage: str = ""
+    reason: str = ""
+    excess: float = 0.0  # how far it misses what rules it out, over what is allowed
+    capability: float = math.nan  # of one plane
+    ball_mass: float = math.nan  # of all balls
+    pressure: float = math.nan
+    viscosity: tuple[float, float] = (math.nan, math.nan)  # cold and warm, of the first race
+    release: float = math.nan  # greatest over temperatures and unbalances; infinite: never released
+    border: float = math.nan
+    machine: Machine | None = None  # at the middle of the temperatures, with the largest unbalance
+    numbers: dict[str, float] = field(default_factory=dict)  # of the runs
+
+    def rule_out(self, stage: str, reason: str, excess: float = math.inf) -> None:
+        """Say where and why it stops."""
+        self.stage, self.reason, self.excess = stage, reason, excess
+
+
+def screened(spec: Spec, one: Candidate) -> Design:
+    """A candidate after the closed forms; ``reason`` is empty if it stays."""
+    found = Design(one)
+    for question in (_space, _fluid, _capability, _pressure, _machine):
+        question(spec, found)
+        if found.reason:
+            break
+    return found
+
+
+def _space(spec: Spec, found: Design) -> None:
+    space, ring, one = spec.space, found.candidate.ring, found.candidate
+    width = ring.width * one.races
+    if ring.bore < space.bore * (1.0 - ROUNDING):
+        found.rule_out(
+            "space", f"its bore of {_mm(ring.bore)} is below {_mm(space.bore)}", (space.bore - ring.bore) / space.bore
+        )
+    elif ring.outer > space.outer * (1.0 + ROUNDING):
+        found.rule_out(
+            "space",
+            f"its outer diameter of {_mm(ring.outer)} is above {_mm(space.outer)}",
+            ring.outer / space.outer - 1.0,
+        )
+    elif width > space.width * (1.0 + ROUNDING):
+        found.rule_out("space", f"its width of {_mm(width)} is above {_mm(space.width)}", width / space.width - 1.0)
+    elif ring.orbit_radius <= 0.5 * ring.ball_diameter:
+        found.rule_out("space", "its balls are larger than its race")
+    elif one.count > (room := largest_count(ring.orbit_radius, ring.ball_diameter)):
+        found.rule_out("space", f"its race has room for {room} of {one.count} balls", one.count / room - 1.0)
+
+
+def _fluid(spec: Spec, found: Design) -> None:
+    one = found.candidate
+    try:
+        dense = max(densities(spec, one.fillings))
+        if one.fillings:
+            cold, warm = (one.fillings[0].at(temperature)[1] for temperature in spec.temperature)
+            found.viscosity = cold, warm
+    except AutobalancerError as reason:
+        found.rule_out("fluid", str(reason))
+        return
+    if (heavy := density_of_balls(spec)) <= dense:
+        found.rule_out("fluid", f"its balls of {heavy:.0f} kg/m³ float in a fluid of {dense:.0f} kg/m³", dense / heavy)
+
+
+def _capability(spec: Spec, found: Design) -> None:
+    one, planes = found.candidate, planes_of(spec, found.candidate.planes)
+    found.capability = capability_of_races(spec, one)
+    ring = one.ring
+    if one.count * one.races == 1:
+        found.rule_out("capability", "one ball alone balances an unbalance of exactly its own moment only")
+        return
+    found.ball_mass = planes * one.races * one.count * ball_mass(ring.ball_diameter, density_of_balls(spec))
+    if isinstance(spec.machine.rotor, PlanarRotor) or planes == 1:
+        _enough(found, planes * found.capability, spec.unbalance[1], "")
+
+
+def _enough(found: Design, have: float, need: float, where: str) -> None:
+    if have < need * (1.0 - ROUNDING):
+        found.rule_out(
+            "capability",
+            f"its balls{where} can balance {moment_text(have)} of {moment_text(need)}",
+            need / max(have, 1e-12) - 1.0,
+        )
+
+
+def _pressure(spec: Spec, found: Design) -> None:
+    ring, speed = found.candidate.ring, spec.fastest
+    radius = 0.5 * ring.ball_diameter
+    force = ball_mass(ring.ball_diameter, density_of_balls(spec)) * ring.orbit_radius * speed**2
+    found.pressure = greatest_pressure(force, STEEL, radius, ring.orbit_radius + radius)
+    allowed = spec.limits.get(PRESSURE, math.inf)
+    if found.pressure > allowed:
+        found.rule_out(
+            "pressure",
+            f"a ball presses with {1e-6 * found.pressure:.0f} MPa on its race at {speed:.5g} rad/s, allowed are "
+            f"{1e-6 * allowed:.0f} MPa",
+            found.pressure / allowed - 1.0,
+        )
+
+
+def _machine(spec: Spec, found: Design) -> None:
+    """Build it, and of several planes ask what each has to balance."""
+    one = found.candidate
+    try:
+        middle = 0.5 * sum(spec.temperature)
+        found.machine = machine_of(spec, one, middle, spec.unbalance[1])
+        if planes_of(spec, one.planes) > 1 and not isinstance(spec.machine.rotor, PlanarRotor):
+            for plane in frame_of(found.machine, spec.slowest).stations:
+                if not found.reason:
+                    _enough(found, plane.capability, plane.required, f" at {plane.name!r}")
+    except AutobalancerError as reason:
+        found.rule_out("fluid" if "fluid" in str(reason) else "space", str(reason))
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"

@@ -1,0 +1,185 @@
+"""Designs from a specification: what is ruled out is wrong, what is chosen is right, and bad input is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import autobalancer as ab
+from autobalancer.errors import QuestionError
+from autobalancer.studies.design.answer import Designed
+from autobalancer.studies.design.candidate import candidates
+from autobalancer.studies.design.judging import stalled
+from autobalancer.studies.design.reading import read_spec
+from autobalancer.studies.design.running import runs_of
+
+OILS = ["silicone oil 2", "silicone oil 5", "silicone oil 20", "silicone oil 50"]
+SPEC: dict[str, Any] = {
+    "machine": ab.example("discoidal"),
+    "operation": {"speed": "1200 rpm", "run_up": "60 s", "hold": "20 s"},
+    "unbalance": "594 g*mm",
+    "temperature": {"from": "22 degC", "to": "28 degC"},
+    "limits": {"border_margin": 0.1, "peak_deflection": "1.5 mm", "stall_probability": 0.12, "share": 0.85},
+    "candidates": {"count": [2], "fluids": OILS},
+    "search": {"members": 40},
+}
+
+
+def changed(**tables: Any) -> dict[str, Any]:
+    return {**SPEC, **tables}
+
+
+@pytest.fixture(scope="module")
+def found() -> Designed:
+    return ab.design(SPEC)
+
+
+def test_of_the_three_oils_of_the_thesis_the_middle_one_is_chosen_because_its_balls_settle_soonest(
+    found: Designed,
+) -> None:
+    # Spannan (2021), 6.1.8: of 5, 20 and 50 mm^2/s the balls scatter least with 20
+    best = found.best()
+    assert list(best["fluid"].values[:1]) == ["silicone oil 20"]
+    settling = dict(zip(best["fluid"].values, best["settling_time"].values, strict=True))
+    assert settling["silicone oil 20"] < min(settling["silicone oil 5"], settling["silicone oil 50"])
+
+
+def test_an_oil_that_the_borders_call_too_thin_leaves_the_balls_stalled_in_runs(found: Designed) -> None:
+    thin = found.isel(design=int(np.flatnonzero(found["fluid"].values == "silicone oil 2")[0]))
+    assert str(thin["stage"].values) == "border"
+    assert float(thin["release"]) > float(found.attrs["speeds"][0])
+    spec = read_spec(SPEC)
+    (one,) = (one for one in candidates(spec) if one.fluid == "silicone oil 2")
+    (case,) = runs_of(spec, one, None, None, None)
+    assert stalled(case.found).all()
+
+
+def test_the_reason_names_the_least_oil_and_that_oil_is_released_just_in_time(found: Designed) -> None:
+    thin = found.isel(design=int(np.flatnonzero(found["fluid"].values == "silicone oil 2")[0]))
+    least = str(thin["reason"].values).split("takes ")[1].split(" mm²/s")[0]
+    thin_oil = {"name": "silicone oil 2", "temperature": "28 degC"}
+    warm = ab.with_parameter(ab.example("discoidal"), "balancers[1].races[1].fluid", thin_oil)
+    machine = ab.with_parameter(warm, "viscosity", f"{least} mm^2/s")
+    (release,) = ab.stability.borders(machine, only=["release speed"])
+    assert release.speed == pytest.approx(found.attrs["speeds"][0] / 1.1, rel=0.01)
+
+
+def test_limits_that_are_kept_are_kept_in_fresh_runs_with_another_seed(found: Designed) -> None:
+    spec, best = read_spec(SPEC), str(found.best()["fluid"].values[0])
+    assert int(found.best()["meets"][0]) == 1
+    (one,) = (one for one in candidates(spec) if one.fluid == best)
+    (case,) = runs_of(spec, one, None, None, None, seed=98765)
+    assert (case.found["peak_deflection"].values > spec.limits["peak_deflection"]).mean() <= 1.0 - spec.limits["share"]
+    assert stalled(case.found).mean() <= spec.limits["stall_probability"]
+
+
+def test_a_larger_unbalance_leaves_fewer_candidates() -> None:
+    few = changed(unbalance="594 g*mm", candidates={"count": [2, 3, 4], "fluids": ["silicone oil 20"]})
+    spec, more = read_spec(few), read_spec({**few, "unbalance": "1200 g*mm"})
+    from autobalancer.studies.design.screening import screened
+
+    left = [
+        {one.candidate.count for one in (screened(s, c) for c in candidates(s)) if not one.reason} for s in (spec, more)
+    ]
+    assert left == [{2, 3, 4}, {3, 4}]
+
+
+def test_the_fewest_balls_are_enough_and_one_less_is_not() -> None:
+    spec = read_spec(changed(unbalance="1200 g*mm", candidates={"fluids": ["silicone oil 20"]}))
+    (one,) = candidates(spec)
+    capability = ab.check(ab.with_parameter(ab.example("discoidal"), "count", one.count)).capability
+    assert capability > 1.2e-3 > capability * (one.count - 1) / one.count
+
+
+def test_bearings_that_do_not_fit_are_ruled_out_with_the_number() -> None:
+    from autobalancer.studies.design.screening import screened
+
+    spec = read_spec(
+        changed(
+            space={"bore": "60 mm", "outer": "160 mm", "width": "30 mm"},
+            candidates={"bearings": ["6203", "16021", "6032"], "fluids": ["silicone oil 20"]},
+        )
+    )
+    said = {one.ring.bearing: screened(spec, one).reason for one in candidates(spec)}
+    assert "bore of 17 mm is below 60 mm" in said["6203"]
+    assert not said["16021"]
+    assert "is above" in said["6032"]
+
+
+def test_a_design_goes_on_in_its_folder_with_the_same_bits_and_refuses_that_of_another(
+    tmp_path: Path, found: Designed
+) -> None:
+    few = changed(candidates={"count": [2], "fluids": ["silicone oil 20"]})
+    first = ab.design(few, folder=tmp_path / "parts")
+    for path in list((tmp_path / "parts").rglob("*.npz"))[:1]:
+        path.unlink()
+    again = ab.design(few, folder=tmp_path / "parts", workers=1)
+    assert float(first["settling_time"][0]) == float(again["settling_time"][0])
+    same = found.isel(design=OILS.index("silicone oil 20"))
+    assert float(first["peak_deflection"][0]) == float(same["peak_deflection"])
+    with pytest.raises(QuestionError, match="holds another design; different: unbalance"):
+        ab.design({**few, "unbalance": "500 g*mm"}, folder=tmp_path / "parts")
+
+
+def test_a_design_read_back_from_its_file_shows_itself_as_before(tmp_path: Path, found: Designed) -> None:
+    ab.save_run(found, tmp_path / "design.nc")
+    back = ab.load_run(tmp_path / "design.nc")
+    assert isinstance(back, Designed)
+    assert repr(back) == repr(found)
+    assert ab.machine_text(ab.designed_machine(back)) == ab.machine_text(ab.designed_machine(found))
+
+
+@pytest.mark.parametrize(
+    ("tables", "both"),
+    [
+        ({"space": {"bore": "200 mm", "outer": "160 mm"}}, ("space.bore", "space.outer")),
+        ({"limits": {"stall_probability": 0.01}}, ("limits.stall_probability", "search.members")),
+        ({"limits": {"settling_time": "30 s", "share": 0.85}}, ("limits.settling_time", "operation.hold")),
+        ({"limits": {"border_margin": 2.0, "share": 0.85}}, ("limits.border_margin", "operation.speed")),
+        ({"unbalance": {"from": "2 g*mm", "to": "1 g*mm"}}, ("unbalance.from", "unbalance.to")),
+    ],
+)
+def test_limits_that_contradict_each_other_are_both_named(tables: dict[str, Any], both: tuple[str, str]) -> None:
+    with pytest.raises(QuestionError) as raised:
+        read_spec(changed(**tables))
+    assert all(key in str(raised.value) for key in both)
+
+
+@pytest.mark.parametrize(
+    ("tables", "last"),
+    [
+        ({"candidates": {"count": [1], "fluids": OILS}}, "ruled out by capability"),
+        (
+            {"candidates": {"count": [2], "fluids": ["air", "silicone oil 1"]}},
+            "ruled out by border, the nearest: silicone oil 1",
+        ),
+        ({"space": {"bore": "10 mm", "outer": "100 mm"}}, "ruled out by space"),
+    ],
+)
+def test_where_no_candidate_is_left_it_says_what_ruled_the_last_ones_out(tables: dict[str, Any], last: str) -> None:
+    with pytest.raises(QuestionError, match="none of") as raised:
+        ab.design(changed(**tables))
+    assert last.split(",")[0] in str(raised.value)
+    assert last.split(": ")[-1] in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"candidates": {"oils": ["silicone oil 5"]}}, "candidates.oils"),
+        ({"candidates": {"fluids": ["silicon oil 5"]}}, "similar names"),
+        ({"candidates": {"bearings": ["16021"], "orbit_radius": "70 mm"}}, "bearings"),
+        ({"limits": {"peak": "1 mm"}}, "limits.peak"),
+        ({"limits": {"peak_deflection": "1 kg"}}, "limits.peak_deflection"),
+        ({"search": {"objectives": ["peak_deflection"]}}, "search.objectives"),
+        ({"operation": {"run_up": "10 s"}}, "belong together"),
+        ({"machine": "no_such.toml"}, "no_such.toml"),
+        ({"candidates": {}}, "candidates"),
+    ],
+)
+def test_faults_of_a_specification_are_named_with_their_key(tables: dict[str, Any], words: str) -> None:
+    with pytest.raises(ab.errors.AutobalancerError, match=words.replace(".", r"\.")):
+        read_spec(changed(**tables))
