@@ -10,6 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 import autobalancer as ab
+from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.members import Members
 from autobalancer.studies.study import chunk
 from benchmarks import compared, measured
@@ -56,7 +57,7 @@ def overhead() -> tuple[float, float]:
     engine, probe = Stopwatch(), Stopwatch()
     with (
         patch.object(Members, "sorted", engine.of(Members.sorted)),
-        patch.object(chunk, "run_groups", engine.of(chunk.run_groups)),
+        patch("autobalancer.studies.study.chunk.run_groups", engine.of(run_groups)),
     ):
         begin = process_time()
         ab.study(asked(MEMBERS), workers=1, progress=None)

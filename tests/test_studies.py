@@ -185,3 +185,29 @@ def test_every_draw_has_its_own_start_and_every_point_the_same_ones() -> None:
 def test_a_fault_in_a_study_is_named_with_its_key(changed: dict[str, Any], said: str) -> None:
     with pytest.raises(QuestionError, match=said):
         ab.study({**SHORT, **changed})
+
+
+@pytest.mark.slow
+def test_the_balanced_share_of_a_monte_carlo_is_that_of_the_basin_map() -> None:
+    speed, count = 330.0, 24
+    machine = ab.load_machine(ROOT / "examples/machines/stall_and_release.toml")
+    machine = ab.with_parameter(machine, "balancers[1].races[1].coincidence", True)
+    middle = (np.arange(count) + 0.5) / count
+    other, wide = machine.balancers[0].races[0].balls[0].start_angles[1], 0.1  # rad; nearer balls would overlap
+    first, last = other + wide, other + 2.0 * np.pi - wide
+    angles, speeds = first + (last - first) * middle, -speed * middle  # at rest in space to at rest in the rotor
+    found = ab.basin(machine, speed, {"ball_angle[1]": angles.tolist(), "ball_speed": speeds.tolist()})
+    stalled = found["state"].values == found.attrs["states"].index("stalled")
+    exact, neighbors = stalled.mean(), stalled[:, 1:] != stalled[:, :-1]
+    assert 0.03 < exact < 0.5
+    profile = {"kind": "constant", "speed": speed}
+    held = ab.with_parameter(machine, "drive", {"kind": "speed", "profile": profile})
+    vary = {
+        "ball_angle[1]": {"distribution": "uniform", "low": first, "high": last},
+        "ball_speed": {"distribution": "uniform", "low": -speed, "high": 0.0},
+    }
+    asked = {"machine": held, "members": 4000, "starts": "machine", "duration": "10 s", "vary": vary}
+    share, low, high = (members := ab.study(asked)).share_of(~members["balanced"].values)
+    # a cell of the map that the border crosses may be wrong by half of it, at random
+    doubt = np.sqrt(neighbors.sum()) * 0.5 / stalled.size
+    assert low - doubt <= exact <= high + doubt, (share, exact)
