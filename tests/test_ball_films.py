@@ -91,7 +91,7 @@ def oblique() -> tuple[xr.Dataset, ab.measure.Film, ab.measure.FilmSetup, xr.Dat
     run = made_up(six(), deflection=0.8e-3)
     camera = ab.measure.Camera.above(0.115, tilt="30 deg", width=720, height=540, distortion=(-0.3,))
     exposure = ab.measure.Exposure(frame_rate=200.0, time="0.2 ms", noise=0.012, gradient=(0.15, -0.1), lost=0.04)
-    film = ab.measure.render_film(run, camera=camera, exposure=exposure, seed=3)
+    film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.26, seed=5)
     setup = setup_of(run, camera, distortion=1)
     return run, film, setup, ab.measure.track_balls(film, setup, first_speed=SPEED)
 
@@ -144,7 +144,7 @@ def test_speeds_follow_from_neighboring_pictures_but_not_across_an_impact(obliqu
     hitting = int(found["impact_ball"][0])
     rate = found["ball_speed"].sel(ball=hitting)
     before = rate.where((found["time"] > 0.02) & (found["time"] < hit), drop=True).values
-    after = rate.where((found["time"] > hit + 0.005) & (found["time"] < 0.38), drop=True).values
+    after = rate.where((found["time"] > hit + 0.005) & (found["time"] < 0.24), drop=True).values
     assert np.nanmax(np.abs(before - 4.0)) < 0.25
     assert np.nanmax(np.abs(after)) < 0.25
 
@@ -279,10 +279,10 @@ def test_clicked_balls_have_the_deviation_of_the_hand(photograph: tuple[Any, ...
     exact = camera.view().pixels(in_space(ORBIT * np.exp(1j * angles), 0.5 * DIAMETER))
     hand = np.random.default_rng(2)
     pulls = []
-    for _ in range(40):
+    for _ in range(24):
         found = ab.measure.photographed_angles(picture, setup, clicked=exact + hand.normal(0.0, 1.0, (2, 2)))
         pulls.append((found["ball_angle"].values - np.sort(angles)) / found["ball_angle_deviation"].values)
-    assert 0.8 < np.std(pulls) < 1.2
+    assert 0.7 < np.std(pulls) < 1.3  # of 48 pulls: 10 %, three times
     with pytest.raises(QuestionError, match="at one place"):
         ab.measure.photographed_angles(picture, setup, clicked=[exact[0], exact[0] + 1.0])
     with pytest.raises(QuestionError, match="beside the orbit"):
@@ -322,6 +322,18 @@ def short() -> tuple[ab.measure.Film, Callable[..., ab.measure.FilmSetup]]:
     return film, lambda **more: setup_of(run, camera, **more)
 
 
+def test_rendering_and_tracking_say_how_far_they_are(short: tuple[Any, ...]) -> None:
+    _, setup = short
+    camera, told = ab.measure.Camera.above(0.11, width=480, height=360), []
+    exposure = ab.measure.Exposure(frame_rate=200.0)
+    run = made_up(six())
+    film = ab.measure.render_film(
+        run, camera=camera, exposure=exposure, end=0.02, progress=lambda *now: told.append(now)
+    )
+    ab.measure.track_balls(film, setup(), progress=lambda *now: told.append(now))
+    assert told == [(0, 4), (1, 4), (2, 4), (3, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
+
+
 def test_a_camera_at_rest_without_marks_on_the_rotor_needs_a_tacho(short: tuple[Any, ...]) -> None:
     film, setup = short
     with pytest.raises(QuestionError, match="no marks on the rotor and no rotor_angle"):
@@ -359,15 +371,16 @@ def test_dark_and_saturated_films_are_refused(short: tuple[Any, ...], factor: fl
 def test_a_picture_with_a_hidden_ball_says_so_and_keeps_the_others(short: tuple[Any, ...]) -> None:
     film, setup = short
     pictures = film.pictures.copy()
-    found = ab.measure.track_balls(film, setup())
     camera = ab.measure.Camera.above(0.11, width=480, height=360).view()
-    place = ORBIT * np.exp(1j * float(found["ball_angle"][6, 2] + found["rotor_angle"][6]))
+    place = ORBIT * np.exp(1j * (np.interp(film.time[6], TIME, six()[:, 2]) + film.rotor_angle[6]))
     column, row = camera.pixels(in_space(place, 0.5 * DIAMETER)).round().astype(int)
     pictures[6, row - 16 : row + 17, column - 16 : column + 17] = 56
     hidden = ab.measure.track_balls(pictures, setup(), time=film.time)
     assert hidden["fault"].values[6] == "5 of 6 balls seen"
     assert hidden["seen"].values[6].sum() == 5
-    assert not hidden["seen"].values[6, 2]
+    assert not np.isfinite(errors(hidden, made_up(six()))[6]).all()
+    assert np.isfinite(errors(hidden, made_up(six()))[:6]).all()
+    assert not hidden["seen"].values[6].all()
     assert hidden["seen"].values[7].all()
 
 

@@ -33,6 +33,7 @@ def balls(
     Example: autobalancer measure balls race.mp4 --setup race.toml --out race.nc
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
     from autobalancer.errors import QuestionError
@@ -49,7 +50,10 @@ def balls(
     else:
         rate, speed = optional("--frame-rate", frame_rate, "Hz"), optional("--first-speed", first_speed, "rad/s")
         critical = optional("--critical-speed", critical_speed, "rad/s")
-        found = ab.measure.track_balls(film, known, frame_rate=rate, first_speed=speed or 0.0, critical_speed=critical)
+        with progress_bar("pictures") as update:
+            found = ab.measure.track_balls(
+                film, known, frame_rate=rate, first_speed=speed or 0.0, critical_speed=critical, progress=update
+            )
     files.save(found)
     if plot is not None:
         save_picture(ab.plot.ball_film(found), plot)
@@ -87,6 +91,7 @@ def film(
       --end "0.1 s" --size 480x360
     """
     from autobalancer.cli.terminal.output import print_json
+    from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import optional, quantity
 
     columns, rows = _size(size)
@@ -101,16 +106,18 @@ def film(
         lost=lost,
     )
     known = ab.measure.film_setup(run, camera, race=race)
-    made = ab.measure.render_film(
-        run,
-        out,
-        camera=camera,
-        exposure=how,
-        start=optional("--start", start, "s"),
-        end=optional("--end", end, "s"),
-        race=race,
-        seed=seed,
-    )
+    with progress_bar("pictures") as update:
+        made = ab.measure.render_film(
+            run,
+            out,
+            camera=camera,
+            exposure=how,
+            start=optional("--start", start, "s"),
+            end=optional("--end", end, "s"),
+            race=race,
+            seed=seed,
+            progress=update,
+        )
     ab.measure.save_film_setup(known, out.with_suffix(".toml"))
     if as_json:
         print_json({"film": str(out), "setup": str(out.with_suffix(".toml")), "pictures": made.time.size})

@@ -130,20 +130,32 @@ def _together(
     answer = np.zeros((things, 3))
     ease = np.diag([1e-4, 1e-4, 100.0])  # the size is known to a part of a pixel
     for turn in range(6):
-        normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
+        normal = _normal(own, rows) + ease
         answer = np.linalg.solve(normal, np.einsum("tp,tp,tpi->ti", own, place, rows)[..., None])[..., 0]
         away = place - np.einsum("tpi,ti->tp", rows, answer)
-        counted = np.where(weight > 0.0, np.abs(away), np.nan)
-        with np.errstate(all="ignore"):
-            middle = np.array([np.nanmedian(row) if np.isfinite(row).any() else 1.0 for row in counted])
-        spread = np.maximum(1.4826 * middle, 0.05)
+        spread = np.maximum(1.4826 * _median(np.abs(away), weight > 0.0), 0.05)
         far = np.minimum(np.abs(away) / ((TUKEY if turn else 2.0 * TUKEY) * spread[:, None]), 1.0)
         own = weight * (1.0 - far**2) ** 2
     freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
     worse = np.maximum((own * away**2).sum(axis=-1) / freedom, 1.0)
-    normal = np.einsum("tp,tpi,tpj->tij", own, rows, rows) + ease
+    normal = _normal(own, rows) + ease
     covariance = (np.linalg.inv(normal) * worse[:, None, None])[:, :2, :2] + floor**2 * np.eye(2)
     counts = np.maximum(usable.sum(axis=-1), 1)
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts
     return Found(answer[:, :2], covariance, agree, level)
+
+
+def _normal(weight: Floats, rows: Floats) -> Floats:
+    """Normal matrix of each thing, (things, 3, 3)."""
+    return np.asarray(np.swapaxes(rows * weight[..., None], -1, -2) @ rows, np.float64)
+
+
+def _median(values: Floats, counts: NDArray[np.bool_]) -> Floats:
+    """Median of those values of each row that count; 1 where none does."""
+    ascending = np.sort(np.where(counts, values, np.inf), axis=-1)
+    number = counts.sum(axis=-1)
+    last = values.shape[-1] - 1
+    places = (np.maximum(number - 1, 0) // 2, np.minimum(number // 2, last))
+    low, high = (np.take_along_axis(ascending, at[:, None], axis=-1)[:, 0] for at in places)
+    return np.where(number > 0, 0.5 * (low + high), 1.0)

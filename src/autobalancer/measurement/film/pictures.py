@@ -15,6 +15,7 @@ from autobalancer.measurement.film.optics.calibration import Calibration
 from autobalancer.measurement.film.optics.finding import camera_of, noise_of
 from autobalancer.measurement.film.rotor import UNKNOWN, RotorMarks, RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.patience import Progress
 
 Floats = NDArray[np.float64]
 Gray = NDArray[np.uint8]
@@ -110,8 +111,10 @@ class Reader:
         return "saturated" if float((picture[row, column] >= WHITE).mean()) > SATURATED else ""
 
 
-def read_all(pictures: Iterable[Gray], setup: FilmSetup, known: list[RotorPlace] | None) -> Pictures:
-    """Find rotor and balls in all pictures.
+def read_all(
+    pictures: Iterable[Gray], setup: FilmSetup, known: list[RotorPlace] | None, about: int, progress: Progress
+) -> Pictures:
+    """Find rotor and balls in all pictures, of which there are about so many.
 
     Raises
     ------
@@ -139,6 +142,7 @@ def read_all(pictures: Iterable[Gray], setup: FilmSetup, known: list[RotorPlace]
             seen.append(balls)
             faults.append(fault)
             number += 1
+            progress(min(number, about), about)
             if known and number == len(known):
                 return Pictures(reader.calibration, rotor, seen, faults, reader.noise)
     return Pictures(reader.calibration, rotor, seen, faults, reader.noise)
@@ -148,8 +152,9 @@ def _count(reader: Reader, first: list[Gray], known: list[RotorPlace] | None) ->
     """Refuse a number of balls that the first pictures contradict."""
     balls = reader.setup.balls
     counts = []
-    for number, picture in enumerate(first):
-        _, seen, fault = reader.read(picture, balls + 3, known[number] if known and number < len(known) else None)
+    for number in range(0, len(first), 2):
+        place = known[number] if known and number < len(known) else None
+        _, seen, fault = reader.read(first[number], balls + 3, place)
         if not fault and seen.height.size:
             counts.append(int((seen.height > 0.4 * np.sort(seen.height)[-balls:].mean()).sum()))
     reader.before = first[0][:0]

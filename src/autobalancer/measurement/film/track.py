@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,7 @@ from autobalancer.measurement.film.pictures import Pictures, read_all
 from autobalancer.measurement.film.rotor import RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.measurement.film.video import Film, film_facts
+from autobalancer.patience import Progress, shows_progress, silent
 from autobalancer.results.answers.ball_film import BallFilm
 from autobalancer.units import argument, optional_argument
 
@@ -23,6 +25,7 @@ Floats = NDArray[np.float64]
 MOST_FAULTS = 0.5  # share of the pictures that may be of no use
 
 
+@shows_progress
 def track_balls(
     film: Film | str | Path | ArrayLike,
     setup: FilmSetup,
@@ -33,6 +36,7 @@ def track_balls(
     first_speed: float | str = 0.0,
     first_ball_speed: float | str = 0.0,
     critical_speed: float | str | None = None,
+    progress: Progress | Literal[False] | None = None,
 ) -> BallFilm:
     """Follow the balls of a race through a film.
 
@@ -57,6 +61,8 @@ def track_balls(
         to the next one between pictures.
     critical_speed
         rad/s or a text, for events of release and capture.
+    progress
+        Called with (pictures, about how many there are). ``None`` shows a bar where a person is looking, ``False`` none.
 
     Returns
     -------
@@ -74,11 +80,11 @@ def track_balls(
         If the film cannot be read.
     """
     frame_rate = optional_argument("frame_rate", frame_rate, "Hz")
-    pictures, when = _opened(film, frame_rate, time)
+    pictures, when, about = _opened(film, frame_rate, time)
     known = _known(setup, rotor_angle, when)
     speed, slip = argument("first_speed", first_speed, "rad/s"), argument("first_ball_speed", first_ball_speed, "rad/s")
     critical = optional_argument("critical_speed", critical_speed, "rad/s")
-    found = read_all(pictures, setup, known)
+    found = read_all(pictures, setup, known, about, progress if callable(progress) else silent)
     count = len(found.seen)
     if when.size < count and time is not None:
         raise QuestionError(f"time: given {when.size} times; the film has {count} pictures or more")
@@ -101,19 +107,20 @@ def track_balls(
 
 def _opened(
     film: Film | str | Path | ArrayLike, frame_rate: float | None, time: ArrayLike | None
-) -> tuple[Film, Floats]:
+) -> tuple[Film, Floats, int]:
+    """The film, when its pictures were taken, and about how many there are."""
     given = None if time is None else np.asarray(time, np.float64)
     if frame_rate is not None and not (np.isfinite(frame_rate) and frame_rate > 0.0):
         raise QuestionError(f"frame_rate: given {frame_rate}; must be above zero pictures a second")
     if given is not None and (given.ndim != 1 or not np.isfinite(given).all() or np.any(np.diff(given) <= 0.0)):
         raise QuestionError("time: must be finite and increase from picture to picture")
     if isinstance(film, Film):
-        return film, film.time if given is None else given
+        return film, film.time if given is None else given, film.time.size
     if isinstance(film, str | Path):
         rate, about, _ = film_facts(film)
         rate = rate if frame_rate is None else frame_rate
         when = np.arange(about + 1000) / rate if given is None else given
-        return Film(Path(film), when, np.empty(0)), when
+        return Film(Path(film), when, np.empty(0)), when, about
     pictures = np.asarray(film)
     if pictures.ndim != 3 or pictures.dtype != np.uint8:
         raise QuestionError(
@@ -122,7 +129,7 @@ def _opened(
     if given is None and frame_rate is None:
         raise QuestionError("film: an array has no times; give frame_rate or time")
     when = np.arange(len(pictures)) / float(frame_rate or 1.0) if given is None else given
-    return Film(pictures, when, np.empty(0)), when
+    return Film(pictures, when, np.empty(0)), when, len(pictures)
 
 
 def _known(setup: FilmSetup, rotor_angle: ArrayLike | None, when: Floats) -> list[RotorPlace] | None:

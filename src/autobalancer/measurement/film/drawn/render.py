@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from autobalancer.measurement.film.drawn.scene import LIGHT, Painter, Sizes, Thi
 from autobalancer.measurement.film.drawn.shutter import instants_of, picture_times
 from autobalancer.measurement.film.marks import Mark, places_of
 from autobalancer.measurement.film.video import Film, Gray, write_film
+from autobalancer.patience import Progress, shows_progress, silent
 from autobalancer.random_numbers import generator
 from autobalancer.results.drawn.motion import Motion, Races, races_of
 from autobalancer.results.given import Given, given_race_run
@@ -94,6 +95,7 @@ def scenery(
     return Scenery(Motion(found), races, balls, sizes, tuple(rotor_marks), tuple(frame_marks))
 
 
+@shows_progress
 def render_film(
     run: Given,
     path: str | Path | None = None,
@@ -107,6 +109,7 @@ def render_film(
     frame_marks: Sequence[Mark] | None = None,
     ball_height: float | str | None = None,
     seed: int = 0,
+    progress: Progress | Literal[False] | None = None,
 ) -> Film:
     """Film a race of a run as a camera would see it.
 
@@ -130,6 +133,8 @@ def render_film(
         Of the centers of the balls above the plane of the marks, m or a text; by default a ball radius.
     seed
         Of the noise and of lost pictures.
+    progress
+        Called with (pictures, their number). ``None`` shows a bar where a person is looking, ``False`` none.
 
     Returns
     -------
@@ -157,13 +162,15 @@ def render_film(
     if camera_ is None:
         camera_ = Camera.above(1.2 * here.sizes.disc)
     angle = here.motion.at(time).rotor_angle
-    pictures = _pictures(here, camera_, exposure_, time, seed)
+    pictures = _pictures(here, camera_, exposure_, time, seed, progress if callable(progress) else silent)
     if path is None:
         return Film(np.array(list(pictures)), time, angle)
     return Film(write_film(path, pictures, exposure_.frame_rate), time, angle)
 
 
-def _pictures(here: Scenery, camera: Camera, exposure: Exposure, time: Floats, seed: int) -> Iterator[Gray]:
+def _pictures(
+    here: Scenery, camera: Camera, exposure: Exposure, time: Floats, seed: int, progress: Progress
+) -> Iterator[Gray]:
     painter = Painter(camera.view(), camera.width, camera.height, here.sizes)
     random = generator(seed)
     lost = random.random(time.size) < exposure.lost
@@ -171,6 +178,7 @@ def _pictures(here: Scenery, camera: Camera, exposure: Exposure, time: Floats, s
     down = np.linspace(-1.0, 1.0, camera.height, dtype=np.float32) * np.float32(exposure.gradient[1])
     light = np.float32(255.0 * exposure.brightness) * (1.0 + side[None, :] + down[:, None])
     for k, moment in enumerate(time):
+        progress(k, time.size)
         if lost[k]:
             yield np.zeros((camera.height, camera.width), np.uint8)
             continue
