@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import pickle
 import re
@@ -10,6 +11,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numba
 import numpy as np
@@ -24,6 +26,7 @@ from autobalancer.kernels.announce import KINDS, TEXT, Announcement
 from autobalancer.kernels.inlining import KernelCompiler
 
 ROOT = Path(__file__).parents[1]
+KERNELS = ROOT / "src/autobalancer/kernels"
 
 RACES = """
 import autobalancer as ab
@@ -303,3 +306,46 @@ def test_two_processes_share_the_kernels_and_each_waits_for_what_it_imports(
     with ThreadPoolExecutor(2) as workers:
         list(workers.map(compiled.compile_in_turns, [tmp_path, tmp_path]))
     assert sorted(done) == works
+
+
+def test_what_only_kernels_may_call_is_never_called_from_python() -> None:
+    """Such a call ends the process: there is no code that takes arguments of Python."""
+    flags = r"\*\*(ADDRESSED|APART|EQUATIONS|MERGED|\w*PART)$"
+    unseen = {
+        (path.relative_to(KERNELS).with_suffix("").as_posix().replace("/", "."), function.name)
+        for path in KERNELS.rglob("*.py")
+        for function in _functions(path, flags)
+    }
+    assert len(unseen) > 200
+    for path in (*(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py")):
+        if KERNELS in path.parents:
+            continue
+        if imported := _imported(path, unseen):
+            compiled_here = {call.lineno for function in _functions(path, "") for call in _calls(function)}
+            called = {call.func.id for call in _calls(_tree(path)) if call.lineno not in compiled_here}
+            assert not called & imported, path
+
+
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _functions(path: Path, flags: str) -> list[ast.FunctionDef]:
+    """Those that are compiled with such flags."""
+    functions = [node for node in ast.walk(_tree(path)) if isinstance(node, ast.FunctionDef)]
+    decorated = [(node, ast.unparse(d)) for node in functions for d in node.decorator_list]
+    return [node for node, text in decorated if text.startswith("njit") and re.search(flags, text.rstrip(")"))]
+
+
+def _calls(tree: ast.AST) -> set[Any]:
+    return {node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+
+
+def _imported(path: Path, unseen: set[tuple[str, str]]) -> set[str]:
+    imports = [node for node in ast.walk(_tree(path)) if isinstance(node, ast.ImportFrom) and node.module]
+    return {
+        name.asname or name.name
+        for node in imports
+        for name in node.names
+        if (str(node.module).removeprefix("autobalancer.kernels."), name.name) in unseen
+    }

@@ -40,12 +40,12 @@ def accelerations(machine: Machine, lag: float = 0.0) -> Callable[[Any, Any], np
     """Of the ball angles, as a function of angles and speeds; the fluid is behind the race by ``lag``."""
     table = Lag(times=np.array([0.0, 1.0]), values=np.array([lag, lag]))
     assembly = assemble(machine, rotating=False, lags={(0, 0): table})
-    whole, out, n = assembly.state.copy(), np.empty_like(assembly.state), len(assembly.balls)
+    whole, n = assembly.state.copy(), len(assembly.balls)
 
     def found(angles: Any, rates: Any) -> np.ndarray:
         whole[6 : 6 + n], whole[6 + n : 6 + 2 * n] = angles, rates
-        guided_rough(0.5, whole, out, assembly.system)
-        return out[6 + n : 6 + 2 * n].copy()
+        out = rates_at(guided_rough, 0.5, whole, assembly.system)
+        return out[6 + n : 6 + 2 * n]
 
     return found
 

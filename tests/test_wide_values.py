@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from autobalancer.kernels.flags import APART
+from autobalancer.kernels.flags import NUMBERS
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.trigonometry import sine_cosine, sine_cosine_of_lanes
 from autobalancer.kernels.wide import (
@@ -32,7 +32,7 @@ load_2, all_2 = reading(2)
 load_4, _ = reading(4)
 
 
-@njit(**APART)
+@njit(**NUMBERS)
 def arithmetic(a, b, out):  # type: ignore[no-untyped-def]
     x, y = load(data(a), 0), load(data(b), 0)
     z = -(x * 2.0 - y / x + 3)
@@ -43,18 +43,18 @@ def arithmetic(a, b, out):  # type: ignore[no-untyped-def]
     return total(z), greatest(amount(z)), lane(z, 2)
 
 
-@njit(**APART)
+@njit(**NUMBERS)
 def narrow(a, out):  # type: ignore[no-untyped-def]
     store(load_2(data(a), 1) * all_2(3.0), data(out), 0)
     store(load_4(data(a), 4) - 1.0, data(out), 2)
 
 
-@njit(**APART)
+@njit(**NUMBERS)
 def largest(a):  # type: ignore[no-untyped-def]
     return greatest(load(data(a), 0))
 
 
-@njit(**APART)
+@njit(**NUMBERS)
 def sines(angles, wide, plain):  # type: ignore[no-untyped-def]
     s, c = sine_cosine_of_lanes(load(data(angles), 0))
     store(s, data(wide), 0)

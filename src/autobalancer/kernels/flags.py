@@ -24,9 +24,15 @@ NUMBERS: dict[str, Any] = {"pipeline_class": KernelCompiler, "error_model": "num
 # nothing is contracted: the same bits alone and as a part of another function
 EXACT: dict[str, Any] = NUMBERS | {"cache": KEPT, "nogil": True}
 COMPILED: dict[str, Any] = EXACT | {"fastmath": {"contract"}}
-# a part of such a function that Python never calls: without the code that would take a machine apart for it
-INNER: dict[str, Any] = EXACT | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-EQUATIONS: dict[str, Any] = COMPILED | {"fastmath": {"contract", "nsz", "arcp"}}
+# The code that takes a machine apart for a call from Python is longer than most kernels. Without it such a call ends
+# the process, so only kernels call what has these flags: by its address what is given to an integrator, by its name a
+# part of a kernel.
+ADDRESSED: dict[str, Any] = COMPILED | {"no_cpython_wrapper": True}
+EQUATIONS: dict[str, Any] = ADDRESSED | {"fastmath": {"contract", "nsz", "arcp"}}
+UNSEEN: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+PART: dict[str, Any] = COMPILED | UNSEEN
+EXACT_PART: dict[str, Any] = EXACT | UNSEEN
+EQUATIONS_PART: dict[str, Any] = EQUATIONS | UNSEEN
 # parts of a compiled kernel: MERGED into its caller by LLVM, and APART from it, as it is called at several places
-APART: dict[str, Any] = NUMBERS | {"fastmath": {"contract"}}
+APART: dict[str, Any] = NUMBERS | {"fastmath": {"contract"}} | UNSEEN
 MERGED: dict[str, Any] = APART | {"forceinline": True}

@@ -12,7 +12,7 @@ from numba import njit
 
 from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.balls.switches import adherence
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import ADDRESSED, INLINE
 from autobalancer.kernels.integrators.switching import DUE, pair_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.fluid import NONE
@@ -24,7 +24,7 @@ TINY = 1e-30  # m^2, as in resolved.py
 SLOWEST = 1e-5  # m/s: balls that rest touch again and again by rounding
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def impacts_of_guided(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of guided balls that never stop."""
     if ask == DUE:
@@ -32,7 +32,7 @@ def impacts_of_guided(ask: int, time: float, rates: Any, parameters: Any, pair: 
     return 0.0
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def impacts_and_adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of guided balls on real races."""
     if ask == DUE:
@@ -40,7 +40,7 @@ def impacts_and_adherence(ask: int, time: float, rates: Any, parameters: Any, pa
     return adherence(ask, time, rates, parameters, pair)
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def impacts_of_resolved(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of resolved balls."""
     if ask == DUE:

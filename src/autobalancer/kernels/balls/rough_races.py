@@ -8,7 +8,7 @@ from numba import njit
 
 from autobalancer.kernels.balls.on_stations import gather, recover, touching
 from autobalancer.kernels.balls.rates import rates_of
-from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.flags import EQUATIONS, EQUATIONS_PART
 
 
 @njit(**EQUATIONS)
@@ -27,12 +27,12 @@ def guided_rough_tilting(time: float, y: Any, dy: Any, system: Any) -> None:
             return
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def _rough(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def]
     """Balls rub where the known part of the normal force, or (``pressed``) that found before, is positive."""
     return rates_of(time, y, dy, system, touching, gather, recover, (2, True, pressed))
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def _rough_tilting(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def]
     return rates_of(time, y, dy, system, touching, gather, recover, (4, True, pressed))

@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import ADDRESSED, INLINE, PART
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import EVALUATIONS, TAKEN, Memory
 from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at
@@ -23,7 +23,7 @@ ROUNDING = 1.0 + 1e-9  # a ball leaves its rest with an acceleration whose sign 
 SHORT = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch of guided balls on real races."""
     pair = pair_at(pair)
@@ -90,7 +90,7 @@ def _due(p: System, m: Memory) -> bool:
     return due
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def crossing(place, way, pair):  # type: ignore[no-untyped-def]
     """Where a speed that ends on the other side passes zero for the last time; 0 if it was never seen on this side."""
     _, m = behind(pair)
@@ -113,7 +113,7 @@ def crossing(place, way, pair):  # type: ignore[no-untyped-def]
     return high
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step after which the first ball stops or breaks loose; balls that stop there get the mode of rest.
 
@@ -158,7 +158,7 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     return first
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _pass(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """At the end of a cut step, which is in ``m.state``: balls that stopped rest or turn round, balls that are loose roll."""
     (_, m), p = behind(pair), behind(system_at(parameters))

@@ -12,7 +12,7 @@ from typing import Any
 from numba import int64, njit
 
 from autobalancer.kernels.dwell.window import Window, note, window_type
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, PART
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     BASIS,
     HELD,
@@ -54,7 +54,7 @@ LOOK = 5_000  # steps between two looks at the budget
 FIRST = 0.1  # rad of rotor angle in the first step at a speed
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _forget(by_powers):  # type: ignore[no-untyped-def]
     """Nothing of an earlier speed is left in what long steps remember, so that each begins as if it were the first."""
     _, _, a = behind(by_powers)
@@ -68,7 +68,7 @@ def _forget(by_powers):  # type: ignore[no-untyped-def]
             a.exponents[part] = a.bases[OF_EXPONENTS + part]
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _note_pieces(time, begin, length, half, parameters, seen, by_powers):  # type: ignore[no-untyped-def]
     """Measure a long step that began at ``time``; ``by_powers`` points to (tableau, memory, amplitudes) of long steps."""
     powers, long, a = behind(by_powers)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from numba import njit, types
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import INLINE, PART
 from autobalancer.kernels.integrators.dense import component, slope
 from autobalancer.kernels.integrators.memory import TAKEN, TIME
 from autobalancer.kernels.integrators.record import PIECES
@@ -47,7 +47,7 @@ window_type = types.NamedTuple(
 )  # fmt: skip
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _look(x, count, seen):  # type: ignore[no-untyped-def]
     """Radii and their growth at the fraction x of the step; ``seen`` points to (memory, window)."""
     m, w = behind(seen)
@@ -77,7 +77,7 @@ def _next_guess(low: float, high: float, f_low: float, f_high: float) -> float:
     return (low * f_high - high * f_low) / (f_high - f_low)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _turning_radius(k, left, right, f_left, f_right, count, seen):  # type: ignore[no-untyped-def]
     """Greatest value of radius k between two places where its growth has opposite signs."""
     _, w = behind(seen)
@@ -96,7 +96,7 @@ def _turning_radius(k, left, right, f_left, f_right, count, seen):  # type: igno
     return best
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignore[no-untyped-def]
     """Angle of a ball where it turns back."""
     m, _ = behind(seen)
@@ -114,7 +114,7 @@ def _turning_angle(b, left, right, f_left, f_right, count, seen):  # type: ignor
     return component(BALLS + b, high, m)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def note(left, begin, length, half, parameters, seen):  # type: ignore[no-untyped-def]
     """Fold the step that began at ``left`` into the window that began at ``begin``; it counts up to where it was cut."""
     p, (m, w) = behind(system_at(parameters)), behind(seen)

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.flags import EQUATIONS_PART
 from autobalancer.kernels.host.hardening import hardened
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.rubber import stretched
@@ -15,7 +15,7 @@ from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.system import system_at
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def acted(time: float, y: Any, dy: Any, system: Any, motion: Motion) -> Motion:
     """Add to f the accelerations by excitations, rubber and bearings; returns the motion with gravity as felt on the base.
 

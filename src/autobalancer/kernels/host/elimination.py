@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from numba import njit
 
-from autobalancer.kernels.flags import EQUATIONS, INLINE
+from autobalancer.kernels.flags import EQUATIONS_PART, INLINE
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def solve_two(left, one, two, size):  # type: ignore[no-untyped-def]
     """Gauss elimination with the greatest pivot; ``left`` by rows, answers in place of both right-hand sides."""
     for k in range(size):

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from autobalancer.kernels.flags import EQUATIONS, INLINE
+from autobalancer.kernels.flags import EQUATIONS_PART, INLINE
 from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.host.elimination import solve_two, solve_two_by_two
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
@@ -47,7 +47,7 @@ def dot(one, i: int, other, j: int, count: int) -> float:  # type: ignore[no-unt
     return total
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def alone(time: float, y: Any, system: Any) -> Motion:
     """The rotor without its balls: fill f and g, and the stations' zeros."""
     p = behind(system_at(system))
@@ -134,7 +134,7 @@ def alone(time: float, y: Any, system: Any) -> Motion:
     return Motion(speed, acceleration, turn_sin, turn_cos, gx, gy, torque)
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def together(system: Any, acceleration: float, torque: float, inertia: float) -> float:
     """Accelerations of the stations (in ``work.one``) and of the coordinates (in f); returns w'."""
     p = behind(system_at(system))
@@ -191,7 +191,7 @@ def together(system: Any, acceleration: float, torque: float, inertia: float) ->
     return acceleration
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def write_rotor(y: Any, dy: Any, system: Any, speed: float, acceleration: float) -> None:
     """The derivatives of all but the balls."""
     p = behind(system_at(system))

@@ -15,7 +15,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.flags import EQUATIONS_PART
 from autobalancer.kernels.host.drive import drive_value, motor_torque
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.drive import MOUNT, PRESCRIBED
@@ -23,7 +23,7 @@ from autobalancer.kernels.system import SPEED, THETA, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
-@njit(**EQUATIONS)
+@njit(**EQUATIONS_PART)
 def turn_links(time: float, y: Any, dy: Any, system: Any) -> float:
     """Write the rates of all links; returns the torque on the rotor, N m."""
     drive = behind(system_at(system)).drive

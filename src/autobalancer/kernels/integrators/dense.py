@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import INLINE, PART
 from autobalancer.kernels.integrators.memory import TAKEN, Memory
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data
@@ -55,7 +55,7 @@ def slope(i: int, x: float, m: Memory) -> float:
     return m.clock[TAKEN] * value
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def evaluate(x: float, pair: Any, out: Any) -> None:
     """The whole state at the fraction x of the step; ``pair`` points to (tableau, memory)."""
     t, m = behind(pair)

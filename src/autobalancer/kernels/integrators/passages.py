@@ -7,14 +7,14 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import PART
 from autobalancer.kernels.integrators.dense import component
 from autobalancer.kernels.pointers import behind
 
 SUM, LENGTH, GREATEST = range(3)  # kinds of quantity
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def quantity(kind: int, first: int, second: int, x: float, pair: Any) -> float:
     """A quantity at the fraction x of the step.
 

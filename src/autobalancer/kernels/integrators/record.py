@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from numba import njit, types
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import INLINE, PART
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials, slope
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TAKEN, Memory
 from autobalancer.kernels.integrators.passages import quantity
@@ -81,7 +81,7 @@ def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
     return 0 if number < r.sample_times.size and r.sample_times[number] <= right else -1
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def record_samples(left, right, kept, pair):  # type: ignore[no-untyped-def]
     """States at the sample times in (left, right]."""
     (_, m), r = behind(pair), behind(kept)
@@ -92,14 +92,14 @@ def record_samples(left, right, kept, pair):  # type: ignore[no-untyped-def]
     m.counts[NEXT_SAMPLE] = number
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _growth(x, pair):  # type: ignore[no-untyped-def]
     """Half the derivative of the squared deflection."""
     _, m = behind(pair)
     return component(X, x, m) * slope(X, x, m) + component(Y, x, m) * slope(Y, x, m)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _at_ends_of_pieces(cut, pair):  # type: ignore[no-untyped-def]
     """Deflection and :func:`_growth` at the ends of all pieces at once, into ``trial`` and ``spare``."""
     _, m = behind(pair)
@@ -126,7 +126,7 @@ def _note(deflection, time, r, m):  # type: ignore[no-untyped-def]
     r.bin_high[number] = max(r.bin_high[number], deflection)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-def]
     """Extrema of the deflection in every bin: at turning points inside the step and at edges.
 
@@ -169,7 +169,7 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
         m.counts[NEXT_BIN] += 1
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
     """States at equal steps of the rotor angle, in a ring that holds the last revolutions."""
     (_, m), r = behind(pair), behind(kept)
@@ -202,7 +202,7 @@ def _value(e, x, r, pair):  # type: ignore[no-untyped-def]
     return quantity(r.event_kinds[e], r.event_firsts[e], r.event_seconds[e], x, pair) - r.event_levels[e]
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _passage(e, kept, pair):  # type: ignore[no-untyped-def]
     """The next passage that counts, after those noted: its fraction of the step, or 2, and the side it leads to."""
     r = behind(kept)
@@ -227,7 +227,7 @@ def _passage(e, kept, pair):  # type: ignore[no-untyped-def]
     return 2.0, side
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
     """Log the events of a step up to the fraction ``limit`` in order; the fraction at which the run ends, or 2.
 
@@ -267,7 +267,7 @@ def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
     return ended
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def record(left, right, components, limit, kept, pair):  # type: ignore[no-untyped-def]
     """All that is wanted of the step from ``left`` to ``right``; the fraction at which an event ends the run, or 2.
 

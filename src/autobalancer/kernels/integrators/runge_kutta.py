@@ -12,7 +12,7 @@ from typing import Any
 
 from numba import int64, njit
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import COMPILED, INLINE, PART
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (
@@ -40,7 +40,7 @@ RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
 HUGE = 1e300  # squares of errors that leave room for sums of them
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
     t, m = behind(pair)
     start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
@@ -54,7 +54,7 @@ def do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
     m.counts[EVALUATIONS] += last - first
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def step_error(pair):  # type: ignore[no-untyped-def]
     """Weighted error of the step; ``m.trial`` holds the new state."""
     t, m = behind(pair)
@@ -73,7 +73,7 @@ def step_error(pair):  # type: ignore[no-untyped-def]
     return m.clock[TAKEN] * fine / math.sqrt((fine + 0.01 * coarse) * m.state.size)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _first_step(pair):  # type: ignore[no-untyped-def]
     """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
     _, m = behind(pair)

@@ -16,7 +16,7 @@ from typing import Any
 
 from numba import njit, types
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import ADDRESSED
 from autobalancer.kernels.integrators.memory import memory_type
 from autobalancer.kernels.integrators.tableau import tableau_type
 from autobalancer.kernels.pointers import pointer_to
@@ -28,7 +28,7 @@ pair_at = pointer_to(types.Tuple((tableau_type, memory_type)))
 switch_type = types.FunctionType(types.float64(types.int64, types.float64, rhs_type, types.voidptr, types.voidptr))
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def no_switch(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """Of equations that never switch."""
     return 0.0

@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import boolean, int64, njit, types, void
 
-from autobalancer.kernels.flags import INLINE, INNER
+from autobalancer.kernels.flags import EXACT_PART, INLINE
 from autobalancer.kernels.measures.gauges import complex_matrix_type
 
 TURNS = 60  # of all pairs of columns, at most
@@ -23,7 +23,7 @@ def square(z: complex) -> float:
     return z.real * z.real + z.imag * z.imag
 
 
-@njit(boolean(complex_matrix_type, int64, int64), **INNER)
+@njit(boolean(complex_matrix_type, int64, int64), **EXACT_PART)
 def solve(a: Any, size: int, right: int) -> bool:
     """Replace the ``right`` columns behind the matrix by the solutions; False where there are none."""
     for k in range(size):
@@ -50,7 +50,7 @@ def solve(a: Any, size: int, right: int) -> bool:
     return True
 
 
-@njit(void(complex_matrix_type, int64, int64, int64, complex_matrix_type), **INNER)
+@njit(void(complex_matrix_type, int64, int64, int64, complex_matrix_type), **EXACT_PART)
 def reduce(a: Any, rows: int, size: int, right: int, small: Any) -> None:
     """Bring a tall matrix with its right-hand sides to a square one of the same least squares, by Gram and Schmidt."""
     for k in range(size):
@@ -96,7 +96,7 @@ def _perpendicular(a: Any, v: Any, i: int, j: int, rows: int, size: int) -> bool
     return False
 
 
-@njit(void(complex_matrix_type, int64, int64, types.float64, complex_matrix_type), **INNER)
+@njit(void(complex_matrix_type, int64, int64, types.float64, complex_matrix_type), **EXACT_PART)
 def least_squares(a: Any, size: int, right: int, least: float, v: Any) -> None:
     """Replace the right-hand sides of a square matrix by the shortest solutions without singular values below ``least``.
 

@@ -6,14 +6,14 @@ import math
 
 from numba import float64, int64, njit, types, void
 
-from autobalancer.kernels.flags import EXACT, INNER
+from autobalancer.kernels.flags import EXACT, EXACT_PART
 from autobalancer.kernels.measures.gauges import Desk, Gauges, desk_type, gauges_type
 from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
 from autobalancer.kernels.records.impacts import IMPACT, MEETING
 from autobalancer.kernels.system import Floats, Matrix, Rows, System, matrix_type, system_type, vector_type
 
 
-@njit(float64(MEETING.row_type, matrix_type, float64), **INNER)
+@njit(float64(MEETING.row_type, matrix_type, float64), **EXACT_PART)
 def restitution(meeting: Rows, points: Matrix, speed: float) -> float:
     """What an impact at a speed leaves of it."""
     if meeting.falls == 0:
@@ -34,7 +34,7 @@ def restitution(meeting: Rows, points: Matrix, speed: float) -> float:
     return max(meeting.restitution * factor, meeting.least)
 
 
-@njit(types.UniTuple(float64, 2)(MEETING.row_type, matrix_type, float64), **INNER)
+@njit(types.UniTuple(float64, 2)(MEETING.row_type, matrix_type, float64), **EXACT_PART)
 def meant(meeting: Rows, points: Matrix, speed: float) -> tuple[float, float]:
     """Energy that an impact at a speed dissipates (J), and its impulse (N s)."""
     left = restitution(meeting, points, speed)
@@ -70,7 +70,7 @@ def impact_measures(
     found[LATE_POWER] = spent / (end - late) if end > late else math.nan
 
 
-@njit(void(system_type, gauges_type, desk_type), **INNER)
+@njit(void(system_type, gauges_type, desk_type), **EXACT_PART)
 def take_impacts(p: System, g: Gauges, d: Desk) -> None:
     """Take over the impacts that the equations noted, and empty their room; call it after every call of the stepper."""
     if p.touches.shape[0] == 0:

@@ -7,7 +7,7 @@ from typing import Any
 
 from numba import float64, int64, njit, types, void
 
-from autobalancer.kernels.flags import EXACT, INNER
+from autobalancer.kernels.flags import EXACT, EXACT_PART
 from autobalancer.kernels.measures.equations import least_squares, reduce, square
 from autobalancer.kernels.measures.gauges import complex_matrix_type, complexes_type
 from autobalancer.kernels.measures.limits import SAME_MOTION
@@ -73,7 +73,7 @@ def standing(
         found[k] = small[0, size + k]
 
 
-@njit(float64(columns_type, int64, int64, types.complex128), **INNER)
+@njit(float64(columns_type, int64, int64, types.complex128), **EXACT_PART)
 def one_way_rms(z: Any, k: int, count: int, mean: complex) -> float:
     """Root mean square of column k along the direction in which it is greatest."""
     size, turned = 0.0, complex(0.0, 0.0)
@@ -99,7 +99,7 @@ def moved(z: Any, v: Any, count: int, mean: Any, found: Matrix) -> None:
         found[2, k] = one_way_rms(v, k, count, complex(0.0, 0.0))
 
 
-@njit(float64(columns_type, int64, int64), **INNER)
+@njit(float64(columns_type, int64, int64), **EXACT_PART)
 def mean_size(z: Any, k: int, count: int) -> float:
     """Mean size of column k."""
     total = 0.0

@@ -14,7 +14,7 @@ import math
 
 from numba import float64, int64, njit, void
 
-from autobalancer.kernels.flags import EXACT, INNER
+from autobalancer.kernels.flags import EXACT, EXACT_PART
 from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
@@ -86,13 +86,13 @@ from autobalancer.kernels.measures.verdict import changing, class_of, twentieth
 from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
 
 
-@njit(void(desk_type), **INNER)
+@njit(void(desk_type), **EXACT_PART)
 def start(d: Desk) -> None:
     """Before a run: forget the impacts of the one before."""
     d.noted[0] = 0
 
 
-@njit(int64(record_type, memory_type, gauges_type, desk_type), **INNER)
+@njit(int64(record_type, memory_type, gauges_type, desk_type), **EXACT_PART)
 def _bins(r: Record, m: Memory, g: Gauges, d: Desk) -> int:
     """The whole bins, the last one cut off where the run ended early, to the desk; how many there are."""
     count, n, size = m.counts[NEXT_BIN], g.ball_mass.size, g.rows.shape[0]
@@ -111,7 +111,7 @@ def _bins(r: Record, m: Memory, g: Gauges, d: Desk) -> int:
     return count
 
 
-@njit(void(system_type, record_type, gauges_type, desk_type, int64, float64, vector_type), **INNER)
+@njit(void(system_type, record_type, gauges_type, desk_type, int64, float64, vector_type), **EXACT_PART)
 def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, row: Floats) -> None:
     """What the envelope says."""
     time, middle, speed = d.end[:count], d.middle[:count], d.speed[:count]
@@ -152,7 +152,7 @@ def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, ro
         row[WIDTH + i] = wrapped(angle[count - 1, i] - math.atan2(y, x))
 
 
-@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, vector_type), **INNER)
+@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, vector_type), **EXACT_PART)
 def _turns(p: System, r: Record, m: Memory, g: Gauges, d: Desk, row: Floats) -> None:
     """What the last revolutions say; nothing without a whole one."""
     kept, written = r.turn_states.shape[0], m.counts[NEXT_TURN]

@@ -10,7 +10,7 @@ from typing import Any
 
 from numba import int64, njit, types, void
 
-from autobalancer.kernels.flags import EXACT, INLINE, INNER
+from autobalancer.kernels.flags import EXACT, EXACT_PART, INLINE
 from autobalancer.kernels.host.hardening import central
 from autobalancer.kernels.measures.gauges import RESOLVED, Desk, Gauges, desk_type, gauges_type
 from autobalancer.kernels.measures.response import plane_unbalances
@@ -46,7 +46,7 @@ def turns_of(angle: Floats) -> int:
     return (count - 1) // each * each if each > 0 else 0
 
 
-@njit(ball_type(vector_type, int64, int64, int64, int64), **INNER)
+@njit(ball_type(vector_type, int64, int64, int64, int64), **EXACT_PART)
 def ball_at(y: Floats, i: int, count: int, size: int, resolved: int) -> tuple[float, float]:
     """Angle and speed of ball i of ``count`` in the rotor, for R = ``size`` coordinates.
 

@@ -6,11 +6,11 @@ from typing import Any
 
 from numba import float64, int64, njit, types
 
-from autobalancer.kernels.flags import INLINE, INNER
+from autobalancer.kernels.flags import EXACT_PART, INLINE
 from autobalancer.kernels.system import System, system_type
 
 
-@njit(int64(float64, system_type), **INNER)
+@njit(int64(float64, system_type), **EXACT_PART)
 def segment_at(time: float, p: System) -> int:
     """The stretch of drive and unbalance in force at a time, just after a jump."""
     segments, k = p.drive.segments, 0
@@ -25,7 +25,7 @@ def since(time: float, k: int, p: System) -> float:
     return time - p.drive.segments[k].start if p.drive.segments[k].changing != 0 else 0.0
 
 
-@njit(types.UniTuple(float64, 2)(float64, system_type), **INNER)
+@njit(types.UniTuple(float64, 2)(float64, system_type), **EXACT_PART)
 def unbalance_at(time: float, p: System) -> tuple[float, float]:
     """Resultant unbalance in the rotor at a time, just after a jump, kg m."""
     k = segment_at(time, p)

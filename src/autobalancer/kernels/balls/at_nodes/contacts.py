@@ -13,7 +13,7 @@ from numba import njit
 from autobalancer.kernels.balls.at_nodes.clusters import least_torque, rest_at_nodes, simple
 from autobalancer.kernels.balls.at_nodes.gap import may_close, open_until
 from autobalancer.kernels.balls.rigid.torques import LEAST, PULL
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import ADDRESSED, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import SWITCHES, amplitudes_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import BALLS, system_at
@@ -66,7 +66,7 @@ def contacts_until(rest: Callable[[int, Any, Any], Any], step: float, p: Any, a:
     return SWITCHES if closing and until == 1.0 else until
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def contacts_at_nodes(step: float, system: Any, amplitudes: Any) -> float:
     """:func:`contacts_until` of balls at the stations of a linear rotor."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))

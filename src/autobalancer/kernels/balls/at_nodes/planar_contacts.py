@@ -8,7 +8,7 @@ from numba import njit
 
 from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
 from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, ROW, SPIN
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import ADDRESSED, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import system_at
@@ -25,7 +25,7 @@ def _rest(k: int, p: Any, a: Any) -> Any:
     return free - load(forces, (size + 1 + k) * NODES) * p.balls[k].inertia
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def contacts_in_steps(step: float, system: Any, amplitudes: Any) -> float:
     """:func:`contacts_until` of balls on a planar rotor."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))

@@ -25,7 +25,7 @@ from autobalancer.kernels.balls.guided import (
     solved,
     wavy,
 )
-from autobalancer.kernels.flags import COMPILED, EQUATIONS, MERGED
+from autobalancer.kernels.flags import ADDRESSED, EQUATIONS, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.laws.curves import drag_force, table_value
 from autobalancer.kernels.pointers import behind, data
@@ -110,7 +110,7 @@ def _keep(b: int, length: Any, its: Row, force: Normal, p: Any, a: Any) -> None:
     store(force.y, kept, place + (NORMAL + 3) * NODES)
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
     """As of other balls, and the fraction up to which no ball stops, turns round or breaks loose."""
     p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))

@@ -21,7 +21,7 @@ from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, OWN_PULL, 
 from autobalancer.kernels.balls.switches import SHORT, crossing, rubs
 from autobalancer.kernels.balls.switches import forget as forget_modes
 from autobalancer.kernels.balls.switches import take as take_modes
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import ADDRESSED, INLINE, PART
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, TAKEN, Memory
 from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at
@@ -32,7 +32,7 @@ from autobalancer.kernels.system import BALLS, SPEED, System, system_at
 PIECES = 16  # into which a step is cut in search of contacts that close
 
 
-@njit(**COMPILED)
+@njit(**ADDRESSED)
 def rigid_contact(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch; see :mod:`autobalancer.kernels.integrators.switching`."""
     pair = pair_at(pair)
@@ -62,7 +62,7 @@ def _limits(p: System, m: Memory) -> Limits:
     return Limits(0.1 * wider * m.absolute[BALLS + p.ball_count], wider * low)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _take(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """Look who touches at the start; later only whether a contact that is closed would pull, as the drive has changed."""
     (_, m), p = behind(pair), behind(system_at(parameters))
@@ -125,7 +125,7 @@ def _gap_inside(x: float, p: System, m: Memory, kind: int, k: int) -> float:
     return float(angle - pair.wall_low if kind == BEHIND else pair.wall_high - angle)
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _closing(kind, k, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step at which a gap closes first, 2 if it does not."""
     (_, m), p = behind(pair), behind(system_at(parameters))
@@ -145,7 +145,7 @@ def _closing(kind, k, parameters, pair):  # type: ignore[no-untyped-def]
     return 2.0
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _pulls(x, time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """Whether at the fraction x a contact pulls, or a ball at rest breaks loose."""
     (_, m), p = behind(pair), behind(system_at(parameters))
@@ -160,7 +160,7 @@ def _pulls(x, time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     return loose
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _opening_place(first, time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step, up to ``first``, after which the first contact opens or ball breaks loose."""
     _, p = behind(pair), behind(system_at(parameters))
@@ -188,7 +188,7 @@ def _opening_place(first, time, rates, parameters, pair):  # type: ignore[no-unt
     return high
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _cut(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """The fraction of the step after which the first change comes; balls that stop there get the mode of rest.
 
@@ -216,7 +216,7 @@ def _cut(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     return first
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _pass(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     """At the end of the step that was cut, which is in ``m.state``: impacts, balls that stop or roll, contacts that open."""
     (_, m), p = behind(pair), behind(system_at(parameters))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import MERGED, PART
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN
 from autobalancer.kernels.integrators.collocation.radau import SERIES
 from autobalancer.kernels.integrators.tableau import Tableau
@@ -177,7 +177,7 @@ def _write(component: int, numbers: Any, length: float, a: Any, m: Any) -> None:
     a.reached[component] = end
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def write_piece(rows: Any, length: float, a: Any, m: Any) -> None:
     """Polynomials of all components over a piece of this length that begins at ``start``; its end goes to ``reached``."""
     a, m = behind(a), behind(m)

@@ -13,7 +13,7 @@ from typing import Any
 
 from numba import int64, njit
 
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import COMPILED, MERGED, PART
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     CHUNK,
     EXPLICIT,
@@ -56,7 +56,7 @@ PER_STEP = 6.0
 WORTH = 0.9  # long steps are kept unless the pair needs less than this share of their work
 
 
-@njit(**COMPILED)
+@njit(**PART)
 def _trial_step(rhs, guess, parameters, pair):  # type: ignore[no-untyped-def]
     """The step that the pair would take now; the state stays."""
     t, m = behind(pair)
