@@ -61,12 +61,14 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     return compared_all("Spannan 2021", "6.23 in kind", rows)
 
 
-def run(resolved: bool, rolling: float = ROLLING, start: tuple[float, float] | None = None) -> xr.Dataset:
-    """Slowly up and down again."""
+def run(
+    resolved: bool, rolling: float = ROLLING, start: tuple[float, float] | None = None, *, samples: float = SAMPLES
+) -> xr.Dataset:
+    """Slowly up and down again, with so many samples per second."""
     lasts = (HIGH - LOW) / RATE
     profile = {"kind": "table", "time": [0.0, lasts, 2.0 * lasts], "speed": [LOW, HIGH, LOW]}
     machine = on_the_rig(profile, rolling, resolved=resolved, start=start)
-    save = ab.Samples(round(2.0 * lasts * SAMPLES) + 1)
+    save = ab.Samples(round(2.0 * lasts * samples) + 1)
     return ab.simulate(machine, duration=2.0 * lasts, save=save, tolerance=1e-7)
 
 
