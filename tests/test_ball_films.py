@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.typing import NDArray
+from reproductions.standing import standing
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
@@ -110,6 +111,40 @@ def test_stated_deviations_are_those_of_the_errors(oblique: tuple[Any, ...]) -> 
     pull = errors(found, run) / np.degrees(found["ball_angle_deviation"].values)
     assert 0.6 < np.sqrt(np.nanmean(pull**2)) < 1.6
     assert 0.90 < np.nanmean(np.abs(pull[np.isfinite(pull)]) < 1.96) <= 1.0
+
+
+def test_small_balls_in_coarse_noisy_pictures_have_larger_deviations_that_are_those_of_their_errors() -> None:
+    angles = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, 12)
+    rests = [standing([angle], 0.077, 0.011, 100.0, turned) for turned, angle in enumerate(angles)]
+    camera = ab.measure.film_camera(rests[0], tilt="10 deg", width=320, height=240)
+    exposure = ab.measure.Exposure(time=0.0, noise=0.02)
+    pictures = [
+        next(iter(ab.measure.render_film(one, camera=camera, exposure=exposure, end=2e-4, seed=number)))
+        for number, one in enumerate(rests)
+    ]
+    found = ab.measure.track_balls(np.array(pictures), ab.measure.film_setup(rests[0], camera), frame_rate=240)
+    assert found["seen"].values.all()  # a lone ball may have gone anywhere from one picture to the next
+    off = np.angle(np.exp(1j * (found["ball_angle"].values[:, 0] - angles)))
+    pull = off / found["ball_angle_deviation"].values[:, 0]
+    assert 0.5 < np.sqrt((pull**2).mean()) < 1.6
+
+
+def test_balls_that_are_not_where_they_were_expected_are_named_and_too_many_refused() -> None:
+    near, far = (standing(both, 0.077, 0.02, 100.0) for both in ([0.0, 2.0], [1.0, 3.2]))
+    camera = ab.measure.film_camera(near, width=320, height=240)
+    exposure = ab.measure.Exposure(time=0.0, noise=0.01)
+    pictures = np.array(
+        [
+            next(iter(ab.measure.render_film(one, camera=camera, exposure=exposure, end=2e-4, seed=number)))
+            for number, one in enumerate((near, near, near, far, far, far))
+        ]
+    )
+    setup = ab.measure.film_setup(near, camera)
+    faults = [str(fault) for fault in ab.measure.track_balls(pictures[:4], setup, frame_rate=240)["fault"].values]
+    assert [bool(fault) for fault in faults] == [False, False, False, True]
+    assert "too far from where they were expected" in faults[3]
+    with pytest.raises(QuestionError, match=r"3 of 4 pictures are of no use.*too far from where they were expected"):
+        ab.measure.track_balls(pictures[2:], setup, frame_rate=240)
 
 
 def test_deflection_and_angle_of_the_rotor_are_read_from_its_marks(oblique: tuple[Any, ...]) -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 import autobalancer as ab
 from autobalancer.plots.drawing.save import save_picture
@@ -20,9 +19,11 @@ from autobalancer.random_numbers import generator
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import DIAMETER, ORBIT
 from reproductions.rodrigues2011.rig import DATA, RPM
+from reproductions.standing import standing
 
 WITHIN, HAND, SLOWEST = 2.0, 1.5, 3000  # deg, as the source estimates; pixels; rpm
 TILT = "35 deg"
+SPEED = 4000.0 * RPM
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
@@ -30,7 +31,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     found, clicked, flat, results = [], [], [], []
     hand = generator(10)
     for number, angles in enumerate(pairs()):
-        run = standing(np.radians(angles))
+        run = standing(np.radians(angles), ORBIT, DIAMETER, SPEED)
         camera = ab.measure.film_camera(run, tilt=TILT, width=640, height=480, turning=True)
         exposure = ab.measure.Exposure(noise=0.02, gradient=(0.15, 0.1))
         picture = next(iter(ab.measure.render_film(run, camera=camera, exposure=exposure, end=2e-4, seed=number)))
@@ -69,25 +70,6 @@ def pairs() -> list[tuple[float, float]]:
         for (panel, run, order), angle in at.items()
         if order % 2 == 1 and (panel, run, order + 1) in at
     ]
-
-
-def standing(angles: np.ndarray) -> xr.Dataset:
-    """The disk at 4000 rpm with its balls at rest in it, as a run."""
-    time, speed = np.linspace(0.0, 1e-3, 5), 4000.0 * RPM
-    both = ("time", "ball")
-    return xr.Dataset(
-        {
-            "speed": ("time", np.full(time.size, speed)),
-            "rotor_angle": ("time", speed * time),
-            "x": ("time", np.zeros(time.size)),
-            "y": ("time", np.zeros(time.size)),
-            "ball_angle_in_rotor": (both, np.tile(angles, (time.size, 1))),
-            "ball_speed_in_rotor": (both, np.zeros((time.size, 2))),
-            "orbit_radius": ("ball", np.full(2, ORBIT)),
-            "ball_diameter": ("ball", np.full(2, DIAMETER)),
-        },
-        {"time": time},
-    )
 
 
 def degrees(angle: np.ndarray) -> np.ndarray:

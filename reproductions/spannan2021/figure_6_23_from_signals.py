@@ -1,8 +1,9 @@
 """Figure 6.23 as a measurement would show it: the slow run-up and run-down, seen by the accelerometer on the lid.
 
 The source simulates this run and takes the place of a ball, which no sensor sees. The guided balls of figure_6_23_on_the_rig run
-once more, and only the signal of the lid and the pulse a turn are evaluated: spectra of pieces of 8 s, with the line that is called
-subsynchronous in each. Rubber and rolling resistance were fitted to the five speeds, so the rows of onset, line and release are.
+once more, and only the signal of the lid and the pulse a turn are evaluated: spectra of pieces of 8 s, with the line that is
+called subsynchronous in each. Rubber and rolling resistance were fitted to the five speeds, so rows of onset, line and release
+are fitted.
 """
 
 from __future__ import annotations

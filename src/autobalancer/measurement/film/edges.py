@@ -23,6 +23,8 @@ BLUR = 0.6  # pixels: half width of the edge that a camera makes
 TUKEY = 4.7
 MODEL = 0.1  # pixels: no edge has quite such a profile
 FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
+LARGE = 11.0  # pixels: of smaller balls a ray sees so much that the profile near the edge is no longer theirs
+SHARED = 1.5  # pixels: rays nearer to each other see the same noise
 
 
 class Found(NamedTuple):
@@ -117,13 +119,25 @@ def located(
     own = np.take_along_axis(ray, np.minimum(inner, ray.shape[-2] - 1)[..., None, None], axis=-2)[..., 0, :]
     contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], own))
     weight = np.where((contrast > 4.0 * noise) | (behind is not None), weight, 0.0)
-    return _together(outline.outwards, place, weight, contrast, usable, SHADED if rises else FLOOR)
+    radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
+    between = 2.0 * np.pi * radius / place.shape[1]
+    floor = SHADED * np.maximum(1.0, LARGE / radius) if rises else np.full(radius.size, FLOOR)
+    return _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
 
 
 def _together(
-    outwards: Floats, place: Floats, weight: Floats, contrast: Floats, usable: NDArray[np.bool_], floor: float
+    outwards: Floats,
+    place: Floats,
+    weight: Floats,
+    contrast: Floats,
+    usable: NDArray[np.bool_],
+    floor: Floats,
+    shared: Floats,
 ) -> Found:
-    """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree."""
+    """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree.
+
+    ``floor`` (pixels) is added to the deviation of each, ``shared`` is the number of rays that see the same noise.
+    """
     things = place.shape[0]
     rows = np.concatenate([outwards, np.ones((*place.shape, 1))], axis=-1)
     own, spread = weight.copy(), np.full(things, 1.0)
@@ -139,7 +153,8 @@ def _together(
     freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
     worse = np.maximum((own * away**2).sum(axis=-1) / freedom, 1.0)
     normal = _normal(own, rows) + ease
-    covariance = (np.linalg.inv(normal) * worse[:, None, None])[:, :2, :2] + floor**2 * np.eye(2)
+    covariance = (np.linalg.inv(normal) * (shared * worse)[:, None, None])[:, :2, :2]
+    covariance = covariance + floor[:, None, None] ** 2 * np.eye(2)
     counts = np.maximum(usable.sum(axis=-1), 1)
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts

@@ -77,12 +77,13 @@ def follow(
         if seen[k].place.size == 0 or np.isnan(rotor[k].angle):
             continue
         at, order = angles_in_rotor(seen[k], rotor[k], setup)
-        if not started:
+        if not started or n == at.size == 1:  # one ball can be no other, wherever it went
             if at.size < n:
                 continue
-            find, started = np.arange(n), True
+            find = np.arange(n)
             margin[k] = np.inf
-            base = np.zeros(n)
+            base = now + rate * (time[k] - when) if started else np.zeros(n)
+            started = True
         else:
             away = time[k] - when
             base = _apart(now + rate * away, contact)

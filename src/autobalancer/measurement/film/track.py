@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.answer import ball_film
-from autobalancer.measurement.film.follow import follow, speeds, unwrapped_rotor
+from autobalancer.measurement.film.follow import Followed, follow, speeds, unwrapped_rotor
 from autobalancer.measurement.film.happenings import impacts, stalls
 from autobalancer.measurement.film.pictures import Pictures, read_all
 from autobalancer.measurement.film.rotor import RotorPlace
@@ -97,6 +97,7 @@ def track_balls(
     if setup.camera == "turning":
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
     followed = follow(when, rotor, found.seen, _deviations(found, rotor, setup), setup, slip)
+    _judge_lost(faults, followed, when)
     hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit)
     breaks = [hits.time[(hits.ball == i) | (hits.partner == i)] for i in range(1, setup.balls + 1)]
     rate, unsure = speeds(when, followed.angle, followed.deviation, breaks)
@@ -159,13 +160,29 @@ def _judged(found: Pictures, setup: FilmSetup, when: Floats) -> list[str]:
             found.seen[k] = type(seen)(seen.place[good], seen.deviation[good], seen.height[good])
         if not faults[k] and good.sum() < setup.balls:
             faults[k] = f"{int(good.sum())} of {setup.balls} balls seen"
+    _refuse_many(faults, when)
+    return faults
+
+
+def _judge_lost(faults: list[str], followed: Followed, when: Floats) -> None:
+    """Name pictures in which balls were seen that are no ball which was followed; refuse too many."""
+    lost = np.isnan(followed.angle).sum(axis=1)
+    for k, fault in enumerate(faults):
+        if not fault and lost[k]:
+            faults[k] = (
+                f"{lost[k]} of {followed.angle.shape[1]} balls are too far from where they were expected; "
+                "is the frame rate right, or first_ball_speed needed?"
+            )
+    _refuse_many(faults, when)
+
+
+def _refuse_many(faults: list[str], when: Floats) -> None:
     bad = [k for k, fault in enumerate(faults) if fault]
     if len(bad) > MOST_FAULTS * len(faults):
         k = bad[0]
         raise QuestionError(
             f"film: {len(bad)} of {len(faults)} pictures are of no use, first picture {k + 1} at {when[k]:.6g} s: {faults[k]}"
         )
-    return faults
 
 
 def _deviations(found: Pictures, rotor: Sequence[RotorPlace], setup: FilmSetup) -> list[Floats]:
