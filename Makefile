@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-slow bench reproduce docs lint clean
+.PHONY: help demo app app-test test test-slow bench reproduce docs lint clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -28,8 +28,15 @@ demo: .venv/.core  ## run a machine from its file to pictures and a film
 	@echo "The result, the pictures and the film are in $(DEMO):"
 	@ls $(DEMO) | sed 's/^/  /'
 
+app: .venv/.app  ## open the bench in a browser
+	$(BIN)/autobalancer app
+
+app-test: .venv/.dev  ## try the bench in a real browser (Chromium)
+	@tools/find_chromium || { echo "no Chromium is here and none could be installed: the tests of the page are skipped"; exit 0; }; \
+	$(BIN)/python -m pytest tests/browser -m browser
+
 test: .venv/.dev  ## run the tests, in a few minutes
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not browser"
 
 test-slow: .venv/.dev  ## run the long tests that `make test` leaves out
 	$(BIN)/python -m pytest -n $(WORKERS) -m slow
@@ -66,7 +73,12 @@ $(BIN)/python:
 	@$(PIP) --editable '.[film]'
 	@touch $@
 
+.venv/.app: pyproject.toml | $(BIN)/python
+	@echo "installing the package and its page in .venv ..."
+	@$(PIP) --editable '.[app]'
+	@touch $@
+
 .venv/.dev: pyproject.toml | $(BIN)/python
 	@echo "installing the package and its tools in .venv ..."
 	@$(PIP) --editable '.[dev]'
-	@touch .venv/.core $@
+	@touch .venv/.core .venv/.app $@

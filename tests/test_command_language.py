@@ -260,7 +260,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_command_is_among_those_whose_width_is_tried() -> None:
     assert {
         path for line in (*WIDE, *WIDE_AND_SLOW) for path in COMMANDS if tuple(line.split())[: len(path)] == path
-    } == {*COMMANDS}
+    } == {*COMMANDS} - {("app",)}  # it serves until Ctrl-C, see the tests in a browser
 
 
 @pytest.mark.parametrize("line", [*WIDE, *(pytest.param(line, marks=pytest.mark.slow) for line in WIDE_AND_SLOW)])

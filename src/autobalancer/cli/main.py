@@ -48,7 +48,7 @@ def _options(
         load_file(file)
 
 
-from autobalancer.cli.files import catalog, example, keys  # noqa: E402
+from autobalancer.cli.files import bench, catalog, example, keys  # noqa: E402
 from autobalancer.cli.measured import group  # noqa: E402
 from autobalancer.cli.rotors import (  # noqa: E402
     angle,
@@ -113,6 +113,7 @@ app.command("equilibrium-angle")(angle.angle)
 app.command()(identify.identify)
 app.command()(rubber.rubber)
 app.command("equivalent-planar")(equivalent.equivalent)
+app.command("app")(bench.app)
 app.add_typer(catalog.app, name="catalog")
 app.add_typer(group.app, name="measure")
 app.add_typer(study.app, name="chamber")

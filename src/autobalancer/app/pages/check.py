@@ -1,0 +1,94 @@
+"""What is known of the machine at once: capability, critical speeds, borders; only the latest text counts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from html import escape
+from typing import Any
+
+from nicegui import core, ui
+
+from autobalancer.app.pages.bench import Bench
+from autobalancer.app.store.drawn import svg_of
+from autobalancer.app.store.jobs import Latest
+from autobalancer.either_kind import check
+from autobalancer.errors import AutobalancerError
+from autobalancer.shown import rpm_and_si
+from autobalancer.sketch.machine import machine as machine_picture
+
+POOL = ThreadPoolExecutor(1, thread_name_prefix="check")
+PENCIL = ThreadPoolExecutor(1, thread_name_prefix="drawing")
+
+
+class Check:
+    """Drawing and facts of the machine; both follow every edit."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.latest, self.pencil = Latest(POOL), Latest(PENCIL)
+        with ui.element("section").classes("card"):
+            ui.html("<h2>Drawing</h2>", sanitize=False)
+            self.drawing = ui.html("", sanitize=False).classes("w-full").props('data-at="drawing"')
+        with ui.element("section").classes("card tall-rest"):
+            with ui.row().classes("items-center gap-2 w-full"):
+                ui.html("<h2 class='head'>Check</h2>", sanitize=False)
+                self.busy = ui.spinner(size="1.1em")
+            self.facts = ui.html("", sanitize=False).classes("w-full").props('data-at="check"')
+        bench.on_change(lambda _origin: self.follow())
+        self.follow()
+
+    def follow(self) -> None:
+        """Show the drawing now, and ask for the facts."""
+        machine = self.bench.reading.machine
+        if machine is None:
+            self.latest.number += 1  # what is under way is outdated
+            self.pencil.number += 1
+            self.busy.set_visibility(False)
+            self.facts.set_content(f'<div class="wrong">{escape(self.bench.reading.message)}</div>')
+            return
+        self.busy.set_visibility(True)
+        self.pencil.start(partial(_said, _drawing, machine), partial(self._later, self.drawing))
+        self.latest.start(partial(_said, _facts, machine), partial(self._later, self.facts))
+
+    def _later(self, target: Any, content: str) -> None:
+        """Called in another thread."""
+        if core.loop is not None:
+            core.loop.call_soon_threadsafe(self._put, target, content)
+
+    def _put(self, target: Any, content: str) -> None:
+        if target.is_deleted:
+            return
+        with target:
+            target.set_content(content)
+            if target is self.facts:
+                self.busy.set_visibility(False)
+
+
+def _said(ask: Callable[[Any], str], machine: Any) -> str:
+    """An answer, or what is wrong."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the facts have them as notes
+        try:
+            return ask(machine)
+        except AutobalancerError as error:
+            return f'<div class="wrong">{escape(str(error))}</div>'
+
+
+def _drawing(machine: Any) -> str:
+    return svg_of(
+        lambda: machine_picture(machine, title=""), f"Drawing of {machine.name}: from the side and from above"
+    )
+
+
+def _facts(machine: Any) -> str:
+    return facts_html(check(machine))
+
+
+def facts_html(found: Any) -> str:
+    """Rows and notes of what is known."""
+    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in found.rows(rpm_and_si))
+    notes = "".join(f'<div class="note">{escape(text)}</div>' for text in found.warnings)
+    return f'<table class="facts">{rows}</table>{notes}'

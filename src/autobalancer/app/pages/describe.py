@@ -1,0 +1,96 @@
+"""Describe: where a machine comes from, its form, its text, its drawing, and what is known of it."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from nicegui import events, ui
+
+from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.check import Check
+from autobalancer.app.pages.form import Form
+from autobalancer.app.text.document import EMPTY
+from autobalancer.files.examples import example_text, examples
+from autobalancer.files.rigs import rig_text, rigs
+
+LARGEST = 1_000_000  # bytes of a machine file
+LIGHT: Literal["githubLight"] = "githubLight"
+DARK: Literal["githubDark"] = "githubDark"
+
+
+def describe(bench: Bench, dark: Any) -> None:
+    """Put this part of the page."""
+    _sources(bench)
+    with ui.element("div").classes("describe"):
+        with ui.element("section").classes("card tall").props('aria-label="form"'):
+            ui.html("<h2>Form</h2>", sanitize=False)
+            Form(bench)
+        with ui.element("section").classes("card text").props('aria-label="text"'):
+            ui.html("<h2>Machine file (TOML)</h2>", sanitize=False)
+            _editor(bench, dark)
+        with ui.column().classes("gap-3 w-full"):
+            Check(bench)
+
+
+def _sources(bench: Bench) -> None:
+    """A new machine, a sample, a published rig, a file."""
+
+    def take(event: Any, text_of: Any) -> None:
+        if event.value:
+            bench.set_text(text_of(event.value))
+            event.sender.value = None
+
+    async def upload(event: events.UploadEventArguments) -> None:
+        content = await event.file.read()
+        box.reset()
+        try:
+            bench.set_text(content[: LARGEST + 1].decode("utf-8-sig").replace("\r\n", "\n"))
+        except ValueError:
+            ui.notify("this file is no text; a machine file is TOML", type="negative")
+
+    with ui.row().classes("items-center gap-2 w-full sources"):
+        ui.button("Empty machine", icon="note_add", on_click=lambda: bench.set_text(EMPTY)).props(
+            "outline dense no-caps"
+        )
+        select = ui.select(list(examples()), label="sample machine", with_input=True)
+        select.props("dense outlined options-dense").style("width: 220px").props('data-at="sample"')
+        select.on_value_change(lambda event: take(event, example_text))
+        rig = ui.select(list(rigs()), label="published rig", with_input=True)
+        rig.props("dense outlined options-dense").style("width: 220px").props('data-at="rig"')
+        rig.on_value_change(lambda event: take(event, rig_text))
+        box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
+        box.on("rejected", lambda: ui.notify("a machine file has at most 1 MB", type="negative"))
+        box.props("accept=.toml").classes("hidden").props('data-at="upload"')
+        ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
+            "outline dense no-caps"
+        )
+
+
+def _editor(bench: Bench, dark: Any) -> None:
+    def typed(event: Any) -> None:
+        bench.set_text(event.value or "", editor)
+
+    editor: Any = ui.codemirror(bench.text, language="TOML", theme=LIGHT, line_wrapping=True, indent="  ")
+    editor.props('data-at="toml"')
+    timer: dict[str, Any] = {}
+
+    def later(event: Any) -> None:
+        """Wait until the typing pauses."""
+        if event.value == bench.text:
+            return
+        if timer.get("now") is not None:
+            timer["now"].cancel()
+        timer["now"] = ui.timer(0.4, lambda: typed(event), once=True)
+
+    editor.on_value_change(later)
+
+    def follow(origin: object) -> None:
+        if origin is not editor:
+            editor.value = bench.text
+
+    bench.on_change(follow)
+
+    def shade() -> None:
+        editor.theme = DARK if dark.value else LIGHT
+
+    dark.on_value_change(lambda _event: shade())

@@ -1,0 +1,192 @@
+"""The form of a machine, made from the classes that check its file."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from nicegui import ui
+
+from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.inputs import entry_of
+from autobalancer.app.text.document import Path, data_of, spelled, with_entry, with_value, without
+from autobalancer.app.text.fields import Field, chosen, fields_of, root_of, tag_of, word_of
+from autobalancer.machine.part import Part
+
+
+class Form:
+    """Fields for every key that is given or required; others are added from a list."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.shut: set[Path] = set()
+        self.shown: dict[Path, Any] = {}  # what shows the message of a path
+        with ui.column().classes("form") as self.place:
+            self.build()
+        bench.on_change(self._changed)
+
+    def _changed(self, origin: object) -> None:
+        if origin is not self:
+            self.build()
+        self.mark()
+
+    def build(self) -> None:
+        """Make the whole form again."""
+        self.place.clear()
+        self.shown = {}
+        data = data_of(self.bench.text)
+        with self.place:
+            if data is None:
+                ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
+                ui.label(self.bench.reading.message).classes("wrong")
+                return
+            root = root_of(data)
+            self._fields(root, (), data)
+        self.mark()
+
+    def mark(self) -> None:
+        """Put every message beside its field, or beside the nearest table."""
+        words: dict[Path, list[str]] = {path: [] for path in self.shown}
+        for path, message in self.bench.reading.problems.items():
+            near = path
+            while near not in self.shown and near:
+                near = near[:-1]
+            tail = ".".join(str(step) for step in path[len(near) :] if isinstance(step, str))
+            if near in words:
+                words[near].append(f"{tail}: {message}" if tail else message)
+        for path, target in self.shown.items():
+            text = "; ".join(words[path])
+            if isinstance(target, ui.label):
+                target.set_text(text)
+                target.set_visibility(bool(text))
+            else:
+                target.error = text or None
+
+    def _fields(self, part: type[Part], path: Path, data: dict[str, Any]) -> None:
+        """The keys of one table, and below them its tables."""
+        fields = fields_of(part)
+        given = [field for field in fields if field.name in data or field.required]
+        with ui.element("div").classes("fields"):
+            for field in (field for field in given if field.kind not in ("table", "tables")):
+                self._entry(field, (*path, field.name), data.get(field.name))
+        for field in (field for field in given if field.kind == "table"):
+            self._table(field, (*path, field.name), data.get(field.name))
+        for field in (field for field in given if field.kind == "tables"):
+            self._tables(field, (*path, field.name), data.get(field.name))
+        missing = [field for field in fields if field not in given]
+        if missing:
+            self._adder(missing, path)
+
+    def _entry(self, field: Field, path: Path, value: Any) -> None:
+        def changed(new: Any) -> None:
+            self.edit(without(self.bench.text, path) if new is None else with_value(self.bench.text, path, new))
+
+        def dropped() -> None:
+            self.edit(without(self.bench.text, path), again=True)
+
+        self.shown[path] = entry_of(field, path, value, changed, None if field.required else dropped)
+
+    def _table(self, field: Field, path: Path, data: Any) -> None:
+        with self._box(path, field.name, field.meaning, None if field.required else path):
+            self._kind_and_fields(field, path, data if isinstance(data, dict) else {})
+
+    def _tables(self, field: Field, path: Path, data: Any) -> None:
+        entries = data if isinstance(data, list) else [data] if isinstance(data, dict) else []
+        for number, entry in enumerate(entries):
+            inner = (*path, number)
+            with self._box(inner, f"{_one(field.name)} {number + 1}", field.meaning, inner):
+                self._kind_and_fields(field, inner, entry if isinstance(entry, dict) else {})
+
+        def more() -> None:
+            part = field.parts[0]
+            fresh = {tag_of(part): word_of(part)} if tag_of(part) else {}
+            self.edit(with_entry(self.bench.text, path, fresh), again=True)
+
+        if path not in self.shown and not entries:
+            self.shown[path] = ui.label("").classes("wrong")
+        ui.button(f"add {_one(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
+
+    def _kind_and_fields(self, field: Field, path: Path, data: dict[str, Any]) -> None:
+        part = chosen(field.parts, data)
+        tag = tag_of(field.parts[0])
+        if len(field.parts) > 1:
+
+            def other(event: Any) -> None:
+                if event.value and event.value != data.get(tag):
+                    kept = {key: value for key, value in data.items() if key in _names(field.parts, event.value)}
+                    self.edit(with_value(self.bench.text, path, {tag: event.value, **kept}), again=True)
+
+            words = [word_of(one) for one in field.parts]
+            value = data.get(tag) if data.get(tag) in words else None
+            choice = ui.select(words, value=value, label=tag, on_change=other).props("dense outlined options-dense")
+            self.shown[(*path, tag)] = choice.classes("field").props(f'data-at="{spelled((*path, tag))}"')
+        if part is not None:
+            self._fields(part, path, data)
+
+    def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
+        """A part that opens and shuts, with a bin where it may be removed."""
+        box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
+        box.props(f'data-at="{spelled(path)}"')
+
+        def moved(event: Any) -> None:
+            (self.shut.discard if event.value else self.shut.add)(path)
+
+        box.on_value_change(moved)
+        with box.add_slot("header"), ui.row().classes("items-center w-full no-wrap gap-2"):
+            ui.label(title.replace("_", " ")).classes("box-title").tooltip(meaning)
+            if removable is not None:
+
+                def drop(_: Any = None, path: Path = removable) -> None:
+                    self.edit(without(self.bench.text, path), again=True)
+
+                button = ui.button(icon="delete_outline").props(f'flat dense round size=sm aria-label="remove {title}"')
+                button.on("click.stop", drop).classes("ml-auto")
+        with box:
+            self.shown[path] = ui.label("").classes("wrong")
+        return box
+
+    def _adder(self, missing: list[Field], path: Path) -> None:
+        """A list of the keys that are not given yet, with their help."""
+
+        def add(field: Field) -> None:
+            self.edit(_with_new(self.bench.text, path, field), again=True)
+
+        label = "add a key" if path else "add a part"
+        button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
+        with button.props(f'data-at="add to {spelled(path)}"'), ui.menu().props("max-height=60vh"):
+            for field in missing:
+                with ui.menu_item(on_click=lambda field=field: add(field)), ui.column().classes("gap-0 adder"):
+                    ui.label(field.name).classes("key")
+                    ui.label(field.help).classes("quiet")
+
+    def edit(self, text: str, *, again: bool = False) -> None:
+        """Take an edited text; ``again`` where other fields belong to it."""
+        self.bench.set_text(text, None if again else self)
+
+
+def _with_new(text: str, path: Path, field: Field) -> str:
+    """The text with a key that is ready to be filled in."""
+    if field.kind == "tables":
+        part = field.parts[0]
+        return with_entry(text, (*path, field.name), {tag_of(part): word_of(part)} if tag_of(part) else {})
+    if field.kind == "table":
+        part = field.parts[0]
+        return with_value(text, (*path, field.name), {tag_of(part): word_of(part)} if tag_of(part) else {})
+    default = re.search(r'default "?([^"]+)"?$', field.allowed)
+    first: Any = field.choices[-1] if field.choices else default[1] if default and field.kind == "text" else ""
+    if field.kind == "switch":
+        first = True
+    if field.kind == "quantity":
+        first = float(default[1]) if default and re.fullmatch(r"[-+\d.e]+", default[1]) else f"0 {field.unit}".strip()
+    return with_value(text, (*path, field.name), first)
+
+
+def _names(parts: tuple[type[Part], ...], word: str) -> set[str]:
+    return {name for part in parts if word_of(part) == word for name in part.model_fields} - {"kind", "law"}
+
+
+def _one(name: str) -> str:
+    """One of several: ``race`` of ``races``, ``balls`` stays, as a group of balls is one entry."""
+    if name == "balls":
+        return "group of balls"
+    return name[:-3] + "y" if name.endswith("ies") else name.removesuffix("s")

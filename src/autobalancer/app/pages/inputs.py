@@ -1,0 +1,98 @@
+"""One entry of the form: a quantity with its unit, a choice, a switch, a text."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable
+from typing import Any
+
+import tomli_w
+from nicegui import ui
+
+from autobalancer.app.text.document import Path, spelled
+from autobalancer.app.text.fields import Field, in_unit, number_and_unit, written
+
+Changed = Callable[[Any], None]
+LOOK = "dense outlined debounce=350"
+
+
+def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
+    """Put the entry on the page; gives what shows its error."""
+    with ui.row().classes("entry no-wrap" + (" wide" if field.name == "description" else "")):
+        if field.kind == "quantity" and (value is None or number_and_unit(value, field.unit)):
+            shown = _quantity(field, path, value, changed)
+        elif field.kind == "choice":
+            options = list(field.choices)
+            shown = ui.select(options, value=value if value in options else None, label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "switch":
+            shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "text" and isinstance(value, str | None):
+            shown = ui.input(field.name, value=value or "").props(
+                LOOK + (" autogrow" if field.name == "description" else "")
+            )
+            shown.on_value_change(lambda event: changed(event.value or ""))
+        else:
+            shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
+            shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
+        shown.classes("field").without_auto_validation().props(f'data-at="{spelled(path)}"')
+        shown.tooltip(field.help).props(f"aria-description={json.dumps(field.help)}")
+        if dropped is not None:
+            button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
+            button.props(f'aria-label="remove {field.name}"').classes("drop")
+    return shown
+
+
+def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
+    """A number and its unit; another unit keeps the quantity and changes the number."""
+    number, unit = number_and_unit(value, field.unit) or ("", _usual(field))
+    units = list(field.units) if unit in field.units else [*field.units, unit]
+    entry = ui.input(field.name, value=number).props(f"{LOOK} inputmode=decimal")
+    if units == [""]:
+        entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
+        return entry
+    choice = ui.select(units, value=unit).props(f'dense outlined options-dense aria-label="unit of {field.name}"')
+    choice.classes("unit").props(f'data-at="unit of {spelled(path)}"')
+    state = {"unit": unit}
+
+    def say(_: Any = None) -> None:
+        changed(written(entry.value or "", state["unit"], field.unit))
+
+    def other(event: Any) -> None:
+        try:
+            number = in_unit(entry.value or "", state["unit"], event.value, field.unit)
+        except ValueError:  # what is written is no number; the reader says so
+            number = entry.value or ""
+        state["unit"] = event.value
+        if number == entry.value:
+            say()
+        else:
+            entry.value = number
+
+    entry.on_value_change(say)
+    choice.on_value_change(other)
+    return entry
+
+
+def _usual(field: Field) -> str:
+    """The unit that most people take."""
+    wanted = {"m": "mm", "rad/s": "rpm", "rad": "deg", "kg*m": "g*mm", "m^2/s": "mm^2/s", "K": "degC"}
+    return wanted.get(field.unit, field.unit)
+
+
+def _as_toml(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    return " ".join(tomli_w.dumps({"v": value}).removeprefix("v = ").split()).replace(", ]", "]").replace("[ ", "[")
+
+
+def _from_toml(text: str) -> Any:
+    """A list or number as TOML writes it, else a text."""
+    try:
+        return tomllib.loads(f"v = {text}")["v"]
+    except (ValueError, RecursionError):
+        return text

@@ -1,0 +1,126 @@
+"""Starting the server."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from autobalancer.app.server.guard import LOOPBACK, Rules
+from autobalancer.app.store.names import LOCAL, user_folder
+from autobalancer.errors import AutobalancerError, QuestionError
+
+FOLDER = Path.home() / "autobalancer-bench"
+SHORTEST = 12  # characters of a token
+
+
+def serve(
+    folder: str | Path = FOLDER,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8123,
+    tokens: Sequence[str] = (),
+    browser: bool = True,
+    limit: float = 600.0,
+    announce: Callable[[str, Path], None] | None = None,
+) -> None:
+    """Serve the bench as a web page, until Ctrl-C.
+
+    Parameters
+    ----------
+    folder
+        Where runs are kept, one folder for each user.
+    host
+        The address to listen on; any but this computer's own needs tokens.
+    port
+        At which it listens.
+    tokens
+        ``"NAME:TOKEN"`` for each user, or a token alone for one user. With another ``host`` and none given, one is made.
+    browser
+        Whether to open the page in a browser.
+    limit
+        Seconds that a job may take.
+    announce
+        Called with the address, with its token, and the folder, before the server starts.
+
+    Raises
+    ------
+    QuestionError
+        If an argument is not possible, or NiceGUI is not installed.
+    """
+    rules = rules_for(host, tokens)
+    if not 0 < port < 65536:
+        raise QuestionError(f"port: given {port}; must be between 1 and 65535")
+    try:
+        from autobalancer.app.pages.main import build
+    except ImportError as reason:
+        raise QuestionError(f"app: {reason}; install what it needs with: pip install 'autobalancer[app]'") from None
+    from nicegui import ui
+
+    from autobalancer.app.server.guard import Guard
+
+    home = Path(folder).expanduser().resolve()
+    home.mkdir(parents=True, exist_ok=True)
+    app = build(home, limit)
+    app.add_middleware(Guard, rules=rules)
+    threading.Thread(target=_compile, daemon=True).start()
+    shown = f"[{host}]" if ":" in host else host
+    token = next(iter(rules.tokens), "")
+    address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+    if announce is not None:
+        announce(address, home)
+    ui.run(
+        host=host,
+        port=port,
+        title="autobalancer",
+        show=f"/?token={token}" if browser and token else browser,
+        reload=False,
+        tailwind=False,
+        dark=None,
+        favicon="⚖",
+        show_welcome_message=False,
+        message_history_length=200,
+        reconnect_timeout=20.0,
+    )
+
+
+def rules_for(host: str, tokens: Sequence[str]) -> Rules:
+    """Who may ask; a token is made where the server is open to others and none is given.
+
+    Raises
+    ------
+    QuestionError
+        If a token is too short, or a name is not possible.
+    """
+    known: dict[str, str] = {}
+    for given in tokens:
+        name, _, token = given.rpartition(":")
+        name = name or LOCAL
+        user_folder(Path(), name)
+        if len(token) < SHORTEST or not token.isascii() or not all(sign.isalnum() or sign in "-_" for sign in token):
+            raise QuestionError(
+                f"token of {name}: must have at least {SHORTEST} letters, digits, '-' or '_'; give it as NAME:TOKEN"
+            )
+        known[token] = name
+    if host in LOOPBACK:
+        return Rules(known)
+    return Rules(known or {secrets.token_urlsafe(18): LOCAL}, None)
+
+
+def _compile() -> None:
+    """Load or compile the equations in advance, so that the first run of a user does not wait for them."""
+    from autobalancer.either_kind import check, measures, simulate, verdict
+    from autobalancer.files.examples import example
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            machine = example("stall_and_release")
+            check(machine)
+            run = simulate(machine, duration=0.5, progress=False)
+            verdict(run, simulate(machine, duration=0.5, hold_balls=True, progress=False))
+            measures(run)
+        except AutobalancerError:  # whoever runs a machine is told
+            return

@@ -1,0 +1,1 @@
+"""What the page keeps: runs in folders, and work in the background."""

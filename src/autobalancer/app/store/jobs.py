@@ -1,0 +1,151 @@
+"""Work in the background: a queue that never blocks the page, with progress, cancel and a time limit."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from autobalancer.errors import AutobalancerError, QuestionError
+
+State = Literal["waiting", "running", "done", "failed", "cancelled"]
+QUEUED = 20  # jobs of one user that wait or run
+KEPT = 200  # finished jobs that are remembered
+here = threading.local()  # the job of this thread
+
+
+@dataclass
+class Job:
+    """One piece of work of one user."""
+
+    number: int
+    user: str
+    title: str
+    limit: float  # s
+    state: State = "waiting"
+    share: float = 0.0  # of the work that is done
+    message: str = ""
+    result: Any = None
+    notes: list[str] = field(default_factory=list)
+    begun: float = 0.0
+    seconds: float = 0.0
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def over(self) -> bool:
+        """Whether it will not change any more."""
+        return self.state in ("done", "failed", "cancelled")
+
+    def progress(self, done: float, total: float) -> None:
+        """Note how far the work is; ends it as Ctrl-C would if it is cancelled or takes too long."""
+        self.share = done / total if total > 0.0 else 0.0
+        if self.stop.is_set():
+            raise KeyboardInterrupt
+        if time.monotonic() - self.begun > self.limit:
+            self.message = f"ended after the limit of {self.limit:g} s"
+            raise KeyboardInterrupt
+
+
+class Jobs:
+    """The queue of a server."""
+
+    def __init__(self, workers: int = 2, limit: float = 600.0) -> None:
+        self.limit = limit
+        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="job")
+        self._numbers = itertools.count(1)
+        self._jobs: dict[int, Job] = {}
+        self._lock = threading.Lock()
+
+    def start(self, user: str, title: str, work: Callable[[Job], Any]) -> Job:
+        """Put work at the end of the queue.
+
+        Raises
+        ------
+        QuestionError
+            If too many jobs of this user wait.
+        """
+        with self._lock:
+            mine = [job for job in self._jobs.values() if job.user == user and not job.over]
+            if len(mine) >= QUEUED:
+                raise QuestionError(f"{QUEUED} jobs wait or run already; wait for one of them, or cancel it")
+            job = Job(next(self._numbers), user, title, self.limit)
+            self._jobs[job.number] = job
+            finished = [number for number, one in self._jobs.items() if one.over]
+            for number in finished[: max(len(finished) - KEPT, 0)]:
+                del self._jobs[number]
+        self._pool.submit(self._run, job, work)
+        return job
+
+    def of(self, user: str) -> list[Job]:
+        """The jobs of a user, the latest first."""
+        with self._lock:
+            return [job for job in reversed(self._jobs.values()) if job.user == user]
+
+    def cancel(self, job: Job) -> None:
+        """End a job: at once if it waits, else at its next look at the clock."""
+        job.stop.set()
+
+    def close(self) -> None:
+        """End all jobs, for the end of the server."""
+        for job in list(self._jobs.values()):
+            job.stop.set()
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def _run(self, job: Job, work: Callable[[Job], Any]) -> None:
+        if job.stop.is_set():
+            job.state = "cancelled"
+            return
+        job.state, job.begun, here.job = "running", time.monotonic(), job
+        try:
+            job.result = work(job)
+            job.state, job.share = ("cancelled" if job.stop.is_set() else "done"), 1.0
+        except KeyboardInterrupt:
+            job.state = "cancelled"
+        except AutobalancerError as error:
+            job.state, job.message = "failed", str(error)
+        except Exception as error:
+            job.state, job.message = "failed", f"unexpected: {type(error).__name__}: {error}"
+        finally:
+            job.seconds, here.job = time.monotonic() - job.begun, None
+
+
+def keep_warnings() -> None:
+    """From now on, warnings of a job become its notes; all others go their way."""
+    others = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        job = getattr(here, "job", None)
+        if job is None:
+            others(message, category, *place)
+        elif str(message) not in job.notes:
+            job.notes.append(str(message))
+
+    warnings.showwarning = show  # type: ignore[assignment]
+    warnings.filterwarnings("always", module="autobalancer")
+
+
+class Latest:
+    """Work of which only the latest counts: what waits is dropped when something newer comes."""
+
+    def __init__(self, pool: ThreadPoolExecutor) -> None:
+        self._pool = pool
+        self.number = 0
+
+    def start(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
+        """Do it in the background; ``then`` is called in that thread, unless something newer was asked for meanwhile."""
+        self.number += 1
+        mine = self.number
+
+        def run() -> None:
+            if mine != self.number:
+                return
+            found = work()
+            if mine == self.number:
+                then(found)
+
+        self._pool.submit(run)

@@ -1,0 +1,1 @@
+"""The text of a machine on the screen: its fields, edits of it, and what is wrong with it."""

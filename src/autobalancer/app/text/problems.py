@@ -1,0 +1,69 @@
+"""What is wrong with the text of a machine, key by key, in the words of the reader of machine files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from autobalancer.app.text.document import data_of
+from autobalancer.errors import AutobalancerError
+from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.samples import example_path
+from autobalancer.machine.path import path_steps
+
+if TYPE_CHECKING:
+    from autobalancer.machine import Machine
+    from autobalancer.machine.chamber import ChamberMachine
+
+SOURCE = "machine"
+LINE = re.compile(r"^\s*(?:machine: )?([a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (.+)$")
+LARGEST = 1_000_000  # characters of a text on the page
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A text that was read: the machine, or what is wrong with it."""
+
+    machine: Machine | ChamberMachine | None
+    message: str = ""
+    problems: dict[tuple[str | int, ...], str] = field(default_factory=dict)
+
+
+def read(text: str) -> Reading:
+    """Read the text of a machine; what is wrong is an answer, not an error."""
+    if len(text) > LARGEST:
+        return Reading(None, f"the text has more than {LARGEST} characters; machine files are smaller")
+    folder = example_path("discoidal").parent  # samples name tables beside them; no other file of the server is read
+    for name in _files(data_of(text)):
+        if "/" in name or "\\" in name or not (folder / name).is_file():
+            text = f"file {name[:80]!r}: on this page a machine names no files; give the numbers in the text"
+            return Reading(None, text)
+    try:
+        return Reading(parse_machine(text, SOURCE, folder=folder))
+    except AutobalancerError as error:
+        return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(str(error)))
+
+
+def _files(data: Any) -> Iterator[str]:
+    """Every file that a machine names."""
+    if isinstance(data, dict):
+        for key, value in data.items():
+            if key == "file":
+                yield str(value)
+            yield from _files(value)
+    elif isinstance(data, list):
+        for value in data:
+            yield from _files(value)
+
+
+def by_path(message: str) -> dict[tuple[str | int, ...], str]:
+    """The lines of a message that begin with the path of a key, by that path."""
+    found: dict[tuple[str | int, ...], str] = {}
+    for line in message.splitlines():
+        match = LINE.match(line)
+        if match and match[1] != SOURCE:
+            steps = tuple(path_steps(match[1]))
+            found[steps] = f"{found[steps]}; {match[2]}" if steps in found else match[2]
+    return found

@@ -1,0 +1,198 @@
+"""The bench without a browser: edits of a machine's text, names and paths, jobs, and who may ask the server."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import autobalancer as ab
+from autobalancer.app.server.guard import LARGEST, Guard, Rules
+from autobalancer.app.server.serve import rules_for
+from autobalancer.app.store.drawn import svg_of
+from autobalancer.app.store.jobs import QUEUED, Job, Jobs
+from autobalancer.app.store.names import new_name, run_folder, user_folder
+from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
+from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
+from autobalancer.app.text.problems import read
+from autobalancer.errors import QuestionError
+from autobalancer.files.examples import example_text
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.keys import keys_of
+from autobalancer.units import to_si
+
+DISCOIDAL = example_text("discoidal")
+ORBIT = ("balancers", 0, "races", 0, "orbit_radius")
+
+
+def test_an_edit_changes_one_entry_and_nothing_else() -> None:
+    expected = tomllib.loads(DISCOIDAL)
+    expected["balancers"][0]["races"][0]["orbit_radius"] = "50 mm"
+    edited = with_value(DISCOIDAL, ORBIT, "50 mm")
+    assert tomllib.loads(edited) == expected
+    pytest.importorskip("tomlkit")
+    assert edited == DISCOIDAL.replace("76.95 mm", "50 mm"), "comments and order stay"
+
+
+def test_entries_of_lists_come_and_go() -> None:
+    two = with_entry(DISCOIDAL, ("unbalances",), {"moment": "3 g*mm"})
+    assert len(tomllib.loads(two)["unbalances"]) == 2
+    assert tomllib.loads(without(two, ("unbalances", 1))) == tomllib.loads(DISCOIDAL)
+    assert "unbalances" not in tomllib.loads(without(DISCOIDAL, ("unbalances", 0)))
+
+
+def test_a_field_has_the_help_of_the_documentation() -> None:
+    told = {field.name: field for field in fields_of(PlanarRotor)}
+    for key in keys_of(PlanarRotor):
+        if key.name != "kind":
+            assert told[key.name].allowed == key.value_and_default
+    assert told["stiffness"].units[0] == "N/m"
+    assert {field.name for field in fields_of(Machine) if field.required} >= {"name", "axis", "rotor", "drive"}
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "wanted"), [("76.95 mm", "m", "cm"), ("25 degC", "K", "K"), ("90 deg", "rad", "rad")]
+)
+def test_another_unit_of_a_field_keeps_the_quantity(text: str, unit: str, wanted: str) -> None:
+    number, given = number_and_unit(text, unit) or ("", "")
+    changed = written(in_unit(number, given, wanted, unit), wanted, unit)
+    assert to_si(changed, unit) == pytest.approx(to_si(text, unit), rel=1e-9)
+
+
+def test_what_is_wrong_is_known_by_the_path_of_its_key() -> None:
+    found = read(with_value(DISCOIDAL, ORBIT, "-3 mm"))
+    assert found.machine is None
+    assert found.problems == {ORBIT: "given '-3 mm'; must be greater than zero"}
+    assert ("rotor", "mass") in read(EMPTY).problems
+
+
+@pytest.mark.parametrize("file", ["/etc/passwd", "../../secret.csv", "..\\secret.csv"])
+def test_a_machine_on_the_page_reads_no_file_of_the_server(file: str) -> None:
+    text = with_value(DISCOIDAL, ("balancers", 0, "races", 0, "roundness"), {"file": file})
+    found = read(text)
+    assert found.machine is None
+    assert "names no files" in found.message
+
+
+def test_a_drawing_fits_its_page_and_has_words() -> None:
+    drawn = svg_of(lambda: ab.plot.machine(ab.example("discoidal")), 'a "machine"')
+    assert drawn.startswith('<svg role="img" aria-label="a &quot;machine&quot;"')
+    assert "width=" not in drawn.split(">")[0]
+
+
+@pytest.mark.parametrize("name", ["..", "a/b", "", "Ada", "x" * 40, "a\\b", "a\0b", ".ssh", "~"])
+def test_no_name_of_a_user_or_run_leaves_its_folder(name: str, tmp_path: Path) -> None:
+    with pytest.raises(QuestionError):
+        user_folder(tmp_path, name)
+    with pytest.raises(QuestionError):
+        run_folder(tmp_path, name)
+
+
+def test_a_new_name_is_one_that_is_accepted(tmp_path: Path) -> None:
+    assert run_folder(tmp_path, new_name()).parent == tmp_path / "runs"
+
+
+def over(job: Job) -> None:
+    for _ in range(500):
+        if job.over:
+            return
+        time.sleep(0.01)
+    raise AssertionError("the job does not end")
+
+
+def turning(job: Job) -> None:
+    for k in range(100_000):
+        job.progress(k, 100_000)
+        time.sleep(0.001)
+
+
+def test_a_job_can_be_cancelled_and_one_that_takes_too_long_ends() -> None:
+    jobs = Jobs(workers=2, limit=0.05)
+    late = jobs.start("ada", "long", turning)
+    over(late)
+    assert late.state == "cancelled"
+    assert "limit of 0.05 s" in late.message
+    jobs.limit = 60.0
+    stopped = jobs.start("ada", "long", turning)
+    jobs.cancel(stopped)
+    over(stopped)
+    assert stopped.state == "cancelled"
+    jobs.close()
+
+
+def test_a_job_that_fails_says_why_and_the_next_one_runs() -> None:
+    jobs = Jobs(workers=1)
+
+    def wrong(_job: Job) -> None:
+        raise QuestionError("no such speed")
+
+    failed, good = jobs.start("ada", "wrong", wrong), jobs.start("ada", "right", lambda job: 42)
+    over(good)
+    assert (failed.state, failed.message, good.result) == ("failed", "no such speed", 42)
+    assert jobs.of("bob") == []
+    jobs.close()
+
+
+def test_a_user_cannot_fill_the_queue() -> None:
+    jobs, gate = Jobs(workers=1), threading.Event()
+    for _ in range(QUEUED):
+        jobs.start("ada", "waits", lambda job: gate.wait(5))
+    with pytest.raises(QuestionError, match="wait or run already"):
+        jobs.start("ada", "one more", lambda job: None)
+    jobs.start("bob", "another user", lambda job: None)
+    gate.set()
+    jobs.close()
+
+
+def asked(rules: Rules, path: str = "/", query: str = "", **headers: str) -> tuple[int, dict[str, Any], dict[str, str]]:
+    """What a request gets: status, the state of the request behind the guard, and headers."""
+    seen: dict[str, Any] = {}
+    answer: list[Any] = []
+
+    async def behind(scope: Any, receive: Any, send: Any) -> None:
+        seen.update(scope["state"])
+        await receive()
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def receive() -> Any:
+        return {"type": "http.request", "body": b""}
+
+    async def send(message: Any) -> None:
+        answer.append(message)
+
+    given = {"host": "127.0.0.1:8123"} | {name.replace("_", "-"): text for name, text in headers.items()}
+    raw = [(name.encode(), text.encode()) for name, text in given.items()]
+    scope = {"type": "http", "path": path, "query_string": query.encode(), "headers": raw}
+    asyncio.run(Guard(behind, rules)(scope, receive, send))
+    told = {name.decode(): text.decode() for name, text in answer[0]["headers"]}
+    return answer[0]["status"], seen, told
+
+
+def test_a_server_of_this_computer_answers_no_other_name_and_no_other_page() -> None:
+    rules = rules_for("127.0.0.1", [])
+    assert asked(rules)[0] == 200
+    assert asked(rules, host="evil.example")[0] == 403
+    assert asked(rules, origin="http://evil.example")[0] == 403
+    assert asked(rules, content_length=str(LARGEST + 1))[0] == 413
+    assert asked(rules, content_length="-1")[0] == 413
+
+
+def test_an_open_server_wants_a_token_and_knows_the_user_by_it() -> None:
+    rules = rules_for("0.0.0.0", ["ada:0123456789abcdef", "bob:fedcba9876543210"])
+    assert asked(rules, host="10.0.0.5")[0] == 401
+    assert asked(rules, query="token=wrong")[0] == 401
+    status, _, headers = asked(rules, query="token=0123456789abcdef")
+    assert status == 303
+    assert "HttpOnly" in headers["set-cookie"]
+    assert headers["location"] == "/"
+    status, state, _ = asked(rules, cookie="autobalancer_token=fedcba9876543210")
+    assert (status, state["user"]) == (200, "bob")
+    (made,) = rules_for("0.0.0.0", []).tokens
+    assert len(made) >= 20
+    with pytest.raises(QuestionError, match="at least 12"):
+        rules_for("127.0.0.1", ["ada:short"])
