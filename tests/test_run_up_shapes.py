@@ -56,6 +56,22 @@ def test_a_reduction_towards_the_critical_speed_lowers_the_scatter_of_rest_posit
     np.testing.assert_allclose(drawn, found["ball_angle_to_unbalance"].values.reshape(12, 2, 2)[:, 1])
 
 
+def test_a_fan_holds_the_peaks_of_its_members_and_the_way_down_mirrors_the_speed() -> None:
+    plain = {"machine": MACHINE, "duration": "10 s", "members": 5, "vary": {"unbalances[1].mass": ["3 g", "6 g"]}}
+    fan, found = ab.envelopes(plain, point=2, bins=500), ab.study(plain)
+    own = found["peak_deflection"].values[found["point"].values == 2]
+    np.testing.assert_allclose(fan["deflection"].sel(percent=100.0).max(), own.max(), rtol=1e-12)
+    assert np.all(np.diff(fan["deflection"].values, axis=0) >= 0.0)
+    both = ab.envelopes(plain, point=2, bins=500, coast_down=True)
+    edges = np.concatenate([[0.0], both["speed"].values])  # at the ends of the intervals
+    np.testing.assert_allclose(edges, edges[::-1], atol=1e-9)
+    assert float(both["time"][-1]) == pytest.approx(20.0, abs=0.03)
+    band = ab.plot.envelopes(fan).axes[1].lines[0]
+    assert band.get_label() == "median"
+    with pytest.raises(QuestionError, match="point: given 3; the grid has 1 to 2"):
+        ab.envelopes(plain, point=3)
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

@@ -48,6 +48,7 @@ from autobalancer.studies.design.chosen import designed_machine as designed_mach
 from autobalancer.studies.design.design import design as design
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
+from autobalancer.studies.study.fan import envelopes as envelopes
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
 from autobalancer.studies.study.study import study as study
 from autobalancer.studies.sweep import sweep as sweep
@@ -72,6 +73,7 @@ __all__ = [
     "design",
     "designed_machine",
     "ensemble",
+    "envelopes",
     "errors",
     "example",
     "flow",

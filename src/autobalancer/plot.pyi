@@ -67,6 +67,7 @@ from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_s
 from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 from autobalancer.plots.studies.design import design as design
+from autobalancer.plots.studies.fan import envelopes as envelopes
 from autobalancer.plots.studies.rests import rest_positions as rest_positions
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity
 from autobalancer.plots.studies.study import study as study
@@ -103,6 +104,7 @@ __all__ = [
     "ensemble",
     "ensemble_distribution",
     "ensemble_scatter",
+    "envelopes",
     "equilibrium_angle",
     "equivalent_planar",
     "flow",
