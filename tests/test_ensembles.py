@@ -97,6 +97,7 @@ def test_a_member_of_every_kind_of_rotor_and_ball_is_its_run(name: str) -> None:
 
 
 DISCOIDAL, RACE, RIGID = (MACHINES / f"{name}.toml" for name in ("discoidal", "real_race", "rigid_rotor"))
+FIRST_RACE, HEAVY = "balancers[1].races[1]", [7000.0, 7500.0, 8000.0]
 TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
 
 
@@ -113,6 +114,10 @@ TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
         ),
         ({"viscosity": ["10 mm^2/s", 2e-5, 3e-5], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, 2, DISCOIDAL),
         ({"balancers[1].races[1].drag.cd_re": [300.0, 350.0, 400.0], "drive.profile.time": TIMES}, None, DISCOIDAL),
+        ({"rotor.mass": [9.0, 10.0, 12.0], "stiffness": [1e5, 6e5, 9e6], "unbalance": [2e-4, 3e-4, 4e-4]}, None, STALL),
+        ({"damping": [80.0, 90.0, 100.0], "drag": [1e-4, 2e-4, 3e-4], "rotor.inertia": [0.04, 0.05, 0.06]}, 2, STALL),
+        ({"temperature": ["15 degC", "25 degC", "35 degC"], "rotor.mass": [12.0, 12.2, 12.4]}, 2, DISCOIDAL),
+        ({f"{FIRST_RACE}.eccentricity": [0.0, 1e-5, 2e-5], f"{FIRST_RACE}.balls[1].density": HEAVY}, 2, DISCOIDAL),
         ({"rolling_resistance": [1e-4, 2e-4, 3e-4]}, 2, RACE),
         ({"unbalances[1].angle": [0.1, 0.2, 0.3], "drag": [1e-4, 2e-4, 3e-4]}, None, RIGID),
     ],
@@ -137,6 +142,19 @@ def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
         [0, 0, 1] if given.parameters else [0, 1]
     )  # assembled all the same, so that members that follow are compared
     assert made == [*sample, *range(asked.count)]
+
+
+@pytest.mark.parametrize(
+    "columns", [{"ball_diameter": [0.012, 0.0121, 0.0122]}, {"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}]
+)
+def test_members_that_differ_in_more_than_numbers_are_assembled(columns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contacts and start angles depend on the size of balls, and the axes on whether the springs are alike."""
+    machine, made = ab.load_machine(DISCOIDAL), list[int]()
+    asked = Members(machine, columns_of(machine, columns), None, 0, "member")
+    ready = asked.ready
+    monkeypatch.setattr(asked, "ready", lambda number, plan: made.append(number) or ready(number, plan))
+    asked.sorted(Plan(END, 1e-6, 20, 100), "refuse")
+    assert {0, 1, 2} <= set(made)
 
 
 def test_a_member_that_would_follow_wrongly_is_assembled(monkeypatch: pytest.MonkeyPatch) -> None:

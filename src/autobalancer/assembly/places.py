@@ -26,6 +26,8 @@ from autobalancer.catalog.race_capability import capability_of
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, MultibodyRotor
 
+SAME = 1e-12  # rows that differ less are those of one place
+
 
 @dataclass(frozen=True)
 class Places:
@@ -68,7 +70,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
     kinds = ["plane"] * len(planes.names) or ["reference"]
     others = [("station", name, bare.both(row.deflection[None])) for name, row in stations.items()]
     for kind, name, row in [*others, *(("support", ground.name, ground.row) for ground in found)]:
-        if not any(np.allclose(row, other, rtol=0.0, atol=1e-12) for other in rows.values()):
+        if not any(np.abs(row - other).max() <= SAME for other in rows.values()):
             rows[name if name not in rows else f"{kind} {name}"] = row
             kinds.append(kind)
     centers = sum(

@@ -61,7 +61,7 @@ def long_steps(assembly: Assembly, memory: Memory, near: float | None = None) ->
     Of a rotor that stays ``near`` a speed, the modes there are enough.
     """
     if assembly.model is Model.PLANAR:
-        nodes, watch, unknowns = planar_nodes, contacts_in_steps, _planar(assembly)
+        nodes, watch, unknowns = planar_nodes, contacts_in_steps, planar_amplitudes(assembly)
     else:
         found = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, near)
         if found is None:
@@ -84,7 +84,7 @@ def _equations(assembly: Assembly) -> tuple[Any, Any]:
     return (tilting_station_nodes if assembly.model is Model.TILTING else station_nodes), contacts_at_nodes
 
 
-def _planar(assembly: Assembly) -> Amplitudes:
+def planar_amplitudes(assembly: Assembly) -> Amplitudes:
     """The modes of a planar rotor."""
     rotor = assembly.system.planar
     stiffness, damping = rotor.stiffness_x / rotor.mass, rotor.damping_x / rotor.mass

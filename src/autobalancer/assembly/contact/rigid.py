@@ -13,6 +13,11 @@ from autobalancer.kernels.system import Rigid, Rows
 PULL = 1e-13  # torque that counts as a pull, over inertia and frequency squared
 
 
+def pull_of(balls: tuple[Ball, ...], frequency: float) -> float:
+    """Torque that counts as a pull, N m."""
+    return PULL * max(ball.inertia for ball in balls) * frequency**2
+
+
 def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: float) -> dict[str, Any]:
     """The fields of a system with rigid contacts, nothing without; its states have ``size`` components.
 
@@ -27,7 +32,7 @@ def rigid_room(balls: tuple[Ball, ...], contacts: Rows, size: int, frequency: fl
     for race in {(balls[i].balancer, balls[i].race) for i in full}:  # a ring is a row whose last contact closes it
         members = [i for i in full if (balls[i].balancer, balls[i].race) == race]
         ties.joined[members[-1]] = 2
-    pull = PULL * max(ball.inertia for ball in balls) * frequency**2
+    pull = pull_of(balls, frequency)
     room = Rigid(
         bound=np.zeros(2, np.int64),
         margin=np.array([1e300, 1e300, pull, pull, -1.0]),

@@ -35,7 +35,7 @@ class Touch:
 
 def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[Touch, ...]]:
     """The assembly with room for the impacts of all contacts of its balls, and these contacts."""
-    touches = tuple(_resolved(machine, assembly) if assembly.resolved else _guided(machine, assembly))
+    touches = touches_of(machine, assembly)
     if not touches:
         return assembly, ()
     rows = of.TOUCH.rows(len(touches))
@@ -43,6 +43,11 @@ def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[
         row.kind, row.one, row.other, row.known = touch.kind, touch.one, touch.other, -1
     room = {"touches": rows, "impacts": of.IMPACT.rows(ROOM), "impact_count": np.zeros(1, np.int64)}
     return replace(assembly, system=assembly.system._replace(**room)), touches
+
+
+def touches_of(machine: Machine, assembly: Assembly) -> tuple[Touch, ...]:
+    """All contacts of the balls of a machine."""
+    return tuple(_resolved(machine, assembly) if assembly.resolved else _guided(machine, assembly))
 
 
 def _guided(machine: Machine, assembly: Assembly) -> list[Touch]:

@@ -1,7 +1,7 @@
 """Members whose machine differs from an assembled one in the drag and friction of its races, its drive and its unbalances only.
 
-Such a member is described, and its balls are resolved, but it is not assembled: only these rows are made anew, by the functions
-that assemble them. Whatever else is different, or depends on it, is a reason to assemble.
+On planar rotors also in numbers of the rotor and of its balls. Such a member is described, and its balls are resolved, but it is
+not assembled: only these rows are made anew, by the functions that assemble them. Whatever else differs is a reason to assemble.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from autobalancer.assembly.contact.meetings import is_rigid
+from autobalancer.assembly.contact.touches import touches_of
 from autobalancer.assembly.drive import drive_of, first_speed
 from autobalancer.assembly.host import loads_of
 from autobalancer.assembly.mass_spread import equal_groups
@@ -25,9 +27,11 @@ from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Drive, Matrix, X, 
 from autobalancer.machine import Machine, RigidRotor
 from autobalancer.machine.part import Part
 from autobalancer.studies.ensemble.layout import Layout, bits
+from autobalancer.studies.ensemble.planar import OF_BALL, Before, keeps_its_form, planar_words
 
 Words = dict[int, int]
 OF_RACES = {"drag", "fluid", "friction"}  # keys of a race of which the balls feel drag and friction only, see _alike
+OF_PLANAR = {"eccentricity", "eccentricity_angle", "balls"}  # besides these on planar rotors
 FREE = ("drag", "fluid_viscosity", "stokes", "rolling_resistance", "adherence", "start_angle", "start_speed")
 
 
@@ -37,6 +41,7 @@ class Differences(NamedTuple):
     balls: tuple[Ball, ...]
     drive: Drive | None
     unbalances: bool
+    planar: bool = False  # numbers of the rotor or of its balls
 
 
 class Described:
@@ -56,6 +61,12 @@ class Described:
         if different is None:
             return None
         found: Words = {}
+        if different.planar:
+            balls = different.balls or self._assembly.balls
+            own = planar_words(machine, balls, self._assembled, self._end, self._tolerance, layout)
+            if own is None:
+                return None
+            found |= own
         for i, ball in enumerate(different.balls):
             for name, value in _row(ball, self._assembly.balls[i]).items():
                 found[layout.place("system.balls", i, field=name)] = bits(value)
@@ -66,18 +77,30 @@ class Described:
             found |= own
             speed = bits(first_speed(machine, different.drive))
             found |= {layout.place(f"memory.{name}", SPEED): speed for name in ("state", "start")}
-        return found | self._of_unbalances(machine, layout) if different.unbalances else found
+        unbalances = different.unbalances and not different.planar
+        return found | self._of_unbalances(machine, layout) if unbalances else found
 
     def _differences(self, machine: Machine) -> Differences | None:
         """What is different; None if that has to be assembled."""
         changed = _changed(self._machine, machine)
+        planar = "rotor" in changed
+        if planar and not self._planar(machine):
+            return None
+        changed -= {"rotor"}
         if not changed <= {"balancers", "drive", "unbalances"} or self._assembly.resolved:
             return None
         balls = self._balls(machine) if "balancers" in changed else ()
         drive = self._drive(machine, "unbalances" in changed) if not changed <= {"balancers"} else None
         if balls is None or (drive is None and not changed <= {"balancers"}):
             return None
-        return Differences(balls, drive, "unbalances" in changed)
+        heavier = any(_of_planar(*pair) for pair in zip(balls, self._assembly.balls, strict=False))
+        return Differences(balls, drive, "unbalances" in changed, planar or heavier)
+
+    def _planar(self, machine: Machine) -> bool:
+        """Whether its planar rotor differs in numbers only."""
+        if self._assembly.model is not Model.PLANAR:
+            return False
+        return keeps_its_form(machine.rotor, self._machine.rotor, _changed(self._machine.rotor, machine.rotor))
 
     def _of_unbalances(self, machine: Machine, layout: Layout) -> Words:
         """Sizes of the deflections, and the loads of a rigid rotor."""
@@ -98,6 +121,10 @@ class Described:
         return found | {absolute + i: bits(self._tolerance * size) for i, size in enumerate(scale)}
 
     @cached_property
+    def _assembled(self) -> Before:
+        return Before(self._assembly, touches_of(self._machine, self._assembly))
+
+    @cached_property
     def _parts(self) -> tuple[Parts, Matrix]:
         """The rotor, and the inverse of its mass."""
         parts = spatial_parts(self._machine, self._assembly.balls)
@@ -105,11 +132,15 @@ class Described:
 
     def _balls(self, machine: Machine) -> tuple[Ball, ...] | None:
         """The balls of a machine whose races differ in drag and friction only."""
-        if self._equal or not all(_alike(*pair) for pair in _races(self._machine, machine)):
+        planar = self._assembly.model is Model.PLANAR
+        if self._equal or not all(_alike(*pair, planar=planar) for pair in _races(self._machine, machine)):
             return None
         balls = resolve(machine)
+        if len(balls) != len(self._assembly.balls):
+            return None
+        free = (*FREE, *OF_BALL) if planar else FREE
         for ball, own in zip(balls, self._assembly.balls, strict=True):
-            if replace(ball, **{key: getattr(own, key) for key in FREE}) != own:
+            if replace(ball, **{key: getattr(own, key) for key in free}) != own:
                 return None
             if ball.drag != own.drag and (ball.drag_curve is not None or ball.slipstream):
                 return None
@@ -166,10 +197,17 @@ def _races(one: Machine, other: Machine) -> Iterator[tuple[Any, Any]]:
             yield from zip(mine.races, its.races, strict=True)
 
 
-def _alike(one: Any, other: Any) -> bool:
-    """Whether two races differ in nothing but what their balls feel as drag and friction."""
+def _of_planar(ball: Ball, before: Ball) -> bool:
+    """Whether a ball has other numbers than drag and friction."""
+    return any(getattr(ball, key) != getattr(before, key) for key in OF_BALL)
+
+
+def _alike(one: Any, other: Any, *, planar: bool) -> bool:
+    """Whether two races differ in nothing but what their balls feel as drag and friction, and what planar rotors know besides."""
     changed = _changed(one, other)
-    if not changed <= OF_RACES:
+    if not changed <= (OF_RACES | OF_PLANAR if planar else OF_RACES):
+        return False
+    if changed & OF_PLANAR and (one.partitions is not None or one.forces or not is_rigid(one)):
         return False
     if "friction" in changed and (one.friction is None or other.friction is None):
         return False

@@ -113,6 +113,10 @@ class Layout:
                 found.update(enumerate(np.frombuffer(own.tobytes(), np.int64).tolist(), leaf.first))
         return found
 
+    def has(self, path: str) -> bool:
+        """Whether there is a number or an array at a path."""
+        return path in self._by_path
+
     def place(self, path: str, *index: int, field: str = "") -> int:
         """The word of a number: of the array at a path its element, of a record its field."""
         leaf = self._by_path[path]
