@@ -11,7 +11,13 @@ import typer
 from autobalancer.cli.terminal.options import Json
 from autobalancer.cli.terminal.output import check_suffix, print_json
 
-SINGULAR = {"machines": "machine", "rigs": "rig", "measurements": "measurement", "studies": "study"}
+SINGULAR = {
+    "machines": "machine",
+    "rigs": "rig",
+    "measurements": "measurement",
+    "studies": "study",
+    "designs": "design",
+}
 
 
 def example(

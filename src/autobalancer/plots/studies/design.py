@@ -16,7 +16,7 @@ from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, heading, look, picture
 from autobalancer.results.given import Given, result
 
-STAGES = ("space", "fluid", "capability", "pressure", "border", "runs")
+STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 UNITS = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3)}
 COLORS = {1: BALLS[0], 0: BALLS[1], -1: ALL_BALLS}
 SAYS = {1: "keeps all limits", 0: "too few runs to say", -1: "misses a limit"}
@@ -71,9 +71,8 @@ def _front(panel: Axes, found: xr.Dataset, ran: xr.Dataset) -> None:
     names = [str(name) for name in found.attrs["objectives"]]
     for axis, name in zip("xy", names, strict=True):
         sign, factor = UNITS[found[name].attrs["units"]]
-        getattr(panel, f"set_{axis}label")(
-            f"{name.replace('_', ' ')}, {100.0 * found.attrs['share']:g} % of the runs below ({sign})"
-        )
+        below = f", {100.0 * found.attrs['share']:g} % of the runs below" if f"{name}_median" in found else ""
+        getattr(panel, f"set_{axis}label")(f"{name.replace('_', ' ')}{below} ({sign})")
         if name in limits:
             draw = panel.axvline if axis == "x" else panel.axhline
             draw(factor * limits[name], color=CRITICAL, lw=0.9, ls="--")

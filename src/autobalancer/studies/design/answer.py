@@ -18,7 +18,7 @@ from autobalancer.shown import Column
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
 MEETS = {1: "yes", 0: "open", -1: "no"}
 NEAREST = 3  # reasons of a question that are listed
-ORDER = ("space", "fluid", "capability", "pressure", "border")
+ORDER = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 
 
 class Designed(Answer):

@@ -11,6 +11,7 @@ import xarray as xr
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.provenance import provenance
+from autobalancer.studies.design.building import driven
 from autobalancer.studies.design.ranking import meets, missed, ordered, used
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MEASURED, Spec
@@ -131,7 +132,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     )
     found["machine"] = (
         "design",
-        np.array([_text(one, place) for one in designs], dtype=object),
+        np.array([_text(spec, one, place) for one in designs], dtype=object),
         {"long_name": "machine file"},
     )
     return found
@@ -144,8 +145,11 @@ def _labels(designs: Sequence[Design]) -> list[str]:
     return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
 
 
-def _text(one: Design, place: dict[int, int]) -> str:
-    return machine_text(one.machine) if one.machine is not None and id(one) in place else ""
+def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
+    """The machine file of a design that ran, with the run-up of the specification."""
+    if one.machine is None or id(one) not in place:
+        return ""
+    return machine_text(driven(spec, one.machine, spec.fastest, coasting=False))
 
 
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:

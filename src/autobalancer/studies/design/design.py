@@ -16,6 +16,7 @@ from autobalancer.studies.design.judging import judge_runs
 from autobalancer.studies.design.reading import read_spec
 from autobalancer.studies.design.running import runs_of
 from autobalancer.studies.design.screening import STAGES, Design, screened
+from autobalancer.studies.design.search import found_by_search
 from autobalancer.studies.design.spec import Spec
 from autobalancer.studies.study.store import Store
 
@@ -72,14 +73,41 @@ def design(
 
 
 def _designed(spec: Spec, folder: Path | None, workers: int | None, progress: Any) -> Designed:
-    found = [screened(spec, one) for one in candidates(spec)]
-    for one in found:
-        if not one.reason:
+    """Every candidate, where sizes have steps and the budget is enough; else a search."""
+    searched = bool(spec.options.free)
+    found = [] if searched else [screened(spec, one) for one in candidates(spec)]
+    if not searched:
+        refuse_none(found)
+        alive = [one for one in found if not one.reason]
+        searched = len(alive) > spec.search.budget
+    if not searched:
+        for one in alive:
             judge_borders(spec, one)
-    alive = [one for one in found if not one.reason]
-    refuse_none(found)
-    run_all(spec, alive, folder, workers, progress)
-    return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
+        refuse_none(found)
+        run_all(spec, [one for one in alive if not one.reason], folder, workers, progress)
+        return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
+    return _searched(spec, found, folder, workers, progress)
+
+
+def _searched(spec: Spec, known: list[Design], folder: Path | None, workers: int | None, progress: Any) -> Designed:
+    """The same by an optimizer; ``known`` are candidates after the closed forms, if there is a list of them."""
+    before = {one.candidate.key(): one for one in known}
+
+    def judge(one: Any) -> Design:
+        found = before.get(one.key()) or screened(spec, one)
+        if not found.reason:
+            judge_borders(spec, found)
+        return found
+
+    looked = found_by_search(spec, judge, lambda designs: run_all(spec, designs, folder, workers, progress))
+    found = known + [one for one in looked if one.candidate.key() not in before]
+    for one in found:
+        if not one.reason and not one.numbers:
+            one.rule_out("budget", f"not run: the budget of {spec.search.budget} designs was used up")
+    if not any(one.numbers for one in found):
+        refuse_none(found)
+    how = f"NSGA-II over {len(looked)} candidates, {spec.search.generations} generations, seed {spec.search.seed}"
+    return Designed.of(designs_dataset(spec, found, how))
 
 
 def run_all(spec: Spec, alive: Sequence[Design], folder: Path | None, workers: int | None, progress: Any) -> None:

@@ -16,7 +16,7 @@ from autobalancer.studies.design.candidate import Candidate, capability_of_races
 from autobalancer.studies.design.spec import PRESSURE, Spec
 
 STEEL = reduced_modulus(2.06e11, 0.3)  # E* of steel on steel, Pa
-STAGES = ("space", "fluid", "capability", "pressure", "border", "runs")
+STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 ROUNDING = 1e-9
 
 
