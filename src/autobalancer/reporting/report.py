@@ -14,6 +14,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress, silent
+from autobalancer.reporting.design_pages import design_pages
 from autobalancer.reporting.html_file import html_text
 from autobalancer.reporting.machine_pages import facts_page, map_page, margin_page, quality_page, stress_page
 from autobalancer.reporting.page import Listing, Paragraph, Report, Section
@@ -24,6 +25,7 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import ready_to_write, write_text_safely
 from autobalancer.stability.summary.summary import Summary
+from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.ensemble.ensemble import ensemble
 
 FORMS = (".html", ".pdf")
@@ -42,7 +44,7 @@ def report(
     machine: Machine | str | Path,
     path: str | Path,
     *,
-    study: Studied | str | Path | None = None,
+    study: Studied | Designed | str | Path | None = None,
     grade: str | float | None = None,
     starts: int = 200,
     seed: int = 0,
@@ -51,7 +53,7 @@ def report(
     """Write a report of a machine: what it is, what it does, how sure that is.
 
     Pages: identity and hash; what is known before a run; balance quality by ISO 21940-11; border speeds with margins and map;
-    run-up with verdict; random starts; a study with sensitivity, if given; forces in the race; limits; the machine file.
+    run-up with verdict; random starts; a study with sensitivity or a design, if given; forces in the race; limits; machine file.
 
     Parameters
     ----------
@@ -60,7 +62,8 @@ def report(
     path
         The file; ``.html`` is one file that needs nothing else, ``.pdf`` is typeset.
     study
-        A result of :func:`autobalancer.study` of this machine, or the path of its file.
+        A result of :func:`autobalancer.study` of this machine, or of :func:`autobalancer.design` that chose it,
+        or the path of its file.
     grade
         Balance quality that is asked for, such as ``"G 2.5"``.
     starts
@@ -105,7 +108,7 @@ def report(
 def _pages(
     machine: Machine,
     name: str,
-    study: Studied | None,
+    study: Studied | Designed | None,
     study_file: str,
     grade: float | None,
     starts: int,
@@ -132,7 +135,13 @@ def _pages(
         many: Any = ensemble(machine, seeds=starts, seed=seed, progress=silent)
         add(starts_page(many, f"autobalancer ensemble {file} --seeds {starts} --seed {seed}"))
     if study is not None:
-        add(*study_pages(study, study_file))
+        add(
+            *(
+                design_pages(study, machine, study_file)
+                if isinstance(study, Designed)
+                else study_pages(study, study_file)
+            )
+        )
     add(stress_page(machine, summary))
     add(Section("Limits", [Paragraph(text) for text in LIMITS]))
     add(Section("Machine file", [Listing(machine_text(machine))]))
@@ -162,12 +171,14 @@ def _grade(given: str | float | None) -> float | None:
     return 1e-3 * float(found[1])
 
 
-def _study(given: Studied | str | Path | None, machine: Machine) -> Studied | None:
+def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> Studied | Designed | None:
     if given is None:
         return None
     found = load_run(given) if isinstance(given, (str, Path)) else given
+    if isinstance(found, Designed):
+        return found
     if not isinstance(found, Studied):
-        raise QuestionError("study: this is no result of ab.study")
+        raise QuestionError("study: this is no result of ab.study or ab.design")
     if found.attrs.get("machine") != machine_text(machine):
         raise QuestionError(
             f"study: it is of another machine, {found.attrs.get('machine_name')!r}; run the study with this machine file"

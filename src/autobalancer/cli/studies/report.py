@@ -16,7 +16,10 @@ def report(
         Path | None,
         typer.Option(help="The report: .html or .pdf; by default the machine's name with _report.html here."),
     ] = None,
-    study: Annotated[Path | None, typer.Option(help="Result file of 'autobalancer study' of this machine.")] = None,
+    study: Annotated[
+        Path | None,
+        typer.Option(help="Result file of 'autobalancer study' of this machine, or of 'autobalancer design'."),
+    ] = None,
     grade: Annotated[str, typer.Option(help='Balance quality that is asked for, such as "G 2.5".')] = "",
     starts: Annotated[int, typer.Option(min=0, help="Random starts of the balls; 0 for none.")] = 200,
     seed: Seed = 0,

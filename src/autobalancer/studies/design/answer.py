@@ -12,7 +12,7 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit
-from autobalancer.results.number_text import significant
+from autobalancer.results.number_text import moment_text, significant
 from autobalancer.shown import Column
 
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
@@ -26,10 +26,14 @@ class Designed(Answer):
 
     __slots__ = ()
 
+    def order(self) -> list[int]:
+        """Where those that ran stand among the candidates, from 0, the best first."""
+        places = self["place"].values
+        return [int(one) for one in np.argsort(places)[: int(np.isfinite(places).sum())]]
+
     def best(self) -> xr.Dataset:
         """Those that ran, the best first."""
-        places = self["place"].values
-        return self.isel(design=np.argsort(places)[: int(np.isfinite(places).sum())])
+        return self.isel(design=self.order())
 
     def ruled_out(self) -> dict[str, int]:
         """How many candidates each question ruled out."""
@@ -42,14 +46,14 @@ class Designed(Answer):
 
     def facts(self) -> list[tuple[str, str]]:
         """What was asked, and how many candidates each question left."""
-        low, high = (1e6 * one for one in self.attrs["unbalance_range"])
+        low, high = self.attrs["unbalance_range"]
         cold, warm = (one - 273.15 for one in self.attrs["temperature_range"])
         ran = int(np.isfinite(self["place"].values).sum())
         parts = [f"{stage} {count}" for stage, count in self.ruled_out().items()]
         said = f"; ruled out by {', '.join(parts)}" if parts else ""
         return [
             ("operating speed", ", ".join(f"{float(one):.5g} rad/s" for one in np.atleast_1d(self.attrs["speeds"]))),
-            ("unbalance", f"{low:.4g} to {high:.4g} g mm" if low < high else f"{high:.4g} g mm"),
+            ("unbalance", f"{moment_text(low)} to {moment_text(high)}" if low < high else moment_text(high)),
             ("temperature", f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"),
             (
                 "limits",
