@@ -217,6 +217,25 @@ def test_a_stroboscope_takes_one_picture_a_turn_with_the_rotor_always_at_the_sam
     assert np.allclose(np.angle(np.exp(1j * film.rotor_angle)), 0.0, atol=1e-6)
 
 
+def test_a_rotor_that_a_stroboscope_holds_still_is_doubted_unless_its_speed_is_given() -> None:
+    turn = 2.0 * np.pi / 100.0
+    rests = [standing([0.5, 2.0], 0.077, 0.02, 100.0, 1e-3 * number) for number in range(3)]
+    camera = ab.measure.film_camera(rests[0], width=320, height=240)
+    exposure = ab.measure.Exposure(time=0.0, noise=0.01)
+    pictures = np.array(
+        [
+            next(iter(ab.measure.render_film(one, camera=camera, exposure=exposure, end=2e-4, seed=number)))
+            for number, one in enumerate(rests)
+        ]
+    )
+    setup = ab.measure.film_setup(rests[0], camera)
+    still = ab.measure.track_balls(pictures, setup, time=turn * np.arange(3))
+    assert "give first_speed" in dict(still.facts())["doubt"]
+    told = ab.measure.track_balls(pictures, setup, time=turn * np.arange(3), first_speed="955 rpm")
+    assert "doubt" not in dict(told.facts())
+    assert float(told["speed"].mean()) == pytest.approx(100.0, rel=0.01)
+
+
 # the plane in the picture ------------------------------------------------------------------------------------------------
 
 

@@ -7,6 +7,8 @@ import numpy as np
 from autobalancer.results.answers.answer import Answer
 from autobalancer.shown import Column, rpm_and_si
 
+STILL = 0.02  # rad from picture to picture
+
 
 class BallFilm(Answer):
     """Angles of balls from a film."""
@@ -30,6 +32,9 @@ class BallFilm(Answer):
         speed = self["speed"].values[np.isfinite(self["speed"].values)]
         if speed.size:
             facts.append(("rotor speed", f"{_rpm(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
+        if speed.size and time.size > 1 and float(np.median(speed) * np.median(np.diff(time))) < STILL:
+            text = "the rotor seems to stand still or to turn backward; if a stroboscope makes it so, give first_speed"
+            facts.append(("doubt", text))
         deviation = np.degrees(self["ball_angle_deviation"].values)
         if np.isfinite(deviation).any():
             facts.append(
