@@ -183,3 +183,54 @@ def test_where_no_candidate_is_left_it_says_what_ruled_the_last_ones_out(tables:
 def test_faults_of_a_specification_are_named_with_their_key(tables: dict[str, Any], words: str) -> None:
     with pytest.raises(ab.errors.AutobalancerError, match=words.replace(".", r"\.")):
         read_spec(changed(**tables))
+
+
+def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_that_is_none_of_it(
+    tmp_path: Path, found: Designed
+) -> None:
+    pytest.importorskip("jinja2")
+    from autobalancer.reporting.design_pages import design_pages
+
+    pages = design_pages(found, ab.designed_machine(found), "design.nc")
+    assert [page.title for page in pages] == ["Design design", "Limits of the design", "What was ruled out, and why"]
+    with pytest.raises(QuestionError, match="is no design of"):
+        design_pages(found, ab.example("discoidal"), "design.nc")
+
+
+SEARCHED = changed(
+    unbalance={"from": "200 g*mm", "to": "594 g*mm"},
+    limits={"share": 0.7},
+    temperature="25 degC",
+    operation={"speed": "1200 rpm", "run_up": "20 s", "hold": "10 s"},
+    candidates={
+        "orbit_radius": {"from": "60 mm", "to": "90 mm"},
+        "ball_diameter": {"from": "8 mm", "to": "14 mm"},
+        "count": [3],
+        "fluids": ["silicone oil 20", "silicone oil 50"],
+    },
+    space={"outer": "190 mm", "bore": "80 mm"},
+    search={"members": 10, "budget": 4, "generations": 2, "objectives": ["settling_time", "ball_mass"]},
+)
+
+
+def test_a_search_without_steps_keeps_to_the_space_and_its_budget_and_finds_the_same_again() -> None:
+    pytest.importorskip("pymoo")
+    first, again = ab.design(SEARCHED), ab.design(SEARCHED, workers=1)
+    ran = first.best()
+    assert 0 < ran.sizes["design"] <= 4
+    assert (ran["outer"].values <= 0.19 * (1 + 1e-9)).all()
+    assert (ran["capability"].values >= 594e-6 * (1 - 1e-9)).all()
+    assert ran["settling_time"].values.tolist() == again.best()["settling_time"].values.tolist()
+    best = ran.isel(design=0)
+    beaten = (ran["settling_time"].values < float(best["settling_time"])) & (
+        ran["ball_mass"].values < float(best["ball_mass"])
+    )
+    assert not (beaten & (ran["meets"].values >= float(best["meets"]))).any()
+
+
+def test_without_pymoo_a_search_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pymoo.algorithms.moo.nsga2", None)
+    with pytest.raises(QuestionError, match=r"pip install 'autobalancer\[design\]'"):
+        ab.design(SEARCHED)
