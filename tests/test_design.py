@@ -234,3 +234,17 @@ def test_without_pymoo_a_search_says_how_to_get_it(monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "pymoo.algorithms.moo.nsga2", None)
     with pytest.raises(QuestionError, match=r"pip install 'autobalancer\[design\]'"):
         ab.design(SEARCHED)
+
+
+@pytest.mark.parametrize("name", ["centrifuge_design", "grinder_design", "washing_design"])
+def test_the_samples_are_read(name: str) -> None:
+    spec = read_spec(ab.catalog.example_path(name))
+    assert spec.name == name
+    assert spec.limits
+
+
+@pytest.mark.slow
+def test_the_sample_of_the_centrifuge_chooses_the_oil_of_the_thesis() -> None:
+    best = ab.design(ab.catalog.example_path("centrifuge_design")).best()
+    assert str(best["label"].values[0]) == "2 balls, silicone oil 20"
+    assert int(best["meets"][0]) == 1

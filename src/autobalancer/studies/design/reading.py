@@ -82,6 +82,11 @@ def _named_faults(source: str, data: dict[str, Any], folder: Path, name: str) ->
 
 
 def _read(data: dict[str, Any], folder: Path, name: str) -> Spec:
+    if "receptance" in data:
+        raise QuestionError(
+            "receptance: a measured one says where balancing is stable, but makes no runs; ask ab.measure.receptance_border, or "
+            "make a machine of its modes (ab.measure.modes_of) and name that under 'machine'"
+        )
     _known("", data, KEYS)
     if "machine" not in data:
         raise QuestionError(

@@ -95,7 +95,7 @@ def _capability(spec: Spec, found: Design) -> None:
         found.rule_out("capability", "one ball alone balances an unbalance of exactly its own moment only")
         return
     found.ball_mass = planes * one.races * one.count * ball_mass(ring.ball_diameter, density_of_balls(spec))
-    if isinstance(spec.machine.rotor, PlanarRotor) or planes == 1:
+    if isinstance(spec.machine.rotor, PlanarRotor):
         _enough(found, planes * found.capability, spec.unbalance[1], "")
 
 
@@ -124,12 +124,12 @@ def _pressure(spec: Spec, found: Design) -> None:
 
 
 def _machine(spec: Spec, found: Design) -> None:
-    """Build it, and of several planes ask what each has to balance."""
+    """Build it, and of a rotor that tilts ask what each plane has to balance."""
     one = found.candidate
     try:
         middle = 0.5 * sum(spec.temperature)
         found.machine = machine_of(spec, one, middle, spec.unbalance[1])
-        if planes_of(spec, one.planes) > 1 and not isinstance(spec.machine.rotor, PlanarRotor):
+        if not isinstance(spec.machine.rotor, PlanarRotor):
             for plane in frame_of(found.machine, spec.slowest).stations:
                 if not found.reason:
                     _enough(found, plane.capability, plane.required, f" at {plane.name!r}")
