@@ -233,6 +233,7 @@ WIDE_AND_SLOW = (
     "study oil_study.toml --sensitivity peak_deflection",
     "design centrifuge_design.toml",
     "report stall_and_release.toml --starts 0",
+    "envelopes discoidal.toml --members 4 --coast-down",
     'branches discoidal.toml --over "speed=60:70 rad/s"',
     "identify rodrigues_rig.toml --measurements rodrigues_critical_speeds.toml",
     'chamber amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
+import xarray as xr
 
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
+from autobalancer.measure import Sensor, record
+from autobalancer.reporting.balls_page import balls_page
 from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
 from autobalancer.reporting.pdf_file import write_pdf
 
@@ -29,25 +34,32 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> str:
         "duration": "2 s",
         "vary": {"stiffness": {"distribution": "normal", "standard_deviation": "9 %"}},
     }
-    assert ab.report(MACHINE, path, study=ab.study(spec), grade="G 2.5", starts=5) == path
+    other = ab.with_parameter(ab.load_machine(MACHINE), "rotor.damping", 100.0)
+    run = ab.simulate(other, duration="3 s", save=ab.Samples(3001))
+    measured = record(run, [Sensor("displacement", direction=way, noise="40 dB") for way in ("x", "y")], 500.0)
+    assert ab.report(MACHINE, path, study=ab.study(spec), grade="G 2.5", measured=measured, starts=5) == path
     return path.read_text(encoding="utf-8")
 
 
 def test_a_report_has_all_its_pages_and_needs_no_other_file(page: str) -> None:
     heads = re.findall(r"<h2 id=\"s\d+\">\d+ ([^<]+)</h2>", page)
-    assert heads[:5] == [
+    assert heads == [
         "Machine",
+        "Drawing",
+        "Capability",
         "Balance quality (ISO 21940-11)",
         "Run-up",
+        "Run-up and coast-down",
+        "Measured and computed",
         "Border speeds and margins",
         "Where balancing is stable",
-    ]
-    assert heads[5:] == [
+        "Basins at the highest speed",
         "5 random starts of the balls",
         "Study study",
         "Which scatter drives the result",
         "Balls in their race",
         "Limits",
+        "Sources",
         "Machine file",
     ]
     assert not re.findall(r"(?:src|href)=\"(?!#|data:)", page)
@@ -71,6 +83,23 @@ def test_the_commands_of_a_report_are_understood(page: str) -> None:
         name.make_context(
             words[0], [str(MACHINE) if one.endswith(".toml") else one for one in rest], resilient_parsing=True
         )
+
+
+def test_the_friction_that_rolling_needs_is_that_of_a_ball_that_speeds_up_evenly() -> None:
+    machine, rate, top = ab.load_machine(MACHINE), 2.0, 125.0
+    time = np.linspace(0.0, 60.0, 2001)
+    own = np.minimum(40.0 + rate * time, top)  # from above half of the critical speed, 30 rad/s
+    speeds = {
+        "speed": ("time", np.full(time.size, top)),
+        "ball_speed_in_space": (("time", "ball"), np.stack([own, own], 1)),
+    }
+    page = balls_page(machine, ab.check(machine), xr.Dataset(speeds, {"time": time}), "")
+    cells = page.blocks[2].rows[0]
+    ball = math.pi / 6.0 * 0.0123**3 * 7800.0
+    carried = ball / (13.339e-3 / 2.0)  # mass over effective mass
+    assert cells[1] == f"{(top - 40.0) * 0.07695:.3g} m/s"
+    assert cells[2] == "< 0.001 %"
+    assert float(cells[3]) == pytest.approx(0.4 * carried * rate / 40.0**2, rel=0.01)
 
 
 def test_any_block_becomes_a_pdf_whatever_its_signs(tmp_path: Path) -> None:

@@ -79,7 +79,7 @@ from autobalancer.cli.runs import (  # noqa: E402
 )
 from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
 from autobalancer.cli.studies import design as design_file  # noqa: E402
-from autobalancer.cli.studies import report  # noqa: E402
+from autobalancer.cli.studies import envelopes, report  # noqa: E402
 from autobalancer.cli.studies import study as study_file  # noqa: E402
 
 app.command()(check.check)
@@ -98,6 +98,7 @@ app.command()(ensemble.ensemble)
 app.command()(study_file.study)
 app.command()(design_file.design)
 app.command()(report.report)
+app.command()(envelopes.envelopes)
 app.command()(compare.compare)
 app.command()(receptance.receptance)
 app.command("stepped-response")(stepped.stepped)

@@ -20,7 +20,7 @@ h1 { font-size: 1.7rem; margin-bottom: .3rem; }
   h2 { font-size: 1.2rem; margin-top: 2.2rem; border-bottom: 2px solid #e3e3e3; }
 table { border-collapse: collapse; margin: .8rem 0; font-size: .92rem; }
   th { text-align: left; border-bottom: 1.5px solid #606060; }
-td, th { padding: .2rem .8rem .2rem 0; vertical-align: top; } tr + tr td { border-top: 1px solid #ececec; }
+td, th { padding: .2rem .8rem .2rem 0; vertical-align: top; white-space: pre-line; } tr + tr td { border-top: 1px solid #ececec; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
   td:first-child { white-space: nowrap; }
 td.wide { white-space: normal; }

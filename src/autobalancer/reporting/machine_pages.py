@@ -6,20 +6,17 @@ import math
 from typing import Any
 
 import autobalancer.plots.stability.stability_map as pictures
-from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError
 from autobalancer.laws.balance_quality import grade_name, permissible_unbalance
-from autobalancer.laws.hertz import greatest_pressure, reduced_modulus
 from autobalancer.machine import Machine
 from autobalancer.patience import silent
 from autobalancer.reporting.page import Paragraph, Rows, Section, drawing, facts
-from autobalancer.results.number_text import force_text, moment_text, significant
+from autobalancer.results.number_text import moment_text, significant
 from autobalancer.shown import rpm_and_si
+from autobalancer.sketch.machine import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary.summary import Summary
 
-STEEL = reduced_modulus(2.06e11, 0.3)  # E* of steel on steel, Pa
-STATIC = 4.2e9  # Pa, ISO 76: pressure of a point contact at the static load rating of ball bearings
 MAP = (41, 31)  # speeds and viscosities
 UNITS = {"viscosity": (1e6, "mm^2/s"), "drag": (1.0, "N*m*s")}
 
@@ -31,7 +28,49 @@ def facts_page(found: Summary) -> Section:
     return page
 
 
-def quality_page(found: Summary, settled: float, grade: float | None) -> Section:
+def drawing_page(machine: Machine) -> Section:
+    """Rotor, supports, planes, races and balls."""
+    page = Section("Drawing", replay="autobalancer plot machine.toml --out pictures")
+    caption = "Rotor with its supports, planes and races along the axis, and each balancer from above; lengths in mm."
+    page.blocks.append(drawing(sketch(machine, title=""), caption))
+    return page
+
+
+def capability_page(found: Summary) -> Section:
+    """What the balls of each race, and of each plane, can balance, and what they have to."""
+    page = Section("Capability", replay="autobalancer check machine.toml")
+    rows = []
+    for race in found.races:
+        rows.append(
+            (
+                f"balancer {race.balancer}, race {race.race}",
+                f"{race.balls}",
+                f"{1e3 * race.ball_mass:.4g} g",
+                moment_text(race.capability),
+                f"{100.0 * race.occupied_angle / (2.0 * math.pi):.3g} %",
+            )
+        )
+    if not rows:
+        page.blocks.append(Paragraph("Not stated: the machine has no balls."))
+        return page
+    heads = ("race", "balls", "mass of the balls", "capability", "of the race that balls take")
+    page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True, True)))
+    planes = [(one.name, one.capability, one.required) for one in found.stations if one.required > 0.0]
+    if not planes and found.unbalance > 0.0:
+        planes = [("all races", found.capability, found.unbalance)]
+    for name, capability, required in planes:
+        enough = "enough" if capability >= required else "NOT enough"
+        page.blocks.append(
+            Paragraph(
+                f"{name}: {moment_text(capability)} for an unbalance of {moment_text(required)}, "
+                f"{capability / required:.3g} times as much: {enough}.",
+                strong=True,
+            )
+        )
+    return page
+
+
+def quality_page(found: Summary, settled: float, grade: float | None, command: str) -> Section:
     """Balance quality before, and with the balls settled, against the grade that is asked for.
 
     Parameters
@@ -42,8 +81,10 @@ def quality_page(found: Summary, settled: float, grade: float | None) -> Section
         Residual unbalance at the end of the run-up, kg m; nan if it has none.
     grade
         G in m/s, or ``None``.
+    command
+        Makes the run-up again.
     """
-    page = Section("Balance quality (ISO 21940-11)")
+    page = Section("Balance quality (ISO 21940-11)", replay=f"autobalancer check machine.toml\n{command}")
     service = found.service
     if service is None:
         page.blocks.append(Paragraph("Not stated: the drive names no service speed, or the machine has no unbalance."))
@@ -152,37 +193,3 @@ def _value(machine: Machine, name: str) -> float:
     if not value > 0.0:
         raise QuestionError(f"the machine has no single value of {name}")
     return value
-
-
-def stress_page(machine: Machine, found: Summary) -> Section:
-    """Force and pressure between ball and race at the highest speed."""
-    page = Section("Balls in their race")
-    top = found.highest_speed
-    if top is None:
-        page.blocks.append(Paragraph("Not stated: the drive names no highest speed."))
-        return page
-    rows = []
-    for ball in {(one.balancer, one.race): one for one in resolve(machine)}.values():
-        force = float(ball.effective_mass) * float(ball.orbit_radius) * top**2
-        if not ball.diameter > 0.0:
-            rows.append(
-                (f"balancer {ball.balancer + 1}, race {ball.race + 1}", force_text(force), "not known: no diameter")
-            )
-            continue
-        radius = 0.5 * float(ball.diameter)
-        pressure = greatest_pressure(force, STEEL, radius, float(ball.orbit_radius) + radius)
-        rows.append(
-            (
-                f"balancer {ball.balancer + 1}, race {ball.race + 1}",
-                force_text(force),
-                f"{1e-6 * pressure:.0f} MPa, {100.0 * pressure / STATIC:.3g} % of the static limit of ball bearings (4200 MPa)",
-            )
-        )
-    page.blocks.append(Rows(("race", "greatest force of a ball on the wall", "greatest pressure (Hertz)"), tuple(rows)))
-    page.blocks.append(
-        Paragraph(
-            "A steel ball on a cylindrical steel wall (Johnson 1985); a groove that fits the ball closely lowers the pressure. "
-            "Impacts are not counted. Limit: ISO 76."
-        )
-    )
-    return page

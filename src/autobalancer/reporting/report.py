@@ -3,31 +3,54 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import xarray as xr
 
 from autobalancer.either_kind import check, simulate
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.measurement.comparison.opened import load_measured
 from autobalancer.patience import shows_progress, silent
+from autobalancer.reporting.balls_page import balls_page
 from autobalancer.reporting.design_pages import design_pages
 from autobalancer.reporting.html_file import html_text
-from autobalancer.reporting.machine_pages import facts_page, map_page, margin_page, quality_page, stress_page
-from autobalancer.reporting.page import Listing, Paragraph, Report, Section
+from autobalancer.reporting.machine_pages import (
+    capability_page,
+    drawing_page,
+    facts_page,
+    map_page,
+    margin_page,
+    quality_page,
+)
+from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section
 from autobalancer.reporting.pdf_file import write_pdf
-from autobalancer.reporting.run_pages import residual_of, run_page, starts_page, study_pages
+from autobalancer.reporting.run_pages import (
+    basin_page,
+    fan_page,
+    measured_page,
+    residual_of,
+    run_page,
+    starts_page,
+    study_pages,
+)
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import ready_to_write, write_text_safely
+from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.summary.summary import Summary
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.ensemble.ensemble import ensemble
 
+PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
 FORMS = (".html", ".pdf")
 GRADE = re.compile(r"G?\s*([0-9]+(?:\.[0-9]+)?)")
 LIMITS = (
@@ -38,6 +61,19 @@ LIMITS = (
     "the way. Before a machine is built, measure a run-up and compare it.",
 )
 
+SOURCES = (
+    (
+        "equations of motion, averaged border, release speed",
+        "Spannan (2021), On the dynamic modelling of automatic ball balancers",
+    ),
+    ("balance quality grades", "ISO 21940-11"),
+    ("class of an eccentric race that is not given", "ISO 2768-2"),
+    ("pressure between ball and race", "Johnson (1985), Contact mechanics; limit: ISO 76"),
+    ("intervals of shares", "Wilson (1927), J. Am. Stat. Assoc. 22"),
+    ("Sobol' indices", "Saltelli et al. (2010) and Jansen (1999), Comput. Phys. Commun. 181 and 117"),
+    ("intervals of rank correlations", "Fieller, Hartley and Pearson (1957), Biometrika 44"),
+)
+
 
 @shows_progress
 def report(
@@ -46,14 +82,16 @@ def report(
     *,
     study: Studied | Designed | str | Path | None = None,
     grade: str | float | None = None,
+    measured: xr.Dataset | str | Path | None = None,
     starts: int = 200,
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
     """Write a report of a machine: what it is, what it does, how sure that is.
 
-    Pages: identity and hash; what is known before a run; balance quality by ISO 21940-11; border speeds with margins and map;
-    run-up with verdict; random starts; a study with sensitivity or a design, if given; forces in the race; limits; machine file.
+    Pages: identity and hash; what is known before a run; drawing; capability; balance quality by ISO 21940-11; run-up with
+    verdict, its percentiles with those of the coast-down; border speeds with margins and map; basins; random starts; a study with
+    sensitivity or a design, and a measurement, if given; forces and slip in the race; limits; sources; the machine file.
 
     Parameters
     ----------
@@ -66,8 +104,10 @@ def report(
         or the path of its file.
     grade
         Balance quality that is asked for, such as ``"G 2.5"``.
+    measured
+        What was measured during the run-up, as for :func:`autobalancer.compare`, or the path of its file.
     starts
-        Number of random starts; 0 for none.
+        Number of random starts; 0 for none. Of basins and percentiles half as many.
     seed
         Of the run-up and the first of the random starts.
     progress
@@ -92,11 +132,17 @@ def report(
     ready_to_write(path)
     name = str(machine) if isinstance(machine, (str, Path)) else "machine.toml"
     described = balls_in_races(machine)
-    asked = _grade(grade)
-    given = _study(study, described)
-    pages = _pages(
-        described, name, given, str(study) if isinstance(study, (str, Path)) else "STUDY", asked, starts, seed, progress
+    wanted = _Wanted(
+        name=Path(name).name,
+        grade=_grade(grade),
+        study=_study(study, described),
+        study_file=str(study) if isinstance(study, (str, Path)) else "study.nc",
+        measured=load_measured(measured) if isinstance(measured, (str, Path)) else measured,
+        measured_file=str(measured) if isinstance(measured, (str, Path)) else "MEASURED",
+        starts=starts,
+        seed=seed,
     )
+    pages = _pages(described, wanted, progress)
     found = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
     if path.suffix.lower() == ".pdf":
         write_pdf(found, path)
@@ -105,18 +151,23 @@ def report(
     return path
 
 
-def _pages(
-    machine: Machine,
-    name: str,
-    study: Studied | Designed | None,
-    study_file: str,
-    grade: float | None,
-    starts: int,
-    seed: int,
-    progress: Callable[[int, int], None] | None,
-) -> list[Section]:
-    file = Path(name).name
-    total = 8 + (study is not None)
+@dataclass(frozen=True)
+class _Wanted:
+    """What a report is asked for; files as they are named in commands."""
+
+    name: str
+    grade: float | None
+    study: Studied | Designed | None
+    study_file: str
+    measured: xr.Dataset | None
+    measured_file: str
+    starts: int
+    seed: int
+
+
+def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], None] | None) -> list[Section]:
+    file, seed, starts = wanted.name, wanted.seed, wanted.starts
+    total = 11 + 3 * bool(starts) + 2 * (wanted.study is not None) + (wanted.measured is not None)
     done: list[Section] = []
 
     def add(*pages: Section) -> None:
@@ -128,26 +179,48 @@ def _pages(
     assert isinstance(summary, Summary)
     run = simulate(machine, seed=seed, progress=False)
     held = simulate(machine, seed=seed, hold_balls=True, progress=False)
-    add(facts_page(summary), quality_page(summary, residual_of(run), grade))
-    add(run_page(run, held, f"autobalancer simulate {file} --seed {seed} --out run.nc"))
+    command = f"autobalancer simulate {file} --seed {seed} --out run.nc"
+    half = max(starts // 2, 2)
+    add(facts_page(summary), drawing_page(machine), capability_page(summary))
+    add(quality_page(summary, residual_of(run), wanted.grade, command), run_page(run, held, command))
+    if starts:
+        again = f"autobalancer envelopes {file} --members {half} --seed {seed} --coast-down"
+        add(fan_page(machine, half, seed, again))
+    if wanted.measured is not None:
+        count = _samples(machine, summary)
+        fine = simulate(machine, seed=seed, save=[Samples(count)], progress=False)
+        again = f"{command} --samples {count}\nautobalancer compare run.nc {wanted.measured_file}"
+        add(measured_page(fine, wanted.measured, again))
     add(margin_page(summary), map_page(machine, summary))
     if starts:
+        top = summary.highest_speed
+        if top is not None:
+            turning = f'autobalancer basin {file} --speed "{top:.17g} rad/s" --random {half} --seed {seed}'
+            add(basin_page(machine, top, half, seed, turning))
         many: Any = ensemble(machine, seeds=starts, seed=seed, progress=silent)
         add(starts_page(many, f"autobalancer ensemble {file} --seeds {starts} --seed {seed}"))
-    if study is not None:
-        add(
-            *(
-                design_pages(study, machine, study_file)
-                if isinstance(study, Designed)
-                else study_pages(study, study_file)
-            )
-        )
-    add(stress_page(machine, summary))
+    if wanted.study is not None:
+        given, name = wanted.study, wanted.study_file
+        add(*(design_pages(given, machine, name) if isinstance(given, Designed) else study_pages(given, name)))
+    add(balls_page(machine, summary, run, command))
     add(Section("Limits", [Paragraph(text) for text in LIMITS]))
+    add(
+        Section(
+            "Sources",
+            [Rows((), SOURCES), Paragraph(machine.description)] if machine.description else [Rows((), SOURCES)],
+        )
+    )
     add(Section("Machine file", [Listing(machine_text(machine))]))
     for page in done:
         page.replay = page.replay.replace("machine.toml", file)
     return done
+
+
+def _samples(machine: Machine, found: Summary) -> int:
+    """So many samples of the run-up that vibration can be compared."""
+    assert machine.run is not None
+    turns = float(machine.run.duration) * (found.highest_speed or 0.0) / (2.0 * math.pi)
+    return int(min(max(PER_TURN * turns, 2000.0), MOST_SAMPLES)) + 1
 
 
 def _identity(machine: Machine, name: str) -> tuple[tuple[str, str], ...]:

@@ -7,18 +7,25 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.either_kind import measures, verdict
-from autobalancer.errors import AutobalancerError
+from autobalancer.either_kind import compare, measures, verdict
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.machine import Machine
+from autobalancer.patience import silent
+from autobalancer.plots.measured.overlay import overlay
 from autobalancer.plots.run.race import race
 from autobalancer.plots.run.run_up import run_up
 from autobalancer.plots.stability.ensemble import ensemble_distribution
+from autobalancer.plots.studies.fan import envelopes as envelopes_picture
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity_picture
 from autobalancer.plots.studies.study import study as study_picture
-from autobalancer.reporting.page import Block, Paragraph, Section, columns_table, drawing, facts
+from autobalancer.reporting.page import Block, Paragraph, Rows, Section, columns_table, drawing, facts
 from autobalancer.results.answers.ensemble import Ensemble
 from autobalancer.results.answers.studied import Studied
+from autobalancer.results.number_text import length_text
 from autobalancer.results.verdict.text import verdict_lines
 from autobalancer.shown import rpm_and_si
+from autobalancer.studies.basin import basin
+from autobalancer.studies.study.fan import envelopes
 from autobalancer.studies.study.sensitivity import sensitivity
 
 SCATTER = 0.01  # of a peak, below which its distribution is not drawn
@@ -63,9 +70,63 @@ def starts_page(found: Ensemble, command: str) -> Section:
     return page
 
 
+def fan_page(machine: Machine, starts: int, seed: int, command: str) -> Section:
+    """Run-up and coast-down from random starts, as percentiles."""
+    page = Section("Run-up and coast-down", replay=command)
+    down = True
+    try:
+        fan = envelopes(machine, members=starts, coast_down=True, seed=seed, progress=silent)
+    except QuestionError as reason:
+        down = False
+        page.blocks.append(Paragraph(f"No coast-down: {reason}"))
+        fan = envelopes(machine, members=starts, seed=seed, progress=silent)
+    top = np.array([fan[f"below_{percent}"].values for percent in (50, 95, 100)])
+    half = top.shape[1] // 2 if down else top.shape[1]
+    parts = [("run-up", top[:, :half]), *([("coast-down", top[:, half:])] if down else [])]
+    rows = [(name, *(length_text(float(row.max())) for row in part)) for name, part in parts]
+    heads = ("", "greatest of the median", "of 95 % of the runs", "of all runs")
+    page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True)))
+    words = "Deflection of run-ups from random starts, and back down as fast as up" if down else "Deflection of run-ups"
+    page.blocks.append(
+        drawing(envelopes_picture(fan), f"{words}: bands of 50 % and 90 % of {int(fan.attrs['members'])} runs.")
+    )
+    return page
+
+
+def basin_page(machine: Machine, speed: float, starts: int, seed: int, command: str) -> Section:
+    """Which states are reached at the highest speed, from random angles of the balls."""
+    page = Section("Basins at the highest speed", replay=command)
+    try:
+        found = basin(machine, speed, random=starts, seed=seed, progress=silent)
+    except AutobalancerError as reason:
+        page.blocks.append(Paragraph(f"Not stated: {reason}"))
+        return page
+    page.blocks.append(columns_table(found.columns("rpm")))
+    page.blocks.append(
+        Paragraph(
+            "The rotor starts at its speed, the balls at random angles at rest in the rotor. "
+            "95 %: the share of very many starts is in this interval with a probability of 95 %."
+        )
+    )
+    page.blocks += [Paragraph(text) for text in found.remarks()]
+    return page
+
+
+def measured_page(run: xr.Dataset, measured: xr.Dataset, command: str) -> Section:
+    """What was measured beside the run-up."""
+    found = compare(run, measured)
+    page = Section("Measured and computed", replay=command)
+    if rows := found.facts():
+        page.blocks.append(facts(rows))
+    page.blocks.append(columns_table(found.columns("rpm")))
+    page.blocks += [Paragraph(text) for text in found.remarks()]
+    page.blocks.append(drawing(overlay(found), "What was measured, and the run-up of the model in its place."))
+    return page
+
+
 def study_pages(found: Studied, file: str) -> list[Section]:
     """A study with its pictures, and which scatter drives it."""
-    command = f"autobalancer study {file}"
+    command = f"autobalancer study {found.attrs.get('study_name', 'study')}.toml --out {file}"
     page = Section(f"Study {found.attrs.get('study_name', '')}".strip(), replay=command)
     page.blocks.append(facts(_asked(found)))
     page.blocks.append(columns_table(found.columns("rpm")))

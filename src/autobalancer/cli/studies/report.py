@@ -21,6 +21,9 @@ def report(
         typer.Option(help="Result file of 'autobalancer study' of this machine, or of 'autobalancer design'."),
     ] = None,
     grade: Annotated[str, typer.Option(help='Balance quality that is asked for, such as "G 2.5".')] = "",
+    measured: Annotated[
+        Path | None, typer.Option(help="What was measured during the run-up: as for 'compare'.")
+    ] = None,
     starts: Annotated[int, typer.Option(min=0, help="Random starts of the balls; 0 for none.")] = 200,
     seed: Seed = 0,
     as_json: Json = False,
@@ -35,7 +38,16 @@ def report(
 
     path = out if out is not None else Path(f"{machine.stem}_report.html")
     with progress_bar("pages") as update:
-        ab.report(machine, path, study=study, grade=grade or None, starts=starts, seed=seed, progress=update)
+        ab.report(
+            machine,
+            path,
+            study=study,
+            grade=grade or None,
+            measured=measured,
+            starts=starts,
+            seed=seed,
+            progress=update,
+        )
     if as_json:
         print_json({"machine": str(machine), "report": str(path)})
     else:

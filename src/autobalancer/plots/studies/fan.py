@@ -25,9 +25,9 @@ def envelopes(found: Given, *, speed_unit: str = "rpm", deflection_unit: str | N
     log
         Whether the deflection has a logarithmic axis.
     """
-    given = result(found, "plot.envelopes", "envelopes", lambda it: "percent" in it.dims and "deflection" in it)
+    given = result(found, "plot.envelopes", "envelopes", lambda it: "below_50" in it)
     unit, speeds = length_axis(deflection_unit, float(given.attrs["greatest"])), speed_axis(speed_unit)
-    level = {float(at): unit.shown(given["deflection"].sel(percent=at).values) for at in given["percent"].values}
+    level = {percent: unit.shown(given[f"below_{percent}"].values) for percent in (5, 25, 50, 75, 95, 100)}
     time = given["time"].values
     with look():
         figure = picture(7.0, 4.4)
@@ -36,14 +36,14 @@ def envelopes(found: Given, *, speed_unit: str = "rpm", deflection_unit: str | N
         above.plot(time, speeds.shown(given["speed"].values), color=ALL_BALLS)
         above.set_ylabel(f"speed ({speeds.sign})")
         below.fill_between(
-            time, level[5.0], level[95.0], color=BALLS[0], alpha=0.18, linewidth=0.0, label="90 % of the runs"
+            time, level[5], level[95], color=BALLS[0], alpha=0.18, linewidth=0.0, label="90 % of the runs"
         )
-        below.fill_between(time, level[25.0], level[75.0], color=BALLS[0], alpha=0.35, linewidth=0.0, label="50 %")
-        below.plot(time, level[50.0], color=BALLS[0], label="median")
-        below.plot(time, level[100.0], color=INK, linewidth=0.8, linestyle=":", label="greatest")
+        below.fill_between(time, level[25], level[75], color=BALLS[0], alpha=0.35, linewidth=0.0, label="50 %")
+        below.plot(time, level[50], color=BALLS[0], label="median")
+        below.plot(time, level[100], color=INK, linewidth=0.8, linestyle=":", label="greatest")
         if log:
             below.set_yscale("log")
-            below.set_ylim(bottom=max(SHALLOW * float(level[100.0].max()), 0.7 * float(level[5.0].min())))
+            below.set_ylim(bottom=max(SHALLOW * float(level[100].max()), 0.7 * float(level[5].min())))
         else:
             below.set_ylim(bottom=0.0)
         below.set_ylabel(f"deflection ({unit.sign})")

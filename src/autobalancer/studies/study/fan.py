@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -24,6 +25,7 @@ from autobalancer.studies.in_threads import in_threads
 from autobalancer.studies.study.reading import read_study
 from autobalancer.studies.study.spec import Study
 
+LEVEL = "below_"
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0, 100.0)
 
 
@@ -63,14 +65,15 @@ def envelopes(
     Returns
     -------
     xarray.Dataset
-        Over ``time``: ``deflection`` (over ``percent`` of the members that have less, 100: the greatest), ``speed`` of the rotor.
+        Over ``time``: ``below_5`` to ``below_100``, deflection in each interval of time below which so many percent are;
+        ``speed`` of the rotor.
 
     Raises
     ------
     QuestionError
         If there is no such point; if an unbalance appears; for ``coast_down`` of a drive by a torque or along an S-shaped run-up.
     """
-    study = read_study({"machine": given, "seed": seed} if isinstance(given, Machine) else given)
+    study = read_study({"machine": given, "seed": seed} if _is_machine(given) else cast(Any, given))
     if study.sudden is not None:
         raise QuestionError("envelopes: an unbalance that appears joins two runs; give a study of whole runs")
     if not 1 <= point <= len(study.points):
@@ -88,14 +91,17 @@ def envelopes(
     _, time, speed = next(run for run in runs if run is not None)
     found = xr.Dataset(
         {
-            "deflection": (
-                ("percent", "time"),
-                np.nanpercentile(high, PERCENT, axis=0),
-                {"units": "m", "long_name": "greatest deflection in each interval of time"},
-            ),
+            **{
+                f"{LEVEL}{percent:g}": (
+                    "time",
+                    values,
+                    {"units": "m", "long_name": f"deflection of {percent:g} % of the runs"},
+                )
+                for percent, values in zip(PERCENT, np.nanpercentile(high, PERCENT, axis=0), strict=True)
+            },
             "speed": ("time", speed, {"units": "rad/s", "long_name": "rotor speed"}),
         },
-        {"percent": list(PERCENT), "time": ("time", time, {"units": "s", "long_name": "time"})},
+        {"time": ("time", time, {"units": "s", "long_name": "time"})},
         {
             "title": f"Envelopes of {high.shape[0]} runs of {study.machine.name}",
             **provenance(),
@@ -105,6 +111,16 @@ def envelopes(
         },
     )
     return Labeled.of(found)
+
+
+def _is_machine(given: Any) -> bool:
+    """Whether it is a machine, or the path of its file: that has a rotor, a study has none."""
+    if not isinstance(given, (str, Path)):
+        return isinstance(given, Machine)
+    try:
+        return "rotor" in tomllib.loads(Path(given).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False  # whoever reads it says what is wrong
 
 
 def _members(study: Study, count: int, point: int, coast_down: bool) -> tuple[list[tuple[Machine, int]], float]:
