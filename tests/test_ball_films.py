@@ -208,6 +208,30 @@ def test_a_camera_that_turns_with_the_rotor_sees_the_same_angles() -> None:
     assert np.isnan(found["speed"].values).all(), "no tacho, so no speed"
 
 
+def test_balls_of_few_pixels_have_larger_deviations_which_are_those_of_their_errors() -> None:
+    run, deviations = made_up(six()), []
+    for width in (640, 240):
+        camera = ab.measure.Camera.above(0.115, width=width, height=3 * width // 4, turning=True)
+        exposure = ab.measure.Exposure(frame_rate=50.0, time=1e-5, noise=0.01)
+        film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.25)
+        found = ab.measure.track_balls(film, setup_of(run, camera), first_ball_speed=0.0)
+        pull = errors(found, run) / np.degrees(found["ball_angle_deviation"].values)
+        assert 0.6 < np.sqrt((pull**2).mean()) < 1.4
+        deviations.append(float(found["ball_angle_deviation"].median()))
+    assert deviations[1] > 2.8 * deviations[0]  # more than in proportion to the pixel, 2.67
+
+
+def test_balls_that_move_too_far_between_pictures_are_not_lost_silently() -> None:
+    angles = np.radians([0.0, 120.0]) + np.outer(TIME, [-40.0, -40.0])
+    run, camera = made_up(angles), ab.measure.Camera.above(0.115, width=320, height=240, turning=True)
+    film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(frame_rate=60.0, time=1e-5), end=0.2)
+    setup = setup_of(run, camera)
+    with pytest.raises(QuestionError, match=r"picture 2 at 0.0166.* expected.* first_ball_speed"):
+        ab.measure.track_balls(film, setup)
+    found = ab.measure.track_balls(film, setup, first_ball_speed="-40 rad/s")
+    assert np.abs(errors(found, run)).max() < 0.3
+
+
 def test_a_stroboscope_takes_one_picture_a_turn_with_the_rotor_always_at_the_same_angle() -> None:
     run = made_up(six())
     exposure = ab.measure.Exposure(frame_rate=1000.0, time=1e-5, stroboscope="turn", noise=0.0)

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from benchmarks.closed_circle import RIG, seen_by_a_camera
+from benchmarks.closed_circle import RIG
 from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, Tacho, record
+from references.seen_balls import seen_by_a_camera
 
 RATE = 4000.0
 

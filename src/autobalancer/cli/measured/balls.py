@@ -22,6 +22,9 @@ def balls(
         str, typer.Option(help='Of the camera, such as "240 Hz"; by default what the film says.')
     ] = "",
     first_speed: Annotated[str, typer.Option(help="Rotor speed at the first picture; by default slow.")] = "",
+    first_ball_speed: Annotated[
+        str, typer.Option(help="Of the balls in the rotor at the first picture; by default slow.")
+    ] = "",
     critical_speed: Annotated[str, typer.Option(help="For events of capture and release.")] = "",
     out: Outs = None,
     plot: Plot = None,
@@ -43,16 +46,23 @@ def balls(
     files = Files(out, plot)
     known = ab.measure.load_film_setup(setup)
     single = film.suffix.lower() in (".png", ".jpg", ".jpeg")
-    if single and (plot or frame_rate or first_speed or critical_speed):
+    if single and (plot or frame_rate or first_speed or first_ball_speed or critical_speed):
         raise QuestionError(f"{film}: is a photograph; --plot, --frame-rate and the speeds are for films")
     if single:
         found: Answer = ab.measure.photographed_angles(film, known)
     else:
         rate, speed = optional("--frame-rate", frame_rate, "Hz"), optional("--first-speed", first_speed, "rad/s")
+        slip = optional("--first-ball-speed", first_ball_speed, "rad/s")
         critical = optional("--critical-speed", critical_speed, "rad/s")
         with progress_bar("pictures") as update:
             found = ab.measure.track_balls(
-                film, known, frame_rate=rate, first_speed=speed or 0.0, critical_speed=critical, progress=update
+                film,
+                known,
+                frame_rate=rate,
+                first_speed=speed or 0.0,
+                first_ball_speed=slip or 0.0,
+                critical_speed=critical,
+                progress=update,
             )
     files.save(found)
     if plot is not None:

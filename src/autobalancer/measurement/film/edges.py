@@ -25,6 +25,7 @@ MODEL = 0.1  # pixels: no edge has quite such a profile
 FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
 LARGE = 11.0  # pixels: of smaller balls a ray sees so much that the profile near the edge is no longer theirs
 SHARED = 1.5  # pixels: rays nearer to each other see the same noise
+FAINT = 10.0  # least contrast of an edge that still counts by it, share of the clear ones
 
 
 class Found(NamedTuple):
@@ -112,12 +113,13 @@ def located(
     gap = SHIFTS[1] - SHIFTS[0]
     place = SHIFTS[inner] + gap * np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
     spread = np.maximum(at / (offset.size - 3 - rises), noise**2)
-    weight = 1.0 / (
-        gap**2 * spread / (0.5 * bend) + MODEL**2
-    )  # the inverse square of the deviation of the place of an edge
-    weight = np.where(usable & (best == inner), weight, 0.0)
     own = np.take_along_axis(ray, np.minimum(inner, ray.shape[-2] - 1)[..., None, None], axis=-2)[..., 0, :]
     contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], own))
+    wrong = MODEL * _faintness(contrast, usable) if rises else MODEL
+    weight = 1.0 / (
+        gap**2 * spread / (0.5 * bend) + wrong**2
+    )  # inverse square of the deviation of the place of an edge
+    weight = np.where(usable & (best == inner), weight, 0.0)
     weight = np.where((contrast > 4.0 * noise) | (behind is not None), weight, 0.0)
     radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
     between = 2.0 * np.pi * radius / place.shape[1]
@@ -159,6 +161,15 @@ def _together(
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts
     return Found(answer[:, :2], covariance, agree, level)
+
+
+def _faintness(contrast: Floats, usable: NDArray[np.bool_]) -> Floats:
+    """By how much edges on the side of a ball that is in shadow are less sure than those in the light, (things, points).
+
+    In shadow the brightness rises later behind an edge than the profile has it, which shifts a faint edge more than a clear one.
+    """
+    clear = np.quantile(np.where(usable, contrast, 0.0), 0.9, axis=-1, keepdims=True)
+    return np.asarray(np.clip(clear / np.maximum(contrast, 1e-9), 1.0, FAINT), np.float64)
 
 
 def _normal(weight: Floats, rows: Floats) -> Floats:

@@ -75,7 +75,8 @@ def track_balls(
     Raises
     ------
     QuestionError
-        If the setup does not fit the film, or more than half of the pictures are of no use; with the first such picture.
+        If the setup does not fit the film, more than half of the pictures are of no use, or the balls cannot be
+        followed; with the first such picture.
     ResultError
         If the film cannot be read.
     """
