@@ -14,6 +14,7 @@ from autobalancer.assembly.parameters import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.studies.ensemble.members import with_starts
 from autobalancer.studies.random_starts import driven_to, long_enough
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -163,9 +164,41 @@ def test_below_the_speed_at_which_balls_fall_a_note_says_that_they_are_guided() 
     assert "gravity_text" not in ab.basin(_drum(), SPEED, random=2, hold=1.0).attrs
 
 
-def test_maps_over_starts_and_questions_without_a_verdict_are_refused_with_what_to_do() -> None:
-    with pytest.raises(QuestionError, match=r"gravity acts across the axis\. Give a number of random starts instead"):
-        ab.basin(_drum(), SPEED, {"ball_angle[1]": [0.0, 1.0]})
+def _two_balls() -> Machine:
+    balls = [{"count": 2, "diameter": "24 mm", "density": "7800 kg/m^3", "start_angles": [0.4, 3.0]}]
+    return with_value_at(_drum("4000 g*mm"), "balancers[1].races[1].balls", balls)
+
+
+def test_a_map_over_starts_with_gravity_is_of_ordinary_runs_and_equal_balls_can_change_places() -> None:
+    machine, angles = _two_balls(), [0.0, 1.5, 3.0]
+    found = ab.basin(machine, SPEED, {"ball_angle[1]": angles, "ball_angle[2]": angles}, hold=1.0)
+    states = found["state"].values
+    assert (states == states.T).all()
+    assert found["residual_unbalance"].values[0, 2] == pytest.approx(found["residual_unbalance"].values[2, 0], rel=1e-5)
+    assert found.attrs["overlapping"] == 3  # a ball on the other
+    assert [found.attrs["states"][number] for number in np.diag(states)] == ["overlapping start"] * 3
+    assert float(found["share"].sum()) == pytest.approx(1.0)
+    own = with_starts(driven_to(machine, SPEED, 0.0, drawn=False), {"ball_angle[1]": 1.5, "ball_angle[2]": 3.0})
+    run = ab.simulate(own, duration=1.0, tolerance=1e-6, save=[ab.Envelope(500), ab.LastRevolutions()])
+    assert found.attrs["states"][states[1, 2]] == ab.verdict(run).word
+    assert found["peak_deflection"].values[1, 2] == float(ab.measures(run)["peak_deflection"])
+
+
+def test_a_map_over_accelerations_has_the_run_up_of_each() -> None:
+    machine, rates = _two_balls(), [40.0, 20.0]
+    found = ab.basin(machine, SPEED, {"acceleration": rates}, hold=0.5)
+    alone = ab.basin(machine, SPEED, {"ball_angle[1]": [0.4]}, acceleration=20.0, hold=0.5)
+    assert found["acceleration"].values.tolist() == rates
+    assert found["peak_deflection"].values[1] == alone["peak_deflection"].values[0]
+    assert found["peak_deflection"].values[0] != found["peak_deflection"].values[1]
+
+
+def test_starts_that_cannot_be_and_questions_without_a_verdict_are_refused_with_what_to_do() -> None:
+    with pytest.raises(QuestionError, match=r"no axis 'ball_angle\[3\]'; there are ball_angle\[1\] to ball_angle\[2\]"):
+        ab.basin(_two_balls(), SPEED, {"ball_angle[3]": [0.0, 1.0]})
+    free = with_value_at(_two_balls(), "balancers[1].races[1].balls[1].start_angles", None)
+    with pytest.raises(QuestionError, match=r"ball_angle\[2\] is missing; give the start angles of all balls"):
+        ab.basin(free, SPEED, {"ball_angle[1]": [0.0, 1.0]}, hold=1.0)
     with pytest.raises(QuestionError, match="no unbalance"):
         ab.basin(_drum("0 g*mm"), SPEED, random=2, hold=1.0)
 

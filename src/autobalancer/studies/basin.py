@@ -15,6 +15,7 @@ from autobalancer.patience import shows_progress
 from autobalancer.results.answers.ends import Ends
 from autobalancer.stability.basins.basin import named_basin, why_unnamed
 from autobalancer.stability.basins.starts import unit_of_axis
+from autobalancer.studies.ensemble.start_grid import gridded_starts
 from autobalancer.studies.random_starts import random_starts
 from autobalancer.units import argument, list_argument, optional_argument
 
@@ -36,8 +37,7 @@ def basin(
     """Ends of a machine at a speed, from many starts.
 
     Without gravity across the axis a machine ends in states of rest and motions that have names, on several planes also for
-    each of them. With it, with forces on the balls, and in run-ups from random starts, an end is the verdict on the run; there
-    only random starts are possible.
+    each of them. With it, with forces on the balls, and in run-ups from random starts, an end is the verdict on the run.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def basin(
     Raises
     ------
     QuestionError
-        For deep chambers, unknown axes, no axes and no random starts, axes where ends are verdicts, no balls.
+        For deep chambers, unknown axes, no axes and no random starts, no balls.
     """
     speed, acceleration = argument("speed", speed, "rad/s"), optional_argument("acceleration", acceleration, "rad/s^2")
     hold = optional_argument("hold", hold, "s")
@@ -117,10 +117,7 @@ def basin(
             named_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
         )
     if chosen:
-        raise QuestionError(
-            f"basin: axes are for machines whose end states have names; here {why}. Give a number of random starts instead: "
-            "random=100, or '--random 100'"
-        )
+        return Ends.of(gridded_starts(machine, speed, chosen, workers=workers, progress=progress, **options))
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
 
 

@@ -6,7 +6,7 @@ Such are rotors with gravity in the plane and rotors that tilt or bend. An end i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -78,11 +78,7 @@ def random_starts(
     QuestionError
         Where no verdict is possible: without unbalance, or with excitations.
     """
-    if machine.excitations:
-        raise QuestionError(
-            "basin: the machine has excitations, so there is no verdict on its runs; leave out 'excitations', or use "
-            "sweep(machine, {}, seeds=100) for the vibration alone"
-        )
+    refuse_excitations(machine)
     hold = hold or long_enough(machine, speed)
     ramp = speed / acceleration if acceleration else 0.0
     steady = with_value_at(driven_to(machine, speed, ramp), "run", {"duration": ramp + hold})
@@ -95,16 +91,13 @@ def random_starts(
         workers=workers,
         progress=progress,
     )
-    if (runs["vibration_without_balls"] == 0.0).all():
-        raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
-    found = _ends(runs).merge(_distributions(runs, ramp > 0.0))
+    refuse_no_unbalance(runs)
+    found = ends_of(runs).merge(distributions(runs, ramp > 0.0))
     balls = resolve(machine)
     drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
     found["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
     if ramp:
-        held = simulate_races(steady, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
-        found["peak_without_balls"] = float(peak_deflection(held)["deflection"])
-        found["peak_without_balls"].attrs = {**found["peak_deflection"].attrs}
+        found["peak_without_balls"] = peak_without_balls(steady, tolerance)
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
     own: dict[str, Any] = {
         "title": f"Random starts of {machine.name}",
@@ -118,12 +111,37 @@ def random_starts(
     by = "peak_deflection" if ramp and (found["state"] == ENDS.index(BALANCED)).all() else "vibration"
     own |= {"worst": int(np.nan_to_num(found[by].values).argmax()), "worst_by": by}
     found.attrs = {**runs.attrs, **own, **({} if rubs else {"friction_text": NONE_GIVEN})}
-    found.attrs |= _falling(machine, 0.0 if acceleration else speed)
+    found.attrs |= falling_note(machine, 0.0 if acceleration else speed)
     return found
 
 
-def driven_to(machine: Machine, speed: float, ramp: float) -> Machine:
-    """The machine with its last unbalance and no start angles, at a speed after a ramp from rest of this duration, s."""
+def refuse_excitations(machine: Machine) -> None:
+    """No verdict is possible under them."""
+    if machine.excitations:
+        raise QuestionError(
+            "basin: the machine has excitations, so there is no verdict on its runs; leave out 'excitations', or use "
+            "sweep(machine, {}, seeds=100) for the vibration alone"
+        )
+
+
+def refuse_no_unbalance(runs: xr.Dataset) -> None:
+    """Nor without anything to balance."""
+    if (runs["vibration_without_balls"] == 0.0).all():
+        raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
+
+
+def peak_without_balls(machine: Machine, tolerance: float) -> xr.DataArray:
+    """The greatest deflection of a run with held balls, m."""
+    held = simulate_races(machine, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
+    found = peak_deflection(held)["deflection"]
+    return xr.DataArray(float(found), attrs=found.attrs)
+
+
+def driven_to(machine: Machine, speed: float, ramp: float, *, drawn: bool = True) -> Machine:
+    """The machine with its last unbalance, at a speed after a ramp from rest of this duration, s.
+
+    Start angles that are ``drawn`` are left out.
+    """
     profile = {"kind": "ramp", "end": speed, "duration": ramp} if ramp else {"kind": "constant", "speed": speed}
     machine = with_value_at(machine, "start", {})
     machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
@@ -131,7 +149,7 @@ def driven_to(machine: Machine, speed: float, ramp: float) -> Machine:
         if unbalance.schedule is not None:
             last = {"time": [0.0], "factor": [unbalance_factor(unbalance, math.inf)]}
             machine = with_value_at(machine, f"unbalances[{i}].schedule", last)
-    return without_start_angles(machine)
+    return without_start_angles(machine) if drawn else machine
 
 
 def long_enough(machine: Machine, speed: float) -> float:
@@ -145,7 +163,7 @@ def long_enough(machine: Machine, speed: float) -> float:
     return float(np.clip(DECAYS / slowest, REVOLUTIONS[0] * turn, REVOLUTIONS[1] * turn))
 
 
-def _falling(machine: Machine, slowest: float) -> dict[str, str]:
+def falling_note(machine: Machine, slowest: float) -> dict[str, str]:
     """A note where guided balls stay on races from which gravity would take them."""
     if machine.axis != "horizontal" or is_resolved(machine):
         return {}
@@ -159,24 +177,24 @@ def _falling(machine: Machine, slowest: float) -> dict[str, str]:
     return {"gravity_text": text}
 
 
-def _ends(runs: xr.Dataset) -> xr.Dataset:
+def ends_of(runs: xr.Dataset, ends: Sequence[str] = ENDS) -> xr.Dataset:
     """The word of each run and the share of each word."""
     words = np.where(runs["outcome"].values == "finished", runs["verdict"].values, FAILED)
-    states = np.array([ENDS.index(word) for word in words])
-    counts = np.bincount(states, minlength=len(ENDS))
+    states = np.array([ends.index(word) for word in words])
+    counts = np.bincount(states, minlength=len(ends))
     low, high = wilson_interval(counts, states.size)
     return xr.Dataset(
         {
-            "state": ("run", states, {"long_name": "verdict on the run", "flag_meanings": list(ENDS)}),
+            "state": ("run", states, {"long_name": "verdict on the run", "flag_meanings": list(ends)}),
             "share": ("end", counts / states.size, {"long_name": "share of the starts", "units": "1"}),
             "share_low": ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"}),
             "share_high": ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"}),
         },
-        {"end": list(ENDS), "seed": ("run", runs["seed"].values)},
+        {"end": list(ends), "seed": ("run", runs["seed"].values)},
     )
 
 
-def _distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
+def distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
     """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
     found = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
     found = found.assign_coords(quantile=list(QUANTILES))

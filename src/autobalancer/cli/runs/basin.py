@@ -40,7 +40,7 @@ def basin(
 
     A NAME is ball_angle[1], ball_speed[1] or the same of another ball, or acceleration.
     On several planes each plane has an end state and a residual of its own.
-    With gravity across the axis only --random answers: an end is the verdict on a run.
+    With gravity across the axis an end is the verdict on a run.
     So it is in run-ups from random starts.
 
     Example: autobalancer basin discoidal.toml \\

@@ -14,10 +14,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.plots.drawing.style import look, picture
-from autobalancer.plots.stability.basin_shares import COLORS, shares_of_ends
+from autobalancer.plots.stability.basin_shares import COLORS, VERDICTS, shares_of_ends
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
+WIDE = 72  # letters of four keys side by side that do not fit the picture
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
 
 
@@ -49,7 +50,7 @@ def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
         axes = figure.add_subplot()
         axes.set_title(title)
         axes.grid(False)
-        colors = ListedColormap([COLORS[name] for name in names])
+        colors = ListedColormap([(VERDICTS | COLORS)[name] for name in names])
         norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
         x, x_label = _axis(found[axes_names[0]], speed_unit)
         values = found["state"].values
@@ -68,12 +69,19 @@ def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
         there = set(np.unique(found["state"].values))
         overlapping = f"overlapping start: {found.attrs.get('overlapping', 0)} of {found['state'].size}, not counted"
         handles = [
-            Patch(color=COLORS[name], label=f"{name} {100 * share[name]:.3g} %" if share[name] else overlapping)
+            Patch(
+                color=(VERDICTS | COLORS)[name],
+                label=f"{name} {100 * share[name]:.3g} %" if share[name] else overlapping,
+            )
             for number, name in enumerate(names)
             if number in there
         ]
+        columns = 4 if sum(len(str(patch.get_label())) for patch in handles[:4]) < WIDE else 2
         figure.legend(
-            handles=handles, loc="outside lower center", ncols=min(len(handles), 4), title=_verdicts(found) or None
+            handles=handles,
+            loc="outside lower center",
+            ncols=min(len(handles), columns),
+            title=_verdicts(found) or None,
         )
         if len(axes_names) == 2 and all("angle" in name for name in axes_names):
             axes.set_aspect("equal")
