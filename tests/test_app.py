@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import ast
 import asyncio
+import json
 import threading
 import time
 import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import autobalancer as ab
 from autobalancer.app.server.guard import LARGEST, Guard, Rules
 from autobalancer.app.server.serve import rules_for
+from autobalancer.app.store.archive import Archive, differences
 from autobalancer.app.store.drawn import svg_of
+from autobalancer.app.store.export import exported, script
 from autobalancer.app.store.jobs import QUEUED, Job, Jobs
 from autobalancer.app.store.names import new_name, run_folder, user_folder
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
 from autobalancer.app.text.problems import read
+from autobalancer.app.view.packed import packed
+from autobalancer.app.view.widget import module_text
 from autobalancer.errors import QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
@@ -196,3 +204,88 @@ def test_an_open_server_wants_a_token_and_knows_the_user_by_it() -> None:
     assert len(made) >= 20
     with pytest.raises(QuestionError, match="at least 12"):
         rules_for("127.0.0.1", ["ada:short"])
+
+
+@pytest.fixture(scope="module")
+def ran() -> xr.Dataset:
+    return ab.simulate(ab.example("stall_and_release"), duration=0.5, progress=False)
+
+
+def unpacked(block: bytes) -> tuple[dict[str, Any], Any]:
+    """What the browser reads: the head, and a function from names to arrays."""
+    assert block[:4] == b"ABV1"
+    length = int.from_bytes(block[4:8], "little")
+    head = json.loads(block[8 : 8 + length])
+
+    def array(name: str) -> Any:
+        told = head["arrays"][name]
+        size = int(np.prod(told["shape"]))
+        return np.frombuffer(block, told["type"], size, 8 + length + told["at"]).reshape(told["shape"])
+
+    return head, array
+
+
+def test_the_block_of_a_run_has_what_its_result_has(ran: xr.Dataset) -> None:
+    head, array = unpacked(packed(ran))
+    assert array("time") == pytest.approx(ran["time"].values)
+    assert array("ball") == pytest.approx(ran["ball_angle_in_rotor"].values)
+    turned = (ran["x"].values + 1j * ran["y"].values) * np.exp(-1j * ran["rotor_angle"].values)
+    assert array("re")[:, 0] == pytest.approx(turned.real, abs=1e-9)
+    assert [ball["orbit"] for ball in head["balls"]] == pytest.approx(ran["orbit_radius"].values)
+    speed = next(panel for panel in head["panels"] if panel["title"] == "speed")
+    assert array(speed["lines"][0]["high"])[-1] == pytest.approx(ran["speed"].values[-1] * 30 / np.pi, rel=1e-6)
+
+
+def test_an_archive_keeps_finds_tags_and_deletes_runs(tmp_path: Path) -> None:
+    archive, job = Archive(tmp_path / "ada"), Job(1, "ada", "run", 60.0)
+    text = example_text("stall_and_release")
+    job.begun = time.monotonic()
+    name = archive.simulate(text, job, duration="0.5 s")
+    again = Archive(tmp_path / "ada")  # after a restart
+    (entry,) = again.entries("stall")
+    assert entry.name == name
+    assert again.entries("another machine") == []
+    assert again.run(name).attrs["end_time"] == pytest.approx(0.5)
+    again.tag(name, ["first", " first ", "", "x" * 90])
+    (entry,) = again.entries("first")
+    assert entry.tags == ["first", "x" * 40]
+    assert Archive(tmp_path / "bob").entries() == []
+    assert exported(again, name, "measures.csv").startswith(b"measure,value,unit,meaning")  # type: ignore[union-attr]
+    with pytest.raises(QuestionError, match="no such form"):
+        exported(again, name, "../machine.toml")
+    again.delete(name)
+    assert again.entries() == []
+
+
+def test_a_hundred_malformed_questions_change_nothing(tmp_path: Path) -> None:
+    archive = Archive(tmp_path / "ada")
+    (tmp_path / "secret").write_text("secret")
+    for k in range(100):
+        for name in ("../" * (k % 5) + "secret", "\0", "runs", f"{k}", "20261123-012345-zzzzzz", "." * k):
+            with pytest.raises(QuestionError):
+                archive.file(name, "run.nc")
+            with pytest.raises(QuestionError):
+                archive.delete(name)
+    assert [path.name for path in tmp_path.iterdir()] == ["secret"]
+
+
+def test_the_script_of_a_run_is_python_with_the_same_machine() -> None:
+    for text in (DISCOIDAL, DISCOIDAL + "# ends with ''' and a backslash \\"):
+        tree = ast.parse(script(text))
+        given = next(
+            node.value for node in tree.body if isinstance(node, ast.Assign) and node.targets[0].id == "MACHINE"
+        )  # type: ignore[attr-defined]
+        assert tomllib.loads(ast.literal_eval(given)) == tomllib.loads(DISCOIDAL)
+
+
+def test_machines_side_by_side_name_the_entries_in_which_they_differ() -> None:
+    other = with_value(DISCOIDAL, ORBIT, "50 mm")
+    assert differences(DISCOIDAL, other) == [("balancers[1].races[1].orbit_radius", "76.95 mm", "50 mm")]
+
+
+def test_the_view_of_a_notebook_is_the_module_of_the_page_without_imports() -> None:
+    text = module_text()
+    assert "import {" not in text.replace("return import(url)", "")
+    assert text.count("export ") == 1
+    for function in ("createView", "createScene", "createWaves", "stateAt"):
+        assert f"function {function}(" in text

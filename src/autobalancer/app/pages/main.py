@@ -8,10 +8,13 @@ from typing import Any
 from fastapi import Request
 from nicegui import app, ui
 
+from autobalancer.app.pages.archive import ArchivePage
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.describe import describe
+from autobalancer.app.pages.files import serve_files, user_of
+from autobalancer.app.pages.run import RunPage
 from autobalancer.app.store.jobs import Jobs, keep_warnings
-from autobalancer.app.store.names import LOCAL, user_folder
+from autobalancer.app.store.names import user_folder
 
 LOOK = Path(__file__).with_name("look.css")
 
@@ -22,9 +25,11 @@ def build(root: Path, limit: float) -> Any:
     keep_warnings()
     app.on_shutdown(jobs.close)
 
+    serve_files(root)
+
     @ui.page("/", title="autobalancer", dark=None)
     def page(request: Request) -> None:
-        user = str(request.scope.get("state", {}).get("user", LOCAL))
+        user = user_of(request)
         home = user_folder(root, user)
         home.mkdir(parents=True, exist_ok=True)
         _page(Bench(user, home, jobs))
@@ -40,6 +45,8 @@ def _page(bench: Bench) -> None:
         ui.label("autobalancer").classes("text-weight-bold").style("font-size: 1.05rem")
         with ui.tabs().props("dense no-caps inline-label") as tabs:
             ui.tab("describe", "Describe", icon="tune")
+            ui.tab("run", "Run", icon="play_circle_outline")
+            ui.tab("archive", "Archive", icon="inventory_2")
         ui.space()
         name = ui.label().classes("quiet ellipsis")
         for icon, what, act in (("undo", "undo", bench.undo), ("redo", "redo", bench.redo)):
@@ -60,5 +67,16 @@ def _page(bench: Bench) -> None:
 
     bench.on_change(follow)
     follow()
-    with ui.column().classes("page"), ui.tab_panels(tabs, value="describe", animated=False), ui.tab_panel("describe"):
-        describe(bench, dark)
+    with ui.column().classes("page"), ui.tab_panels(tabs, value="describe", animated=False, keep_alive=True):
+        with ui.tab_panel("describe"):
+            describe(bench, dark)
+        with ui.tab_panel("run"):
+            run = RunPage(bench, dark)
+
+        def see(name: str) -> None:
+            tabs.set_value("run")
+            run.show(name)
+
+        with ui.tab_panel("archive"):
+            archive = ArchivePage(bench, see)
+    tabs.on_value_change(lambda event: archive.refresh() if event.value == "archive" else None)

@@ -1,0 +1,182 @@
+"""Run: start, watch, cancel, and see what happened."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+from nicegui import ui
+
+from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.run_view import RunView
+from autobalancer.app.store.archive import Archive, Entry
+from autobalancer.app.store.export import film
+from autobalancer.app.store.jobs import Job
+from autobalancer.errors import AutobalancerError
+from autobalancer.results.display_units import moment_text
+
+WORDS = {
+    "machine.toml": "machine (TOML)",
+    "script.py": "Python script",
+    "run.nc": "result (netCDF)",
+    "measures.csv": "measures (CSV)",
+    "picture.png": "picture (PNG)",
+    "picture.svg": "picture (SVG)",
+}
+
+
+class RunPage:
+    """One run at a time; what is under way goes on when the page is closed."""
+
+    def __init__(self, bench: Bench, dark: Any) -> None:
+        self.bench, self.archive = bench, Archive(bench.home)
+        self.job: Job | None = None
+        self.name = ""
+        self.drawn = ""
+        with ui.element("section").classes("card"), ui.row().classes("items-center gap-3 w-full"):
+            self.start = ui.button("Run", icon="play_arrow", on_click=self.run).props(
+                'unelevated no-caps data-at="run"'
+            )
+            self.duration = (
+                ui.input("duration", placeholder="as in the file").props("dense outlined").style("width: 150px")
+            )
+            self.duration.tooltip('such as "20 s"; empty for run.duration of the machine')
+            self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props('outline no-caps data-at="cancel"')
+            self.bar = ui.linear_progress(0.0, show_value=False).style("flex: 1 1 120px; max-width: 320px")
+            self.bar.props('aria-label="progress" rounded')
+            self.word = ui.label().classes("quiet").props('data-at="state" role="status"')
+        self.verdict = ui.element("section").classes("card").props('data-at="verdict"')
+        with ui.element("section").classes("card"):
+            self.view = RunView().props('data-at="view"')
+        self.more = ui.element("section").classes("card")
+        self.timer = ui.timer(0.1, self.look, active=False)
+        self._idle()
+        dark.on_value_change(lambda _event: self.view.shade(bool(dark.value)))
+        waiting = next((job for job in bench.jobs.of(bench.user) if not job.over and job.title.startswith("run")), None)
+        if waiting is not None:
+            self._watch(waiting)
+
+    def run(self) -> None:
+        """Put the machine of the page into the queue."""
+        if self.bench.reading.machine is None:
+            ui.notify("the machine is not possible yet; see its form", type="warning")
+            return
+        text, length = self.bench.text, (self.duration.value or "").strip()
+
+        def work(job: Job) -> str:
+            return self.archive.simulate(text, job, duration=length)
+
+        try:
+            self._watch(self.bench.jobs.start(self.bench.user, f"run {self.bench.reading.machine.name}", work))
+        except AutobalancerError as error:
+            ui.notify(str(error), type="warning")
+
+    def end(self) -> None:
+        """Cancel what runs; what was computed is kept."""
+        if self.job is not None:
+            self.bench.jobs.cancel(self.job)
+
+    def _watch(self, job: Job) -> None:
+        self.job = job
+        self.start.disable()
+        for one in (self.cancel, self.bar):
+            one.set_visibility(True)
+        self.timer.activate()
+        self.look()
+
+    def _idle(self) -> None:
+        self.start.enable()
+        for one in (self.cancel, self.bar):
+            one.set_visibility(False)
+        self.verdict.set_visibility(bool(self.name))
+        self.more.set_visibility(bool(self.name))
+
+    def look(self) -> None:
+        """Show how far the job is; the picture as soon as there is one."""
+        job = self.job
+        if job is None:
+            return
+        self.bar.value = job.share
+        self.word.set_text(
+            {"waiting": "waits for its turn", "running": f"{100.0 * job.share:.0f} %"}.get(job.state, "")
+        )
+        if job.result and job.result != self.drawn:
+            self.drawn = job.result
+            self.view.show(job.result)
+        if not job.over:
+            return
+        self.timer.deactivate()
+        self.job = None
+        if job.result and job.state in ("done", "cancelled"):
+            self.show(job.result)
+        words = {"failed": job.message, "cancelled": job.message or "cancelled"}
+        self.word.set_text(words.get(job.state, f"done in {job.seconds:.2g} s"))
+        self._idle()
+
+    def show(self, name: str) -> None:
+        """Show a run of the archive."""
+        self.name = name
+        if self.drawn != name:
+            self.drawn = name
+            self.view.show(name)
+        entry = self.archive.entry(name)
+        self._tell(entry)
+        self._idle()
+
+    def _tell(self, entry: Entry) -> None:
+        self.verdict.clear()
+        with self.verdict:
+            color = "good" if entry.verdict.startswith("balanced") else ""
+            said = escape(entry.verdict or entry.outcome)
+            title = f"<h2>{escape(entry.machine)}</h2><div class='{color}'>{said}</div>"
+            notes = "".join(f'<div class="note">{escape(text)}</div>' for text in entry.notes)
+            ui.html(f"{title}<div class='quiet'>{escape(entry.outcome)}; {entry.made} UTC</div>{notes}", sanitize=False)
+            with ui.row().classes("gap-2 q-mt-sm items-center"):
+                ui.label("Save as").classes("quiet")
+                for kind, word in WORDS.items():
+                    ui.link(word, f"/run/{entry.name}/{kind}").props(f'download data-at="{kind}"')
+                self.film = ui.button("make a film (GIF)", on_click=lambda: self._film(entry.name))
+                self.film.props("flat dense no-caps size=sm")
+        self.more.clear()
+        with self.more:
+            rows = "".join(_row(*entry.measures[key]) for key in entry.measures)
+            ui.html(f"<h2>Measures</h2><table class='facts'>{rows}</table>", sanitize=False).props('data-at="measures"')
+
+    def _film(self, name: str) -> None:
+        def work(job: Job) -> str:
+            return film(self.archive, name, job.progress)
+
+        job = self.bench.jobs.start(self.bench.user, f"film {name}", work)
+        self.film.disable()
+
+        def look() -> None:
+            self.film.set_text(f"film: {100.0 * job.share:.0f} %")
+            if job.over:
+                timer.deactivate()
+                if job.state == "done":
+                    ui.download(f"/run/{name}/film.gif")
+                    self.film.set_text("film is made")
+                else:
+                    self.film.set_text(job.message or job.state)
+
+        timer = ui.timer(0.3, look)
+
+
+def _row(value: float, unit: str, meaning: str) -> str:
+    return f"<tr><td>{escape(meaning)}</td><td class='number'>{escape(shown(value, unit))}</td></tr>"
+
+
+def shown(value: float, unit: str) -> str:
+    """A measure as a person reads it."""
+    if unit == "rad/s":
+        return f"{value * 9.549296585513721:.5g} rpm"
+    if unit == "rad":
+        return f"{value * 57.29577951308232:.5g}°"
+    if unit == "m":
+        scale, name = next(
+            ((s, n) for s, n in ((1e9, "nm"), (1e6, "µm"), (1e3, "mm")) if abs(value) * s < 1000.0), (1.0, "m")
+        )
+        return f"{value * scale:.4g} {name}"
+    if unit == "kg m":
+        return moment_text(value)
+    return f"{value:.4g} {unit}".strip()

@@ -1,0 +1,188 @@
+"""The runs of a user, each in a folder of its own: machine, result, measures, and what the page draws."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import threading
+import tomllib
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.names import RUN, new_name, run_folder
+from autobalancer.app.view.packed import packed
+from autobalancer.either_kind import measures, simulate, verdict
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.machine_file import parse_machine
+from autobalancer.results.store import load_run, save_run
+from autobalancer.safe_file import write_safely, write_text_safely
+from autobalancer.simulation.sampling import Envelope, LastRevolutions
+
+MOST = 2000  # runs of one user
+FILES = threading.Lock()  # the netCDF library is not made for several threads
+TAG = 40  # characters of a tag
+
+
+@dataclass
+class Entry:
+    """What a list of runs shows of one."""
+
+    name: str
+    machine: str
+    made: str
+    seconds: float
+    outcome: str
+    verdict: str = ""
+    tags: list[str] = field(default_factory=list)
+    measures: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def has(self, text: str) -> bool:
+        """Whether every word of a search is in its machine, tags, verdict or date."""
+        where = " ".join([self.machine, *self.tags, self.verdict, self.outcome, self.made]).lower()
+        return all(word in where for word in text.lower().split())
+
+
+class Archive:
+    """All runs below the folder of a user; what is on the disk is all there is, so a restart loses nothing."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+
+    def entries(self, text: str = "") -> list[Entry]:
+        """The runs that a search finds, the latest first."""
+        found = []
+        for path in sorted((self.home / "runs").glob("*/about.json"), reverse=True):
+            if RUN.fullmatch(path.parent.name):
+                try:
+                    entry = Entry(**json.loads(path.read_text(encoding="utf-8")))
+                except (OSError, ValueError, TypeError):
+                    continue  # half deleted, or not ours
+                if entry.has(text):
+                    found.append(entry)
+        return found
+
+    def file(self, name: str, kind: str) -> Path:
+        """A file of a run: ``view.bin``, ``run.nc``, ``machine.toml`` or ``about.json``.
+
+        Raises
+        ------
+        QuestionError
+            If there is no such run or file.
+        """
+        path = run_folder(self.home, name) / kind
+        if kind not in ("view.bin", "run.nc", "machine.toml", "about.json") or not path.is_file():
+            raise QuestionError(f"run {name}: has no {kind[:20]!r}")
+        return path
+
+    def entry(self, name: str) -> Entry:
+        """What is known of a run."""
+        return Entry(**json.loads(self.file(name, "about.json").read_text(encoding="utf-8")))
+
+    def text(self, name: str) -> str:
+        """The machine of a run."""
+        return self.file(name, "machine.toml").read_text(encoding="utf-8")
+
+    def run(self, name: str) -> xr.Dataset:
+        """The result of a run."""
+        with FILES:
+            return load_run(self.file(name, "run.nc"))
+
+    def tag(self, name: str, tags: list[str]) -> None:
+        """Give a run other tags."""
+        entry = self.entry(name)
+        entry.tags = sorted({tag.strip()[:TAG] for tag in tags if tag.strip()})
+        self._note(entry)
+
+    def delete(self, name: str) -> None:
+        """Remove a run for good."""
+        folder = run_folder(self.home, name)
+        if folder.is_dir() and not folder.is_symlink():
+            shutil.rmtree(folder)
+
+    def simulate(self, text: str, job: Job, *, duration: str = "", seed: int = 0) -> str:
+        """Run the machine of a text and keep the result; gives its name as soon as it can be drawn.
+
+        Raises
+        ------
+        QuestionError
+            If the archive is full, or the run has no samples.
+        MachineError
+            If the machine is not possible.
+        """
+        if len(list((self.home / "runs").glob("*"))) >= MOST:
+            raise QuestionError(f"the archive has {MOST} runs; delete some of them first")
+        machine = parse_machine(text, "machine")
+        run = simulate(machine, duration=duration or None, seed=seed, progress=job.progress, keep_on_interrupt=True)
+        name = new_name()
+        folder = run_folder(self.home, name)
+        folder.mkdir(parents=True)
+        view = packed(run)
+        write_safely(folder / "view.bin", lambda path: path.write_bytes(view))
+        write_text_safely(folder / "machine.toml", text)
+        job.result = name
+        entry = Entry(name, machine.name, f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}", 0.0, str(run.attrs["outcome_text"]))
+        entry.measures, entry.verdict = _measured(run), _judged(run, machine)
+        entry.notes = list(job.notes)
+        entry.seconds = float(run.attrs.get("end_time", run.attrs.get("duration", 0.0)))
+        with FILES:
+            save_run(run, folder / "run.nc")
+        self._note(entry)
+        return name
+
+    def _note(self, entry: Entry) -> None:
+        text = json.dumps(asdict(entry), indent=1)
+        write_text_safely(run_folder(self.home, entry.name) / "about.json", text)
+
+
+def differences(first: str, second: str) -> list[tuple[str, str, str]]:
+    """The entries in which two machines differ: path, value of the first, value of the second."""
+    a, b = (dict(_flat(tomllib.loads(text))) for text in (first, second))
+    paths = [*a, *(path for path in b if path not in a)]
+    return [(path, a.get(path, "–"), b.get(path, "–")) for path in paths if a.get(path) != b.get(path)]
+
+
+def _flat(data: Any, path: str = "") -> Any:
+    if isinstance(data, dict):
+        for key, value in data.items():
+            yield from _flat(value, f"{path}.{key}".lstrip("."))
+    elif isinstance(data, list) and data and isinstance(data[0], dict):
+        for number, value in enumerate(data, 1):
+            yield from _flat(value, f"{path}[{number}]")
+    else:
+        yield path, str(data)
+
+
+def _measured(run: xr.Dataset) -> dict[str, Any]:
+    """Measures that are one number, by name: value, unit, meaning."""
+    try:
+        found = measures(run)
+    except AutobalancerError:
+        return {}
+    rows = {}
+    for name in found:
+        if found[name].size == 1 and found[name].dtype.kind == "f":
+            value = float(found[name].values.item())
+            about = found[name].attrs
+            if value == value and abs(value) != float("inf"):
+                rows[str(name)] = [value, str(about.get("units", "")), str(about.get("long_name", name))]
+    return rows
+
+
+def _judged(run: xr.Dataset, machine: Any) -> str:
+    """The verdict in one sentence; empty where it cannot be said."""
+    try:
+        held = None
+        if run.attrs["outcome"] == "finished" and "ball" in run.sizes and "place" in run.sizes:
+            end = float(run.attrs["end_time"])
+            held = simulate(
+                machine, hold_balls=True, duration=end, save=[Envelope(), LastRevolutions()], progress=False
+            )
+        return str(verdict(run, held)).splitlines()[0]
+    except (AutobalancerError, KeyError):
+        return ""
