@@ -7,20 +7,9 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import expect
+from tests.browser.conftest import at, sample
 
 pytestmark = pytest.mark.browser
-
-
-def at(page: Any, place: str) -> Any:
-    return page.locator(f'[data-at="{place}"]')
-
-
-def sample(page: Any, name: str, title: str) -> None:
-    page.get_by_role("button", name="Empty machine").click()
-    expect(at(page, "name")).to_have_value("New machine")
-    page.get_by_label("sample machine").fill(name)
-    page.get_by_role("option", name=name, exact=True).click()
-    expect(at(page, "name")).to_have_value(title)
 
 
 ORBIT = "balancers[1].races[1].orbit_radius"
@@ -62,7 +51,7 @@ def test_the_text_and_the_form_of_an_empty_machine_say_what_is_missing(page: Any
     page.get_by_role("button", name="Empty machine").click()
     expect(message(page, "rotor.mass")).to_have_text("missing; it has no default")
     at(page, "rotor.mass").fill("10")
-    expect(at(page, "toml")).to_contain_text("mass = 10")
+    expect(at(page, "toml")).to_contain_text('mass = "10 kg"')
 
 
 def test_capability_critical_speed_and_borders_follow_an_edit(page: Any) -> None:
